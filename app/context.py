@@ -8,7 +8,6 @@ from typing import Annotated, cast
 
 from fastapi import Depends, Request
 
-from app.artefacts.service import ArtefactService
 from app.bundles.importing import BundleImports
 from app.bundles.service import BundleService
 from app.cages.cage import Cages
@@ -20,24 +19,25 @@ from app.exchange.caged import CagedImports
 from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
 from app.follows.service import FollowService
+from app.ground_truths.service import GroundTruthService
 from app.jobs.queue import JobQueue
 from app.kinds import KINDS
 from app.labels.pictures import Pictograms
 from app.labels.service import LabelService
+from app.outputs.service import OutputService
 from app.recordings.service import RecordingService
 from app.recordings.viewer import ViewerFiles
 from app.runs.service import RunService
+from app.scene3d.ordering import SceneService
+from app.scene3d.prior import find_prior
+from app.scene3d.service import Scene3dService
 from app.security.tokens import Tokens, home_token
 from app.settings import Settings
-from app.space.ordering import SceneService
-from app.space.prior import find_prior
-from app.space.service import SpaceService
 from app.storage.database import Database
 from app.storage.identity import server_of
 from app.storage.misplaced import fetch_misplaced
 from app.storage.places import Servers
 from app.training.service import TrainingService
-from app.truths.service import TruthService
 from app.videos.decoding import CagedDecoder
 from app.videos.frames import FrameService
 from app.videos.service import VideoService
@@ -64,18 +64,18 @@ class Context:
     runs: RunService
     evidence: EvidenceService
     edits: EditService
-    truths: TruthService
+    ground_truths: GroundTruthService
     whatif: WhatIfService
     follows: FollowService
     compare: CompareService
-    artefacts: ArtefactService
+    outputs: OutputService
     training: TrainingService
     exports: ExportService
     imports: ImportService
     caged_imports: CagedImports
     recordings: RecordingService
     viewer: ViewerFiles
-    space: SpaceService
+    scene3d: Scene3dService
     scenes: SceneService
     bundles: BundleService
     bundle_imports: BundleImports
@@ -85,7 +85,7 @@ class Context:
     def close(self) -> None:
         """Release files, threads, connections and processes."""
         self.cages.close()
-        self.space.close()
+        self.scene3d.close()
         self.frames.close()
         self.evidence.close()
         self.database.close()
@@ -110,10 +110,10 @@ def build_context(settings: Settings) -> Context:
     videos = VideoService(settings, database, events, jobs, uploads, servers)
     evidence = EvidenceService(settings, database)
     edits = EditService(database, events, evidence, settings)
-    truths = TruthService(database)
-    imports = ImportService(settings, database, events, edits, truths)
+    ground_truths = GroundTruthService(database)
+    imports = ImportService(settings, database, events, edits, ground_truths)
     frames = FrameService(settings, database, partial(CagedDecoder, cages, memory_mb=settings.worker_memory_mb))
-    artefacts = ArtefactService(settings, database, events, jobs)
+    outputs = OutputService(settings, database, events, jobs)
     return Context(
         settings=settings,
         cages=cages,
@@ -128,20 +128,22 @@ def build_context(settings: Settings) -> Context:
         runs=RunService(settings, database, events, jobs, servers),
         evidence=evidence,
         edits=edits,
-        truths=truths,
+        ground_truths=ground_truths,
         whatif=WhatIfService(database, events, jobs),
         follows=FollowService(database, jobs),
-        compare=CompareService(database, evidence, edits, truths),
-        artefacts=artefacts,
+        compare=CompareService(database, evidence, edits, ground_truths),
+        outputs=outputs,
         training=TrainingService(settings, database, events, jobs),
-        exports=ExportService(settings, database, artefacts),
+        exports=ExportService(settings, database, outputs),
         imports=imports,
         caged_imports=CagedImports(settings, imports, cages),
-        recordings=RecordingService(database, evidence, artefacts),
+        recordings=RecordingService(database, evidence, outputs),
         viewer=ViewerFiles(settings.home),
-        space=SpaceService(database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)),
-        scenes=SceneService(database, evidence, artefacts),
-        bundles=BundleService(database, evidence, artefacts),
+        scene3d=Scene3dService(
+            database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)
+        ),
+        scenes=SceneService(database, evidence, outputs),
+        bundles=BundleService(database, evidence, outputs),
         bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits, cages),
         labels=LabelService(database, events),
         pictograms=Pictograms(database),

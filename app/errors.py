@@ -1,4 +1,4 @@
-"""Failures that a request can end with, and the one JSON shape in which they are told.
+"""Failures that a request can end with, and the one JSON shape in which they are reported.
 
 ::
 
@@ -73,8 +73,8 @@ def error_body(
     code: str, message: str, field: str | None = None, details: dict[str, Any] | None = None
 ) -> dict[str, Any]:
     """The one shape of a failure; what is quoted from a request may hold halves of characters, which no JSON can."""
-    told = None if field is None else _whole(field)
-    return {"error": {"code": code, "message": _whole(message), "field": told, "details": details}}
+    reported = None if field is None else _whole(field)
+    return {"error": {"code": code, "message": _whole(message), "field": reported, "details": details}}
 
 
 def _whole(text: str) -> str:

@@ -1,4 +1,4 @@
-"""What pages are told: a numbered stream in the database, so that workers, servers and pages share one order."""
+"""What pages are reported: a numbered stream in the database, so that workers, servers and pages share one order."""
 
 from __future__ import annotations
 

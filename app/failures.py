@@ -89,7 +89,7 @@ def handle_failures(app: FastAPI) -> None:
 
     @app.exception_handler(ApiError)
     async def _api(_: Request, error: ApiError) -> Response:
-        return _told(error)
+        return _reported(error)
 
     @app.exception_handler(RequestValidationError)
     async def _invalid(_: Request, error: RequestValidationError) -> Response:
@@ -105,11 +105,13 @@ def handle_failures(app: FastAPI) -> None:
         known = storage_failure(error)
         if known is None:
             return _unexpected(request, error)
-        return _told(known)
+        return _reported(known)
 
     @app.exception_handler(PoolTimeout)
     async def _pool(_: Request, __: PoolTimeout) -> Response:
-        return _told(Busy("Too many requests wait for the database. This one can be repeated.", code="database_busy"))
+        return _reported(
+            Busy("Too many requests wait for the database. This one can be repeated.", code="database_busy")
+        )
 
     @app.exception_handler(ModuleNotFoundError)
     async def _module(request: Request, error: ModuleNotFoundError) -> Response:
@@ -130,7 +132,7 @@ def _lacking(error: MissingExtra) -> Response:
     return JSONResponse(error_body("missing_extra", str(error)), status_code=501)
 
 
-def _told(error: ApiError) -> Response:
+def _reported(error: ApiError) -> Response:
     headers = {"Retry-After": _RETRY_AFTER} if error.status == 503 else None
     return JSONResponse(error.body(), status_code=error.status, headers=headers)
 

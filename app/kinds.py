@@ -8,13 +8,13 @@ from __future__ import annotations
 from functools import partial
 from typing import Final
 
-from app.artefacts.folders import clear_folder
-from app.artefacts.settling import settle_artefact
-from app.follows.settling import settle_follow
+from app.follows.on_job_failed import follow_job_failed
 from app.jobs.kinds import JobKind, JobKinds, Task
-from app.runs.settling import settle_run
-from app.training.settling import settle_version
-from app.videos.settling import settle_video
+from app.outputs.folders import clear_folder
+from app.outputs.on_job_failed import output_job_failed
+from app.runs.on_job_failed import run_job_failed
+from app.training.on_job_failed import version_job_failed
+from app.videos.on_job_failed import video_job_failed
 
 __all__ = ["KINDS"]
 
@@ -77,7 +77,7 @@ def _bundle() -> Task:
 
 
 def _scene() -> Task:
-    from app.space.task import make_scene
+    from app.scene3d.task import make_scene
 
     return make_scene
 
@@ -96,15 +96,15 @@ def _retrain() -> Task:
 
 KINDS: Final = JobKinds(
     (
-        JobKind("follow", "short", _follow, settle_follow, prepare=(_follower,)),
-        JobKind("recording", "short", _recording, settle_artefact, clear_folder, prepare=(_recorder, _sdk)),
-        JobKind("whatif", "short", _whatif, settle_run, prepare=(_replay,)),
-        JobKind("import", "imports", _import, settle_video, by_frame=True),
-        JobKind("export", "short", _export, settle_artefact, clear_folder),
-        JobKind("bundle", "short", _bundle, settle_artefact, clear_folder),
-        JobKind("scene", "short", _scene, settle_artefact, clear_folder),
-        JobKind("track", "long", _track, settle_run, by_frame=True),
-        JobKind("retrain", "long", _retrain, settle_version),
+        JobKind("follow", "short", _follow, follow_job_failed, prepare=(_follower,)),
+        JobKind("recording", "short", _recording, output_job_failed, clear_folder, prepare=(_recorder, _sdk)),
+        JobKind("whatif", "short", _whatif, run_job_failed, prepare=(_replay,)),
+        JobKind("import", "imports", _import, video_job_failed, by_frame=True),
+        JobKind("export", "short", _export, output_job_failed, clear_folder),
+        JobKind("bundle", "short", _bundle, output_job_failed, clear_folder),
+        JobKind("scene", "short", _scene, output_job_failed, clear_folder),
+        JobKind("track", "long", _track, run_job_failed, by_frame=True),
+        JobKind("retrain", "long", _retrain, version_job_failed),
     ),
     worker="app.worker",
 )

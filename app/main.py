@@ -10,7 +10,6 @@ from starlette.middleware.gzip import GZipMiddleware
 
 from app import rerun_pages
 from app.api import (
-    artefacts,
     bundles,
     catalogue,
     compare,
@@ -19,14 +18,16 @@ from app.api import (
     evidence,
     exchange,
     follows,
+    former,
     frames,
+    ground_truths,
     labels,
     models,
+    outputs,
     recordings,
     runs,
+    scene3d,
     session,
-    space,
-    truths,
     videos,
     viser,
 )
@@ -52,14 +53,15 @@ _ROUTERS = (
     evidence,
     edits,
     follows,
-    truths,
+    ground_truths,
     compare,
-    artefacts,
+    outputs,
     exchange,
     models,
     recordings,
     bundles,
-    space,
+    scene3d,
+    former,
 )
 
 

@@ -51,13 +51,13 @@ def get_page() -> Response:
     return FileResponse(page, headers={"Content-Security-Policy": VIEWER_CSP, "Cache-Control": "no-cache"})
 
 
-@router.get("/recordings/{artefact_id}.rrd")
-def get_recording(artefact_id: Annotated[str, Path(pattern="^[0-9a-f]{32}$")], context: ContextDep) -> Response:
+@router.get("/recordings/{output_id}.rrd")
+def get_recording(output_id: Annotated[str, Path(pattern="^[0-9a-f]{32}$")], context: ContextDep) -> Response:
     """A recording under a name by which the viewer knows what it is."""
-    artefact = context.artefacts.get(artefact_id)
-    if artefact.kind != "recording":
-        raise NotFound(f"{artefact.name} is no recording.")
-    path, _ = context.artefacts.open(artefact_id)
+    output = context.outputs.get(output_id)
+    if output.kind != "recording":
+        raise NotFound(f"{output.name} is no recording.")
+    path, _ = context.outputs.open(output_id)
     headers = {**_IMMUTABLE, "Content-Encoding": "identity"}  # compressed already
     return FileResponse(path, media_type="application/octet-stream", headers=headers)
 

@@ -153,7 +153,7 @@ def load_settings(**values: object) -> Settings:
 def no_home(home: Path) -> str:
     """What is said where there is no data folder: with that of ``make review``, if one lies in the current directory.
 
-    Nobody is told to start ``tsr review`` then: it would make a second library, an empty one.
+    Nobody is asked to start ``tsr review`` then: it would make a second library, an empty one.
     """
     text = f"There is no data folder at {home}."
     if (MAKE_HOME / DATABASE_FILE).is_file():

@@ -7,10 +7,10 @@ import threading
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from app.artefacts.placing import sweep as sweep_placing
 from app.context import Context
 from app.follows.service import LEASE
 from app.jobs.supervisor import Supervisor
+from app.outputs.placing import sweep as sweep_placing
 from app.storage.places import adopt_files
 from app.storage.room import shortage
 from app.storage.ticking import ticking
@@ -35,9 +35,9 @@ def start(context: Context) -> Running:
     beating.enter_context(context.servers.beating())
     adopt_files(context.database, context.settings.home)
     if context.settings.sample:
-        context.videos.add_samples(context.truths)
+        context.videos.add_samples(context.ground_truths)
     context.uploads.clean_parts()
-    context.artefacts.sweep()
+    context.outputs.sweep()
     context.imports.sweep()
     context.runs.sweep()
     sweep_placing(context.settings.home, context.database)

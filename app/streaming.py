@@ -11,9 +11,9 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from sqlalchemy.exc import SQLAlchemyError
 
 from app.events import EventBus
+from app.log_once import LogOnce
 from app.storage.database import Database
 from app.storage.models import Event
-from app.trouble import Trouble
 
 __all__ = ["EventStream"]
 
@@ -29,9 +29,9 @@ class EventStream:
     """Fans the numbered stream out.
 
     A page names the last number it has seen and gets everything after it, without gap and without double. One that is
-    too far behind, or too slow, is told to load everything anew (``reset``).
+    too far behind, or too slow, is asked to load everything anew (``reset``).
 
-    A full disk is told beside the numbered stream (``storage``), which could not be written then.
+    A full disk is reported beside the numbered stream (``storage``), which could not be written then.
 
     Args:
         database: where the events are.
@@ -127,7 +127,7 @@ class EventStream:
             return self._events.newest(session)
 
     async def _read(self) -> None:
-        trouble = Trouble(_log, "Events cannot be read")
+        log_once = LogOnce(_log, "Events cannot be read")
         while True:
             await asyncio.sleep(_TURN)
             try:
@@ -138,10 +138,10 @@ class EventStream:
                 if self._turns % 2000 == 0:
                     await asyncio.to_thread(self._prune)
             except SQLAlchemyError as error:
-                trouble.came(error)
+                log_once.came(error)
                 await asyncio.sleep(1.0)
                 continue
-            trouble.gone()
+            log_once.gone()
             for event in found:
                 text = _text(event)
                 self._seen = event.seq

@@ -13,7 +13,7 @@ import cv2
 from benchmarks.experiment import Skip
 from tsr_engine.errors import TsrError
 
-__all__ = ["choice_parser", "told"]
+__all__ = ["choice_parser", "report"]
 
 
 def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
@@ -33,7 +33,7 @@ def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
     return parser
 
 
-def told(name: str, scratch: Path | None, tell: Callable[[Path], str]) -> int:
+def report(name: str, scratch: Path | None, tell: Callable[[Path], str]) -> int:
     """Print what a command has to tell, or one sentence that says why it cannot; the exit code.
 
     Args:

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.choice import choice_parser, told
+from benchmarks.choice import choice_parser, report
 from benchmarks.experiments.clips import CHOSEN_ON, read_clips
 from benchmarks.experiments.frame_rates import HEADINGS, STEPS
 from benchmarks.experiments.looming_clips import read_looming
@@ -75,7 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         seen = list(look(videos_of(args.clips, args.looming, args.judged), scratch))
         return "".join(f"{line}\n" for line in rows(seen, chosen))
 
-    return told("confirm_choice", args.scratch, tell)
+    return report("confirm_choice", args.scratch, tell)
 
 
 if __name__ == "__main__":

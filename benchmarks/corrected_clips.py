@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
@@ -18,7 +18,7 @@ from tsr_engine.records import Picture
 __all__ = ["corrected", "dimmed"]
 
 
-def corrected(path: Path, truth: Truth) -> DatasetVideo:
+def corrected(path: Path, truth: GroundTruth) -> DatasetVideo:
     """A clip with its annotation as tracks that a person has stated in every frame."""
     tracks = [_stated(truth, int(sign)) for sign in np.unique(truth.track_id)]
     with open_video(path) as video:
@@ -28,7 +28,7 @@ def corrected(path: Path, truth: Truth) -> DatasetVideo:
         )
 
 
-def _stated(truth: Truth, sign: int) -> Track:
+def _stated(truth: GroundTruth, sign: int) -> Track:
     rows = np.flatnonzero(truth.track_id == sign)
     rows = rows[np.argsort(truth.frame[rows])]
     n = len(rows)

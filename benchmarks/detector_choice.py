@@ -117,7 +117,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--parts", type=int, default=3)
     parser.add_argument("--part", type=int, help="unset: all, one after the other")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--passes", type=int, help="how often the outline moves a box; unset: as the detector does")
+    parser.add_argument(
+        "--passes", type=int, help="how often the box refinement moves a box; unset: as the detector does"
+    )
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="option of the training")
     args = parser.parse_args(argv)
     try:

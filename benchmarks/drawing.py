@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 __all__ = ["COLOURS", "draw_precision_recall", "drawing", "legend_below"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe and Ito: told apart by people who see fewer colours."""
+"""Okabe and Ito: distinguished by people who see fewer colours."""
 
 
 @contextmanager

@@ -19,8 +19,8 @@ from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.follow import TUNED_ON
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
-from tsr_engine.evaluation.tracking_rows import Truth
-from tsr_engine.follow import FollowerParts
+from tsr_engine.evaluation.tracking_rows import GroundTruth
+from tsr_engine.follow import FollowerModels
 from tsr_engine.follow.camera import Camera
 from tsr_engine.follow.confidence import WEIGHTS, Evidence
 from tsr_engine.follow.one_way import OneWay, visible_share
@@ -49,11 +49,11 @@ def main() -> None:
     parts = load_follower()
     with one_blas_thread():
         seen = [row for path, truth in videos for row in evidence_of(path, truth, parts)]
-    for line in told(seen):
+    for line in report(seen):
         print(line)
 
 
-def evidence_of(path: Path, truth: Truth, parts: FollowerParts) -> Iterator[Seen]:
+def evidence_of(path: Path, truth: GroundTruth, parts: FollowerModels) -> Iterator[Seen]:
     """All evidence of one video, and whether each box lies on its sign by an IoU of 0.5."""
     with open_video(path) as video:
         pictures = [frame.picture for frame in video.frames()]
@@ -66,7 +66,7 @@ def evidence_of(path: Path, truth: Truth, parts: FollowerParts) -> Iterator[Seen
                         yield from _one_way(shown, rest, rest.anchor(position), step, parts)
 
 
-def _one_way(pictures: Sequence[Picture], sign: Sign, start: int, step: int, parts: FollowerParts) -> Iterator[Seen]:
+def _one_way(pictures: Sequence[Picture], sign: Sign, start: int, step: int, parts: FollowerModels) -> Iterator[Seen]:
     height, width = pictures[0].shape[:2]
     box = sign.life[start]
     look = Template.cut(pictures[start], box, 0.0, True)
@@ -84,7 +84,7 @@ def _one_way(pictures: Sequence[Picture], sign: Sign, start: int, step: int, par
         k += step
 
 
-def told(seen: Sequence[Seen]) -> Iterator[str]:
+def report(seen: Sequence[Seen]) -> Iterator[str]:
     """The weights of a fit, and the calibration of those in force, as lines."""
     names = list(WEIGHTS)
     terms = np.array([[evidence.terms()[name] for name in names] for evidence, _ in seen])

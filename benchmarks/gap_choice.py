@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
-from benchmarks.choice import choice_parser, told
+from benchmarks.choice import choice_parser, report
 from benchmarks.experiments.clips import CHOSEN_ON, read_clips
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.peers.gap import LENGTHS, Outcome, find_gaps, our_outcomes, summary
@@ -56,9 +56,9 @@ def rows(found: Mapping[str, Sequence[Outcome]]) -> str:
     for name, outcomes in found.items():
         cells = [f"{name:{width}s}"]
         for length in LENGTHS:
-            told = summary(outcomes, length)
-            if told["gaps"]:
-                cells.append(f"{length:4d} frames: {told['error']:.4f}, {told['held']:6.1%} of {told['gaps']}")
+            report = summary(outcomes, length)
+            if report["gaps"]:
+                cells.append(f"{length:4d} frames: {report['error']:.4f}, {report['held']:6.1%} of {report['gaps']}")
         lines.append("  ".join(cells))
     return "\n".join(lines)
 
@@ -103,7 +103,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         videos, every = videos_of(args)
         return f"{rows(outcomes_of(look(videos, scratch), chosen, every))}\n"
 
-    return told("gap_choice", args.scratch, tell)
+    return report("gap_choice", args.scratch, tell)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.choice import choice_parser, told
+from benchmarks.choice import choice_parser, report
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.experiments.tracked import report_of, track_together
 from benchmarks.peers.seen import Annotated, Seen, look
@@ -84,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         seen = look(videos_of(args.looming, args.judged), scratch)
         return "".join(f"{line}\n" for line in rows(reports_of(seen, chosen)))
 
-    return told("online_choice", args.scratch, tell)
+    return report("online_choice", args.scratch, tell)
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ def write_report(
     """Write the page and its pictures.
 
     Results that an experiment of today cannot tell, because it measures more than when they were taken, are left out
-    and named: the others are told all the same.
+    and named: the others are reported all the same.
 
     Args:
         experiments: in the order of the page.
@@ -55,7 +55,7 @@ def write_report(
             parts.append(f"*Skipped:* {result.skipped}\n\n")
             continue
         try:
-            told = experiment.tell(result)
+            reported = experiment.tell(result)
             if experiment.plot is not None:
                 experiment.plot(result, picture)
         except KeyError as error:
@@ -67,7 +67,7 @@ def write_report(
                 f"`python -m benchmarks {experiment.name}` measures it anew.\n\n"
             )
             continue
-        parts.append(f"{result.data}\n\n{told}\n")
+        parts.append(f"{result.data}\n\n{reported}\n")
         if experiment.plot is not None:
             parts.append(f"![{experiment.title}](figures/{picture.name})\n\n")
         for processor, headline in sorted(result.elsewhere.items()):

@@ -98,16 +98,16 @@ def measure(kind: str, work: Path, clips: Path | None, times: int) -> dict[str, 
     out = work / f"{kind}.rrd"
     command = [sys.executable, "-c", "from app.cli.main import run; run()", "record", str(run)]
     whole = _process([*command, "--video", str(video), "--out", str(out), "--frames", f"0:{FRAMES}", "--json"])
-    told = json.loads(here.pop("said"))
+    reported = json.loads(here.pop("said"))
     return {
         "drive": kind,
         "source": (work / f"{kind}.txt").read_text(encoding="utf-8"),
-        "picture": told["picture"],
-        "megabytes": told["megabytes"],
-        "picture_megabytes": told["picture_megabytes"],
-        "boxes": told["boxes"],
-        "seconds": told["seconds"],
-        "cpu_seconds": told["cpu_seconds"],
+        "picture": reported["picture"],
+        "megabytes": reported["megabytes"],
+        "picture_megabytes": reported["picture_megabytes"],
+        "boxes": reported["boxes"],
+        "seconds": reported["seconds"],
+        "cpu_seconds": reported["cpu_seconds"],
         "command_seconds": whole["seconds"],
         "command_cpu_seconds": whole["cpu_seconds"],
         "cores": len(os.sched_getaffinity(0)),

@@ -20,7 +20,7 @@ import av
 import numpy as np
 
 from tsr_engine.evaluation.tracking import TrackingSummary, VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Results, Truth, read_clip_truth, read_mot_truth, thinned
+from tsr_engine.evaluation.tracking_rows import GroundTruth, Results, read_clip_truth, read_mot_truth, thinned
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import Detections, FloatArray
@@ -34,14 +34,14 @@ class Video:
 
     name: str
     group: str
-    truth: Truth
+    truth: GroundTruth
     frames: int
     width: int
     height: int
     shifts: list[tuple[float, float]]
 
 
-def load(path: Path, name: str, group: str, truth: Truth, step: int) -> Video:
+def load(path: Path, name: str, group: str, truth: GroundTruth, step: int) -> Video:
     """Decodes a clip once to measure its shifts; keeps every ``step``-th frame."""
     estimator = CameraShift()
     shifts = []

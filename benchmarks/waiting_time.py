@@ -54,7 +54,7 @@ class Asking:
             self._wait(f"/runs/{made['id']}", _LOOK)
         else:
             made = self._order(kind)
-            self._wait(f"/artefacts/{made['id']}", _LOOK)
+            self._wait(f"/outputs/{made['id']}", _LOOK)
         return time.perf_counter() - began
 
     def _order(self, kind: str) -> dict[str, Any]:

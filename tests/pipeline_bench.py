@@ -12,7 +12,7 @@ from tsr_engine.evidence import FramePixels
 from tsr_engine.gating.perceptual_hash import HashMemory
 from tsr_engine.params import Params
 from tsr_engine.params.gate import GateParams
-from tsr_engine.pipeline import FrameInput, Parts, TrackingCore
+from tsr_engine.pipeline import FrameInput, Models, TrackingCore
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import Detections, FloatArray, FrameEvidence, GateVerdict, Picture, Relocalisation, Sample
 
@@ -56,7 +56,7 @@ class Classifier:
 
 @dataclass
 class Learner:
-    """An online detector that notes what it is told and answers with a window to the left."""
+    """An online detector that notes what it is reported and answers with a window to the left."""
 
     calls: list[tuple[str, int, int]] = field(default_factory=list)
     probability: float = 0.9
@@ -91,7 +91,7 @@ class Bench:
         def make(pixels: PixelSource, box: FloatArray, frame: int) -> tuple[Learner, tuple[Sample, ...]]:
             return self.learner, (Sample("learned", 1, "result", frame),)
 
-        self.core = TrackingCore(params, Parts(Classifier(), make), WIDTH, HEIGHT, interval=0.04)
+        self.core = TrackingCore(params, Models(Classifier(), make), WIDTH, HEIGHT, interval=0.04)
         self.k = -1
         for _ in range(5):
             self.step(detection(80.0))

@@ -17,7 +17,7 @@ import numpy as np
 from tsr_engine.geometry.boxes import to_cxcywh, to_xyxy
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, Parts
+from tsr_engine.pipeline import Components, Models
 from tsr_engine.protocols import PixelSource
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import Detections, FloatArray, Picture, Relocalisation, Sample
@@ -137,7 +137,7 @@ def components(params: Params, delay: float = 0.0) -> Components:
         learner = TemplateLearner(params.online.search_radius)
         return learner, learner.learn(pixels, box, 1, frame)
 
-    parts = Parts(HueClassifier(), make_online)
+    parts = Models(HueClassifier(), make_online)
     return Components(RedDetector(delay), parts, {"classifier": "c" * 64}, learned_lambda=1.0)
 
 

@@ -20,7 +20,7 @@ from sample_videos import SHIPPED
 from tsr_engine.channels.compute import compute_channels
 from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.detection.prior import parzen, with_prior
-from tsr_engine.detection.tightness import Tightness
+from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.evidence.regions import FramePixels
 from tsr_engine.gating.gate import Gate
 from tsr_engine.gating.perceptual_hash import HashMemory
@@ -110,12 +110,12 @@ def detector(by: int) -> Iterator[Any]:
     assert len(boxes)
     yield boxes
     yield model.look(picture, moved(boxes, by), scores)
-    yield Tightness.of(PARAMS.detector).undo(boxes)
+    yield BoxInset.of(PARAMS.detector).undo(boxes)
     yield with_prior(scores, one.prior.at(boxes, 480, 360) if one.prior is not None else scores, 1.7)
     yield parzen(moved(to_cxcywh(boxes)[:, :2] / 480.0, by), 0.05)
 
 
-def closer_look(by: int) -> Iterator[Any]:
+def rescore_windows(by: int) -> Iterator[Any]:
     look = shipped().parts.look
     assert look is not None
     seen = moved(look, by)(FramePixels(moved(pictures()[1], by)), moved(BOX + 4.0, by))
@@ -159,7 +159,7 @@ def motion(by: int) -> Iterator[Any]:
 
 
 PIECES: dict[str, Callable[[int], Iterator[Any]]] = {
-    piece.__name__: piece for piece in (gate, shift, channels, detector, closer_look, classifier, online, motion)
+    piece.__name__: piece for piece in (gate, shift, channels, detector, rescore_windows, classifier, online, motion)
 }
 
 

@@ -1,4 +1,7 @@
-"""Runs whose camera is told from the drive: what is looked at, what is kept, and what happens when that ends early."""
+"""Runs whose camera is estimated from the drive.
+
+What is looked at, what is kept, and what happens when that ends early.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ def stands(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return toys.write_drive(tmp_path_factory.mktemp("stands") / "stands.mp4", 12)
 
 
-def test_a_portion_that_leaves_little_doubt_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_portion_that_leaves_little_uncertainty_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibration, "PORTION", 60)
     monkeypatch.setattr(calibration, "ENOUGH", 0.05)
     seen: list[tuple[int, int | None]] = []
@@ -37,7 +40,7 @@ def test_a_portion_that_leaves_little_doubt_is_enough(monkeypatch: pytest.Monkey
     assert found.frames == 59
 
 
-def test_doubt_is_looked_on_with(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_uncertainty_is_looked_on_with(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibration, "PORTION", 30)
     monkeypatch.setattr(calibration, "ENOUGH", 0.0)
     monkeypatch.setattr(calibration, "MOST", 90)
@@ -71,14 +74,14 @@ def test_a_run_says_how_far_it_has_looked(monkeypatch: pytest.MonkeyPatch) -> No
     """Of a car that stands two minutes are looked at before the first frame is tracked."""
     monkeypatch.setattr(calibration, "PORTION", 60)
     monkeypatch.setattr(calibration, "ENOUGH", 0.05)
-    told: list[object] = []
+    reported: list[object] = []
     track_video(
         RunRequest(DRIVE, ASKING, stop=2),
         toys.components(ASKING),
-        aiming=lambda looked, most: told.append((looked, most)),
-        progress=lambda at: told.append(at.done),
+        aiming=lambda looked, most: reported.append((looked, most)),
+        progress=lambda at: reported.append(at.done),
     )
-    assert told == [*((looked, 300) for looked in range(1, 61)), 1, 2]
+    assert reported == [*((looked, 300) for looked in range(1, 61)), 1, 2]
 
 
 def test_a_run_stopped_while_its_camera_is_told_leaves_nothing(tmp_path: Path) -> None:

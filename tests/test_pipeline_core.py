@@ -19,7 +19,7 @@ from tests.pipeline_bench import (
     plain_gate,
 )
 from tsr_engine.evidence import FramePixels
-from tsr_engine.pipeline import FrameInput, Parts, TrackingCore
+from tsr_engine.pipeline import FrameInput, Models, TrackingCore
 from tsr_engine.records import Detections, Sample
 
 __all__ = ["plain_gate"]
@@ -28,7 +28,7 @@ __all__ = ["plain_gate"]
 def test_first_frame_of_a_track() -> None:
     bench = Bench()
     core = TrackingCore(
-        bench.core.params, Parts(Classifier(), bench.core._parts.make_online), WIDTH, HEIGHT, interval=0.04
+        bench.core.params, Models(Classifier(), bench.core._models.make_online), WIDTH, HEIGHT, interval=0.04
     )
     frame = core.step(FrameInput(7, 0.28, detection(80.0), (1.0, 0.0), FramePixels(PICTURE)))
     (track,) = frame.tracks

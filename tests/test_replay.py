@@ -15,8 +15,8 @@ from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.online.relocalisation import search_extent
 from tsr_engine.params import Params
-from tsr_engine.pipeline import RECOMPUTED, Components, Parts, rescored, start_core
-from tsr_engine.protocols import PixelSource, Sighting
+from tsr_engine.pipeline import RECOMPUTED, Components, Models, rescored, start_core
+from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence
 from tsr_engine.replay import ReplayReport, changed_parameters, check_models, replay, run_params
@@ -92,7 +92,7 @@ def test_the_online_svm_replays_bit_by_bit_too(tmp_path: Path) -> None:
     strict = [("rejected_measurement", "relocalised"), ("learn_rejected", True), ("position_offset", 2.0)]
     params = toys.PARAMS.with_settings(strict)
     maker = OnlineDetectorMaker(np.zeros((0, FEATURES)), np.zeros(0), params.online)
-    components = Components(toys.RedDetector(), Parts(toys.HueClassifier(), maker), {"classifier": "c" * 64})
+    components = Components(toys.RedDetector(), Models(toys.HueClassifier(), maker), {"classifier": "c" * 64})
     video = toys.write_drive(tmp_path / "drive.mp4", 40)
     live = track_video(RunRequest(video, params, tmp_path / "run"), components)
     report = ReplayReport()
@@ -198,7 +198,7 @@ def test_another_detector_matters_where_a_closer_look_is_taken_with_it(
     """A run of some other detector took none, so its replay takes none."""
     ours = toys.components(toys.PARAMS)
 
-    def look(pixels: PixelSource, box: FloatArray) -> Sighting | None:
+    def look(pixels: PixelSource, box: FloatArray) -> ScoredBox | None:
         raise AssertionError("nothing is replayed here")
 
     parts = replace(ours.parts, look=look)
@@ -206,11 +206,11 @@ def test_another_detector_matters_where_a_closer_look_is_taken_with_it(
     blind = toys.PARAMS.with_settings([("rescore_windows", False)])
     with EvidenceReader(run) as reader:
         check_models(reader, other, toys.PARAMS)
-        assert start_core(reader, toys.PARAMS, parts)._parts.look is None
+        assert start_core(reader, toys.PARAMS, parts)._models.look is None
         header = reader.header
         named = replace(header, models=dict(header.models) | {"detector": "f" * 64})
         monkeypatch.setattr(reader, "header", named)
-        assert start_core(reader, toys.PARAMS, parts)._parts.look is look
+        assert start_core(reader, toys.PARAMS, parts)._models.look is look
         check_models(reader, other, blind)
         with pytest.raises(ModelError, match="another detector"):
             check_models(reader, other, toys.PARAMS)

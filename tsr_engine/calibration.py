@@ -38,7 +38,7 @@ def calibrate(
     Args:
         path: the video.
         start: first frame.
-        stop: end, exclusive; unset: as soon as a portion leaves little doubt, ``MOST`` frames after the first at last.
+        stop: end, exclusive; unset: as soon as a portion is certain enough, ``MOST`` frames after the first at last.
         x: of the focus, share of the width.
         scale: flow is looked for in pictures made smaller by this factor.
         limits: what the video may demand; unset: ``VideoLimits()``.
@@ -80,7 +80,7 @@ def aimed(
     limits: VideoLimits | None = None,
     progress: Callable[[int, int | None], None] | None = None,
 ) -> tuple[Params, Focus | None]:
-    """Parameters of a run over a drive whose camera is told from the drive, unless they name its focus themselves.
+    """Parameters of a run over a drive whose camera is estimated from the drive, unless they name its focus themselves.
 
     The beginning of the drive is looked at, whichever frames are to be tracked: every run over it has the same camera.
 
@@ -92,7 +92,7 @@ def aimed(
         progress: called after each frame that is looked at, as by :func:`calibrate`.
 
     Returns:
-        The parameters with ``coast_foe_y`` set where it was asked for and could be told, and what was told.
+        The parameters with ``coast_foe_y`` set where it was asked for and could be reported, and what was reported.
     """
     tracking = params.tracking
     if tracking.coast_foe_y is not None or tracking.motion != "looming":

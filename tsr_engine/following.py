@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from tsr_engine.detection.closer_look import CloserLook
-from tsr_engine.follow import Anchor, Direction, Event, FollowerParts, follow
+from tsr_engine.detection.refine.window_rescoring import WindowRescoring
+from tsr_engine.follow import Anchor, Direction, Event, FollowerModels, follow
 from tsr_engine.io.both_ways import BothWays
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import FrameTable, VideoLimits, open_video
@@ -16,7 +16,7 @@ from tsr_engine.pipeline import load_detector, load_online, one_blas_thread
 __all__ = ["follow_video", "load_follower"]
 
 
-def load_follower(folder: Path | None = None) -> FollowerParts:
+def load_follower(folder: Path | None = None) -> FollowerModels:
     """The trained parts that following rests on.
 
     Args:
@@ -27,14 +27,14 @@ def load_follower(folder: Path | None = None) -> FollowerParts:
     """
     params = Params()
     detector = load_detector(params, folder)
-    look = CloserLook(detector.model, detector.tightness, params.detector.refine_passes)
-    return FollowerParts(load_online(params, folder), look)
+    look = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
+    return FollowerModels(load_online(params, folder), look)
 
 
 def follow_video(
     path: VideoSource | str,
     anchors: Sequence[Anchor],
-    parts: FollowerParts,
+    parts: FollowerModels,
     *,
     direction: Direction | None = None,
     first: int = 0,

@@ -56,8 +56,8 @@ class TrainedPart(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Sighting:
-    """What a closer look at one place saw.
+class ScoredBox:
+    """What window rescoring at one place saw.
 
     Attributes:
         box: on the sign's edges, drawn as a detection is; shape (4,).
@@ -83,7 +83,7 @@ WHOLE: Edges = (False, False, False, False)
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class MeasurementQuality:
     """How well a box was measured, beside a detection that lies wholly in the picture.
 
     Attributes:
@@ -96,12 +96,12 @@ class Sight:
     size: float = 1.0
     cut: Edges = WHOLE
 
-    def times(self, factor: float) -> Sight:
+    def times(self, factor: float) -> MeasurementQuality:
         """The same edges, with ``factor`` times the standard deviations."""
-        return Sight(self.centre * factor, self.size * factor, self.cut)
+        return MeasurementQuality(self.centre * factor, self.size * factor, self.cut)
 
 
-DETECTION = Sight()
+FULL_QUALITY = MeasurementQuality()
 """A detection that lies wholly in the picture."""
 
 
@@ -124,8 +124,10 @@ class MotionModel(Protocol):
         """Time update; ``focus_y``: height of the camera's focus of expansion if known, px, for a model with one."""
         ...
 
-    def update(self, state: MotionState, measurement: FloatArray, sight: Sight = DETECTION) -> MotionState:
-        """Measurement update by a box that was seen as ``sight`` says."""
+    def update(
+        self, state: MotionState, measurement: FloatArray, quality: MeasurementQuality = FULL_QUALITY
+    ) -> MotionState:
+        """Measurement update by a box that was seen as ``quality`` says."""
         ...
 
     def box_of(self, state: MotionState) -> FloatArray:

@@ -39,8 +39,8 @@ from tsr_engine.pipeline import (
     FrameInput,
     TrackingCore,
     detected_ahead,
-    keep_regions,
     rebuild,
+    replay_regions,
 )
 from tsr_engine.records import Detections, FrameEvidence, Picture
 from tsr_engine.run_outputs import RunOutputs, refuse_outputs
@@ -68,12 +68,13 @@ def track_video(
         request: what to do.
         components: detector and trained parts.
         progress: called after each frame.
-        aiming: called before that, while the camera is told from the drive: frames looked at, and the most there are.
+        aiming: called before that, while the camera is estimated from the drive: frames looked at, and the most there
+            are.
         stop: asked before each frame; true ends the run as interrupted, with everything so far written.
 
     Returns:
         The report. Outputs of an interrupted or failed run hold the frames up to there; one that is stopped while its
-        camera is told from the drive has none yet.
+        camera is estimated from the drive has none yet.
 
     Raises:
         VideoError: the video cannot be opened or decoded.
@@ -292,7 +293,7 @@ class _Run:
         seconds |= evidence.timings
         t3 = clock()
         if self.writer is not None:
-            regions = keep_regions(evidence, pixels, self.request.params)
+            regions = replay_regions(evidence, pixels, self.request.params)
             evidence = replace(evidence, regions=regions, timings=seconds)
             self.writer.append(evidence, self._table_entry(frame))
             seconds["evidence"] = clock() - t3

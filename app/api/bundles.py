@@ -10,10 +10,10 @@ from pydantic import Field
 from app.api.receiving import RAW_BODY, received, while_there
 from app.api.responses import failures
 from app.api.runs import RunId
-from app.artefacts.view import ArtefactView
 from app.bundles.importing import BundleImport
 from app.context import ContextDep
 from app.edits.documents import Frame, Key
+from app.outputs.view import OutputView
 from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
@@ -34,8 +34,8 @@ class BundleOrder(Model):
 
 
 @router.post("/runs/{run_id}/bundles", operation_id="bundle_run", status_code=202, responses=failures(404, 409))
-def bundle_run(run_id: RunId, order: BundleOrder, context: ContextDep) -> ArtefactView:
-    """Pack a range of frames with output and corrections; the answer is the artefact that it becomes."""
+def bundle_run(run_id: RunId, order: BundleOrder, context: ContextDep) -> OutputView:
+    """Pack a range of frames with output and corrections; the answer is the output that it becomes."""
     return context.bundles.start(
         run_id, order.first, order.stop, note=order.note, tracks=order.tracks, max_eq7=order.max_eq7
     )

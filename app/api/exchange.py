@@ -11,12 +11,12 @@ from pydantic import TypeAdapter, ValidationError
 from app.api.receiving import RAW_BODY, received, while_there
 from app.api.responses import failures
 from app.api.runs import VideoId
-from app.artefacts.view import ArtefactView, artefact_view
 from app.context import Context, ContextDep
 from app.errors import Invalid, bad_file
 from app.exchange.export import ExportRequest
 from app.exchange.formats import FormatView, format_view
 from app.exchange.imports import ImportKind, ImportResult, Incoming
+from app.outputs.view import OutputView, output_view
 from app.shapes import PLAIN, Model
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.formats import UnknownNames
@@ -43,9 +43,9 @@ def list_formats() -> Formats:
 
 
 @router.post("/exports", operation_id="start_export", status_code=202, responses=failures(404, 409))
-def start_export(wanted: ExportRequest, context: ContextDep) -> ArtefactView:
+def start_export(wanted: ExportRequest, context: ContextDep) -> OutputView:
     """Queue an export of one or more runs with their corrections; it becomes one ZIP file."""
-    return artefact_view(context.exports.start(wanted))
+    return output_view(context.exports.start(wanted))
 
 
 @router.post(

@@ -7,10 +7,11 @@ from typing import Annotated
 from fastapi import APIRouter, Header, Path, Query
 from fastapi.responses import Response
 
+from app.api.former import DEPRECATED_SINCE
 from app.api.responses import PICTURE, failures
 from app.api.runs import VideoId
 from app.context import ContextDep
-from app.videos.reel import Encoding
+from app.videos.frame_server import Encoding
 
 __all__ = ["router"]
 
@@ -29,21 +30,25 @@ def get_frame(
     context: ContextDep,
     width: Annotated[int | None, Query(ge=16, le=16384)] = None,
     encoding: Annotated[Encoding, Query(alias="format")] = "jpeg",
-    glance: bool = False,
+    preview: bool = False,
+    glance: Annotated[bool, Query(include_in_schema=False)] = False,  # former name
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
     """Frame k as the engine sees it; X-Frame-Ordinal and X-Frame-Pts say which one it is.
 
-    Who only glances, because the next leap is coming, may get a small, soft picture of the same frame, marked by
+    A client that scrubs, because the next leap is coming, may get a small, soft picture of the same frame, marked by
     `X-Frame-Exact: false`.
     """
-    served = context.frames.picture(video_id, ordinal, width, encoding, _tags(if_none_match), glance=glance)
+    preview = preview or glance  # former name
+    served = context.frames.picture(video_id, ordinal, width, encoding, _tags(if_none_match), preview=preview)
     headers = {
         "X-Frame-Exact": str(served.exact).lower(),
         "X-Frame-Ordinal": str(served.ordinal),
         "X-Frame-Pts": str(served.pts),
         "Content-Encoding": "identity",  # compressed already
     }
+    if glance:  # former name
+        headers["Deprecation"] = DEPRECATED_SINCE
     if served.exact:
         headers |= {"ETag": served.etag, "Cache-Control": "private, max-age=31536000, immutable"}
     else:

@@ -64,7 +64,7 @@ async def received(request: Request, context: Context, name: str) -> AsyncIterat
 
 
 async def while_there(request: Request, work: Callable[[Callable[[], bool]], T]) -> T:
-    """What ``work`` returns, done by a thread; it is told when the client has left.
+    """What ``work`` returns, done by a thread; it is informed when the client has left.
 
     Args:
         request: its body has been read.

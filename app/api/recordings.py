@@ -9,9 +9,9 @@ from pydantic import Field
 
 from app.api.responses import failures
 from app.api.runs import RunId
-from app.artefacts.view import ArtefactView
 from app.context import ContextDep
 from app.edits.documents import Frame, Key
+from app.outputs.view import OutputView
 from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
@@ -34,8 +34,8 @@ class RecordingOrder(Model):
 
 
 @router.post("/runs/{run_id}/recordings", operation_id="record_run", status_code=202, responses=failures(404, 409))
-def record_run(run_id: RunId, order: RecordingOrder, context: ContextDep) -> ArtefactView:
-    """Make a ``.rrd`` file of a range of frames; the answer is the artefact that it becomes."""
+def record_run(run_id: RunId, order: RecordingOrder, context: ContextDep) -> OutputView:
+    """Make a ``.rrd`` file of a range of frames; the answer is the output that it becomes."""
     return context.recordings.start(
         run_id, order.first, order.stop, name=order.name, frame=order.frame, track=order.track, truth=order.truth
     )

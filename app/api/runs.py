@@ -111,7 +111,7 @@ def remove_run(run_id: RunId, context: ContextDep) -> None:
     """Remove a run, its evidence and its edits."""
     context.runs.remove(run_id)
     context.evidence.forget(run_id)
-    context.space.forget(run_id)
+    context.scene3d.forget(run_id)
 
 
 @router.patch("/runs/{run_id}", operation_id="rename_run", responses=failures(404))
@@ -126,7 +126,7 @@ def remove_whatifs(run_id: RunId, context: ContextDep) -> RemovedRuns:
     removed = context.runs.remove_whatifs(run_id)
     for name in removed:
         context.evidence.forget(name)
-        context.space.forget(name)
+        context.scene3d.forget(name)
     return RemovedRuns(removed=removed)
 
 

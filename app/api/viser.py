@@ -22,9 +22,9 @@ from app.api.responses import failures
 from app.api.runs import RunId
 from app.context import Context, ContextDep
 from app.errors import ApiError
-from app.space.host import HEADER
-from app.space.page import viser_page
-from app.space.view import View
+from app.scene3d.host import HEADER
+from app.scene3d.page import viser_page
+from app.scene3d.view import View
 from tsr_engine.errors import TsrError
 
 __all__ = ["ViewName", "router"]
@@ -36,7 +36,7 @@ _LARGEST: Final = 128 * 2**20
 """Bytes of one message of viser: a scene comes in few, large ones."""
 _QUEUED: Final = 4
 """Messages of viser that are taken before they can be handed on."""
-_log = logging.getLogger("tsr.space")
+_log = logging.getLogger("tsr.scene3d")
 
 
 @router.get("/viser/{run_id}/{view}", responses=failures(404, 409))
@@ -49,7 +49,7 @@ def get_page(
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
     """The page of viser; its scene comes over the socket of the same address."""
-    context.space.check(run_id)
+    context.scene3d.check(run_id)
     page = viser_page()
     headers = {
         "ETag": page.etag,
@@ -74,7 +74,7 @@ async def get_socket(socket: WebSocket, run_id: RunId, view: ViewName) -> None:
         await socket.close(4400, "not viser's page")
         return
     try:
-        found = await asyncio.to_thread(context.space.enter, run_id, view)
+        found = await asyncio.to_thread(context.scene3d.enter, run_id, view)
     except ApiError as error:
         await socket.close(4000 + error.status, error.code)
         return
@@ -85,7 +85,7 @@ async def get_socket(socket: WebSocket, run_id: RunId, view: ViewName) -> None:
     try:
         await _connect(socket, found, offered[0])
     finally:
-        context.space.leave(found)
+        context.scene3d.leave(found)
 
 
 async def _connect(socket: WebSocket, view: View, protocol: str) -> None:

@@ -99,11 +99,11 @@ def read_corrections(path: Path) -> tuple[list[TrackDoc], dict[int, str]]:
     keys = content.get("labels", {str(number): key for number, key in enumerate(default_keys())})
     if not isinstance(keys, dict) or not all(key.isdecimal() and isinstance(word, str) for key, word in keys.items()):
         raise ImportFormatError(f"{path.name}, labels: expected a key for each id. Make the bundle anew.")
-    told = {int(number): word for number, word in keys.items()}
-    strange = _named(content["documents"]) - told.keys()
+    reported = {int(number): word for number, word in keys.items()}
+    strange = _named(content["documents"]) - reported.keys()
     if strange:
         raise ImportFormatError(f"{path.name}: it does not say what label {min(strange)} is. Make the bundle anew.")
-    return documents, {number: told[number] for number in sorted(_named(content["documents"]))}
+    return documents, {number: reported[number] for number in sorted(_named(content["documents"]))}
 
 
 def moved_document(

@@ -28,7 +28,7 @@ import numpy as np
 
 from app.edits.documents import TrackDoc
 from app.edits.effective import Effective, box_at
-from app.exchange.machine import MachineTrack, MachineTracks
+from app.exchange.engine_tracks import EngineTrack, EngineTracks
 from tsr_engine.bundle import Bounds, Expectation, Expected, ExpectedSign
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.geometry.boxes import iou
@@ -65,7 +65,7 @@ def expectation_of(
         classes = classes_of_keys(labels, shipped_set(DEFAULT))
     present = [f"m{track.track_id}" for track in reader.tracks(first, stop) if track.confirmed]
     within = Bounds() if bounds is None else bounds
-    maker = _Maker(MachineTracks(reader), classes, documents, present, first, stop, within)
+    maker = _Maker(EngineTracks(reader), classes, documents, present, first, stop, within)
     for key in sorted(documents):
         if not keys or key in keys:
             maker.add(documents[key])
@@ -75,7 +75,7 @@ def expectation_of(
 
 @dataclass(slots=True)
 class _Maker:
-    machine: MachineTracks
+    engine_tracks: EngineTracks
     classes: RunClasses
     documents: Mapping[str, TrackDoc]
     present: list[str]
@@ -85,7 +85,7 @@ class _Maker:
     bounds: Bounds
     signs: dict[str, ExpectedSign] = field(default_factory=dict)
     expected: list[Expected] = field(default_factory=list)
-    _known: dict[int, MachineTrack | None] = field(default_factory=dict)
+    _known: dict[int, EngineTrack | None] = field(default_factory=dict)
 
     def add(self, doc: TrackDoc) -> None:
         """Everything that one document says."""
@@ -183,13 +183,13 @@ class _Maker:
         return {f: box for f in range(self.first, self.stop) if (box := self._box_of(key, f)) is not None}
 
     def _shown(self, doc: TrackDoc) -> dict[int, Effective]:
-        return {f: b for f in range(self.first, self.stop) if (b := box_at(doc, f, self._machine_box)) is not None}
+        return {f: b for f in range(self.first, self.stop) if (b := box_at(doc, f, self._engine_box)) is not None}
 
     def _box_of(self, key: str, frame: int) -> Effective | None:
         doc = self.documents.get(key)
         if doc is not None:
-            return box_at(doc, frame, self._machine_box)
-        box = self._machine_box(int(key[1:]), frame)
+            return box_at(doc, frame, self._engine_box)
+        box = self._engine_box(int(key[1:]), frame)
         return None if box is None else Effective(box, "engine", False, None)
 
     def _engine_boxes(self, doc: TrackDoc) -> dict[int, Edges]:
@@ -200,7 +200,7 @@ class _Maker:
             for frame in range(self.first, self.stop):
                 inside = doc.gone or any(p.track == track and p.first <= frame <= p.last for p in doc.segments)
                 held = doc.gone and self._held_elsewhere(doc.key, track, frame)
-                box = self._machine_box(track, frame) if inside and not held else None
+                box = self._engine_box(track, frame) if inside and not held else None
                 if box is not None:
                     boxes.setdefault(frame, box)
         return boxes
@@ -210,8 +210,8 @@ class _Maker:
         track = int(doc.key[1:])
         boxes: dict[int, Edges] = {}
         for frame in range(self.first, self.stop):
-            box = self._machine_box(track, frame)
-            shown = box_at(doc, frame, self._machine_box)
+            box = self._engine_box(track, frame)
+            shown = box_at(doc, frame, self._engine_box)
             if box is not None and shown is None and not self._held_elsewhere(doc.key, track, frame):
                 boxes[frame] = box
         return boxes
@@ -223,7 +223,7 @@ class _Maker:
             for other in self.documents.values()
         )
 
-    def _machine_box(self, track: int, frame: int) -> Edges | None:
+    def _engine_box(self, track: int, frame: int) -> Edges | None:
         found = self._track(track)
         if found is None:
             return None
@@ -233,9 +233,9 @@ class _Maker:
         x1, y1, x2, y2 = found.boxes[place].tolist()
         return x1, y1, x2, y2
 
-    def _track(self, number: int) -> MachineTrack | None:
+    def _track(self, number: int) -> EngineTrack | None:
         if number not in self._known:
-            self._known[number] = self.machine.one(number)
+            self._known[number] = self.engine_tracks.one(number)
         return self._known[number]
 
     def _goes_on(self, doc: TrackDoc) -> bool:
@@ -247,7 +247,7 @@ class _Maker:
         """The engine's class, which stands."""
         own = [int(doc.key[1:])] if doc.key.startswith("m") else []
         for number in (*own, *(piece.track for piece in doc.segments)):
-            label = self.machine.labels.get(number, -1)
+            label = self.engine_tracks.labels.get(number, -1)
             if label >= 0:
                 return label
         return None

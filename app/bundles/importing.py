@@ -12,7 +12,6 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
-from app.artefacts.placing import Placing, placing
 from app.bundles.corrections import moved_document, read_corrections, relabelled_documents
 from app.cages.cage import CageError, Cages, CagesClosed
 from app.cages.limits import Limits
@@ -23,6 +22,7 @@ from app.events import EventBus
 from app.jobs.queue import JobQueue
 from app.labels.mapping import labels_of_model
 from app.labels.store import default_key, newest
+from app.outputs.placing import Placing, placing
 from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import RunView, publish_run, run_view
@@ -190,8 +190,8 @@ class BundleImports:
             raise _refused(f"{path.name} cannot be read: {error}.") from None
         except TsrError as error:
             # Where it was unpacked means nothing to anybody, and is gone soon.
-            told = str(error).replace(f"{folder / 'bundle'}{os.sep}", "").replace(str(folder), "")
-            raise _refused(told, error.kind if isinstance(error, ImportFormatError) else "broken") from None
+            reported = str(error).replace(f"{folder / 'bundle'}{os.sep}", "").replace(str(folder), "")
+            raise _refused(reported, error.kind if isinstance(error, ImportFormatError) else "broken") from None
         return found
 
     def _store(
@@ -216,7 +216,7 @@ class BundleImports:
             session.flush()
             self._correct(session, run, documents, spans, report, author)
             work.put(folder / EVIDENCE, home / "runs" / run_id)
-            # What pages are told includes whether the file is there: so it is, by now.
+            # What pages are reported includes whether the file is there: so it is, by now.
             publish_run(session, self._events, run)
             views = video_view(session, video), run_view(run)
         return BundleImport(video=views[0], run=views[1], report=report)

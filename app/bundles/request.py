@@ -73,7 +73,7 @@ def bundle_request(
         else:
             bounds = Bounds() if max_eq7 is None else Bounds(eq7=max_eq7)
             expected = expectation_of(reader, source.documents, first, stop, tracks, bounds, source.classes)
-    documents = _told(source, first, stop, tracks)
+    documents = _reported(source, first, stop, tracks)
     return BundleRequest(
         evidence=source.folder,
         video=path,
@@ -105,7 +105,7 @@ def _known(reader: EvidenceReader, source: Source, tracks: Collection[str]) -> N
             raise UsageError(f"The run has no track {key[:40]!r}. The engine's are called m1, m2 and so on.")
 
 
-def _told(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[dict[str, Any]]:
+def _reported(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[dict[str, Any]]:
     """Documents that say something about the frames, by key."""
     return [
         document.model_dump(mode="json")

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from app.artefacts.names import file_stem
-from app.artefacts.service import ArtefactService
-from app.artefacts.view import ArtefactView, artefact_view
 from app.errors import Conflict, Invalid, NotFound
 from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
+from app.outputs.names import file_stem
+from app.outputs.service import OutputService
+from app.outputs.view import OutputView, output_view
 from app.storage.database import Database
 from app.storage.models import Run, TrackDocument, Video
 from app.videos.words import in_words
@@ -24,10 +24,10 @@ JOB = "bundle"
 class BundleService:
     """Checks and queues."""
 
-    def __init__(self, database: Database, evidence: EvidenceService, artefacts: ArtefactService) -> None:
+    def __init__(self, database: Database, evidence: EvidenceService, outputs: OutputService) -> None:
         self._database = database
         self._evidence = evidence
-        self._artefacts = artefacts
+        self._outputs = outputs
 
     def start(
         self,
@@ -38,7 +38,7 @@ class BundleService:
         note: str = "",
         tracks: Sequence[str] = (),
         max_eq7: float | None = None,
-    ) -> ArtefactView:
+    ) -> OutputView:
         """Queue a bundle of ``first <= frame < stop``.
 
         Args:
@@ -81,4 +81,4 @@ class BundleService:
                 "max_eq7": max_eq7,
             }
             name = f"{file_stem(video.name, 'video')}_{first}-{stop - 1}_bug.zip"
-            return artefact_view(self._artefacts.queue(session, "bundle", run_id, name, options, JOB))
+            return output_view(self._outputs.queue(session, "bundle", run_id, name, options, JOB))

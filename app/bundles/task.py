@@ -5,11 +5,11 @@ from __future__ import annotations
 from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
-from app.artefacts.service import ArtefactService
 from app.bundles.request import bundle_request, report_summary
 from app.errors import ApiError
 from app.exchange.stored import home_source
 from app.jobs.context import TaskContext
+from app.outputs.service import OutputService
 from app.runs.of_job import run_of_job
 from app.storage.models import Video
 from app.training.folders import models_of_run
@@ -25,11 +25,11 @@ def make_run_bundle(task: TaskContext) -> None:
     """Make the bundle, with the corrections that are stored when it begins."""
     from tsr_engine.bundle import make_bundle
 
-    artefacts = ArtefactService.of_task(task)
-    artefact, folder = artefacts.begin(task)
-    options = artefact.options
+    outputs = OutputService.of_task(task)
+    output, folder = outputs.begin(task)
+    options = output.options
     with task.database.read() as session:
-        run = run_of_job(session, artefact.run_id)
+        run = run_of_job(session, output.run_id)
         try:
             source = home_source(session, task.settings, run.id)
         except ApiError as error:
@@ -50,5 +50,5 @@ def make_run_bundle(task: TaskContext) -> None:
         table=None if video.frame_table is None else unpack(video.frame_table),
         max_eq7=options.get("max_eq7"),
     )
-    report = make_bundle(request, lambda done, of: artefacts.progress(task, artefact.id, done, of))
-    artefacts.complete(task, artefact.id, report.path, report_summary(report))
+    report = make_bundle(request, lambda done, of: outputs.progress(task, output.id, done, of))
+    outputs.complete(task, output.id, report.path, report_summary(report))

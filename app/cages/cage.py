@@ -1,4 +1,4 @@
-"""Cages as the server sees them: started in milliseconds, asked, told to end, never outlived by."""
+"""Cages as the server sees them: started in milliseconds, asked, asked to end, never outlived by."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ class Cages:
         end.settimeout(_BEGIN)
         talk = Talk(end)
         try:
-            number = int(talk.hear()[0]["number"])
+            number = int(talk.receive()[0]["number"])
             cage = Cage(talk, os.pidfd_open(number), limits)
         except (Ended, OSError, KeyError, ValueError):
             end.close()
@@ -207,7 +207,7 @@ class Cages:
                     raise CagesClosed("nobody waits for it any more")
                 if not looking.poll(_LOOK_MS):
                     continue
-                said, _ = cage.talk.hear()
+                said, _ = cage.talk.receive()
                 if "found" in said:
                     return said["found"]
                 if "failed" in said:
@@ -226,7 +226,7 @@ class Cages:
             self.end(cage)
 
     def close(self) -> None:
-        """Kill all of them; whoever waits for one is told."""
+        """Kill all of them; whoever waits for one is reported."""
         with self._lock:
             self._closed = True
             cages = list(self._open)

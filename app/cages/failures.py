@@ -14,7 +14,7 @@ from app.errors import ApiError, StorageFull
 from app.storage.database import storage_failure
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError
 
-__all__ = ["CageError", "raised", "told"]
+__all__ = ["CageError", "raised", "report"]
 
 _log = logging.getLogger("tsr.cage")
 
@@ -23,7 +23,7 @@ class CageError(TsrError):
     """A cage did not come to an end: it was killed, or went over a limit."""
 
 
-def told(error: Exception) -> dict[str, Any]:
+def report(error: Exception) -> dict[str, Any]:
     """A failure for the other side; one that nobody expected is in the log of this one."""
     if isinstance(error, DBAPIError):
         error = storage_failure(error) or error
@@ -35,7 +35,7 @@ def told(error: Exception) -> dict[str, Any]:
     if isinstance(error, ImportFormatError):
         return {"engine": "ImportFormatError", "message": str(error), "kind": error.kind}
     if isinstance(error, TsrError):
-        # a class of a part of the server is told as the engine's that it is
+        # a class of a part of the server is informed as the engine's that it is
         kind = next(base.__name__ for base in type(error).__mro__ if hasattr(of_engine, base.__name__))
         return {"engine": kind, "message": str(error)}
     if isinstance(error, MemoryError):

@@ -19,7 +19,7 @@ import traceback
 from typing import Any, Final
 
 from app.cages.confine import confine, die_with_parent
-from app.cages.failures import told
+from app.cages.failures import report
 from app.cages.limits import Limits
 from app.cages.talk import Ended, Talk
 
@@ -65,7 +65,7 @@ def _serve(parent: int, end: socket.socket) -> None:
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
             talk = Talk(end)
             talk.say({"number": os.getpid()})
-            task, content = talk.hear()
+            task, content = talk.receive()
             limits, arguments = pickle.loads(content)  # noqa: S301 - the server's own words
             _do(talk, str(task["function"]), limits, arguments)
             code = 0
@@ -87,7 +87,7 @@ def _do(talk: Talk, name: str, limits: Limits, arguments: tuple[Any, ...]) -> No
     except Ended:
         raise
     except Exception as error:
-        talk.say({"failed": told(error)})
+        talk.say({"failed": report(error)})
         return
     talk.say({"found": found})
 

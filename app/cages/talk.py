@@ -51,7 +51,7 @@ class Talk:
         except OSError:
             raise Ended from None
 
-    def hear(self) -> tuple[dict[str, Any], bytearray]:
+    def receive(self) -> tuple[dict[str, Any], bytearray]:
         """The next message.
 
         Raises:

@@ -115,17 +115,17 @@ def budgets(texts: Sequence[str]) -> dict[str, float]:
 
 def over_budget(found: Sequence[Change], allowed: Mapping[str, float]) -> list[str]:
     """What got worse by more than its budget, one sentence each."""
-    told = []
+    reported = []
     for change in found:
         if change.name not in allowed or change.difference is None:
             continue
         worse = -change.difference if FIGURES[change.name][1] else change.difference
         if worse > abs(allowed[change.name]) + 1e-9:
-            told.append(
+            reported.append(
                 f"{change.name} went from {change.before:.4g} to {change.after:.4g}, by {change.difference:+.4g}; "
                 f"its budget is {allowed[change.name]:+g}."
             )
-    return told
+    return reported
 
 
 def _rows(report: VideoReport) -> Table:

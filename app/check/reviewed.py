@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.exchange.dataset import Source
-from tsr_engine.evaluation.tracking_rows import Results, Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import REJECTED, Track
 
@@ -26,7 +26,7 @@ class ReviewedDrive:
     """
 
     source: Source
-    truth: Truth
+    truth: GroundTruth
     results: Results
     decided: int
 
@@ -61,7 +61,7 @@ def _counts(track: Track) -> bool:
     return track.state == "accepted" or (track.source in ("human", "corrected") and track.state == "open")
 
 
-def _truth(tracks: list[Track], counted: list[bool]) -> Truth:
+def _truth(tracks: list[Track], counted: list[bool]) -> GroundTruth:
     lengths = [len(track.frames) for track in tracks]
     total = sum(lengths)
     labels = [
@@ -73,7 +73,7 @@ def _truth(tracks: list[Track], counted: list[bool]) -> Truth:
         | (np.zeros(len(track.frames), bool) if track.ignore is None else track.ignore)
         for track, counts in zip(tracks, counted, strict=True)
     ]
-    return Truth(
+    return GroundTruth(
         frame=np.concatenate([track.frames for track in tracks]) if total else np.zeros(0, np.int64),
         track_id=np.repeat(np.arange(len(tracks)), lengths),
         boxes=np.concatenate([track.boxes for track in tracks]) if total else np.zeros((0, 4)),

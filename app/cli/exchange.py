@@ -253,7 +253,7 @@ def import_file(
     from app.exchange.home import named_video, open_home
     from app.exchange.imports import ImportService, Incoming
     from app.exchange.named import as_command_error, named_sources
-    from app.truths.service import TruthService
+    from app.ground_truths.service import GroundTruthService
 
     if kind not in ("annotation", "truth", "run"):
         raise UsageError(f"--as must be annotation, truth or run. Got '{kind}'.")
@@ -277,7 +277,7 @@ def import_file(
         events = EventBus()
         evidence = EvidenceService(settings, database)
         edits = EditService(database, events, evidence, settings)
-        imports = ImportService(settings, database, events, edits, TruthService(database))
+        imports = ImportService(settings, database, events, edits, GroundTruthService(database))
         with database.read() as session:
             video = named_video(session, onto)
         run_id = None

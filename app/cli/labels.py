@@ -255,7 +255,7 @@ def import_labels(
         print_json(done.model_dump(mode="json"))
         return
     say(f"{done.sentence} {len(done.known)} were here already." if done.added else done.sentence)
-    for sentence in (*done.told, *(each.reason for each in done.refused)):
+    for sentence in (*done.reported, *(each.reason for each in done.refused)):
         say(sentence)
 
 

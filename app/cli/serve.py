@@ -207,7 +207,7 @@ def _shown(host: str) -> str:
 
 
 def _tell_when_ready(server: uvicorn.Server, settings: Settings, link: str, browser: bool) -> None:
-    """The link is told once it can be opened."""
+    """The link is reported once it can be opened."""
     until = time.monotonic() + 60
     while not server.started and time.monotonic() < until:
         time.sleep(0.02)

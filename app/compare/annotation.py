@@ -1,4 +1,4 @@
-"""A run as people have corrected it, as boxes: the documents laid over the engine's tracks.
+"""A run as people have corrected it, as boxes: the documents merged into the engine's tracks.
 
 Tracks that are deleted, rejected or no sign hold nothing; those that nobody touched stand as they are. The boxes of
 regions to ignore count neither as a miss nor as false.
@@ -17,30 +17,30 @@ from app.evidence.tables import BoxTable, FloatColumn, IntColumn
 __all__ = ["corrected_boxes"]
 
 
-def corrected_boxes(machine: BoxTable, documents: Mapping[str, TrackDoc], stop: int) -> BoxTable:
+def corrected_boxes(engine_tracks: BoxTable, documents: Mapping[str, TrackDoc], stop: int) -> BoxTable:
     """The corrected boxes.
 
     Args:
-        machine: boxes of the run's confirmed tracks, keys ``m...``; all before ``stop``.
+        engine_tracks: boxes of the run's confirmed tracks, keys ``m...``; all before ``stop``.
         documents: of the touched tracks, by key.
         stop: frame after the last that counts: what people have said of later ones is left out.
 
     Returns:
         Boxes by frame; in a frame the engine's tracks by number, then those that people made by key.
     """
-    touched = np.array([key in documents for key in machine.keys], np.bool_)
-    keep = ~touched[machine.track] if len(machine) else np.zeros(0, np.bool_)
-    engine = _Engine(machine)
-    keys = list(machine.keys)
+    touched = np.array([key in documents for key in engine_tracks.keys], np.bool_)
+    keep = ~touched[engine_tracks.track] if len(engine_tracks) else np.zeros(0, np.bool_)
+    engine = _Engine(engine_tracks)
+    keys = list(engine_tracks.keys)
     place = {key: i for i, key in enumerate(keys)}
     parts = [
         (
-            machine.frame[keep],
-            machine.track[keep],
-            machine.boxes[keep],
-            machine.class_id[keep],
-            machine.source[keep],
-            machine.ignore[keep],
+            engine_tracks.frame[keep],
+            engine_tracks.track[keep],
+            engine_tracks.boxes[keep],
+            engine_tracks.class_id[keep],
+            engine_tracks.source[keep],
+            engine_tracks.ignore[keep],
         )
     ]
     for key, document in sorted(documents.items()):

@@ -178,8 +178,8 @@ def confusion(
             )
         )
     classes = {int(c) for c in np.concatenate([ours, theirs]) if c != nothing}
-    told = {c: word for c, word in (words or {}).items() if c in classes}
-    return Confusion(classes=sorted(classes, key=lambda c: (c < 0, abs(c))), words=told, cells=cells)
+    reported = {c: word for c, word in (words or {}).items() if c in classes}
+    return Confusion(classes=sorted(classes, key=lambda c: (c < 0, abs(c))), words=reported, cells=cells)
 
 
 _Place = tuple[int, int, str]

@@ -12,11 +12,11 @@ from app.edits.track_name import track_name
 from app.errors import Conflict, Invalid
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
+from app.ground_truths.service import GroundTruthService
 from app.labels.store import labels_of_video
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from app.truths.service import TruthService
 from tsr_engine.labels.classes import resolved_labels
 from tsr_engine.labels.model import LabelSet
 
@@ -71,11 +71,13 @@ class Side:
 class CompareService:
     """Loads two sides and measures one against the other."""
 
-    def __init__(self, database: Database, evidence: EvidenceService, edits: EditService, truths: TruthService) -> None:
+    def __init__(
+        self, database: Database, evidence: EvidenceService, edits: EditService, ground_truths: GroundTruthService
+    ) -> None:
         self._database = database
         self._evidence = evidence
         self._edits = edits
-        self._truths = truths
+        self._ground_truths = ground_truths
 
     def compare(self, reference: str, candidate: str) -> Comparison:
         """Measure ``candidate`` against ``reference``.
@@ -125,7 +127,7 @@ class CompareService:
         """One side, with labels of the video's set; ``words`` numbers what models call signs that the set lacks."""
         kind, _, identity = name.partition(":")
         if kind == "truth":
-            video_id, title, table = self._truths.boxes(identity)
+            video_id, title, table = self._ground_truths.boxes(identity)
             with self._database.read() as session:
                 labels = labels_of_video(session, video_id)
             return Side(kind, video_id, title, resolved(table, labels), 0, _FAR)

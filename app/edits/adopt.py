@@ -20,7 +20,7 @@ from app.edits.documents import OPEN_END, Segment, TrackDoc, engine_doc
 from app.edits.effective import AS_ENGINE, EffectiveTrack, effective_track
 from tsr_engine.geometry.boxes import iou_each
 
-__all__ = ["Adoption", "MachineRun", "adopt_documents"]
+__all__ = ["Adoption", "EngineRun", "adopt_documents"]
 
 SAME = 0.5
 AGREES = 0.7
@@ -30,7 +30,7 @@ Ints = NDArray[np.int64]
 Boxes = NDArray[np.float64]
 
 
-class MachineRun:
+class EngineRun:
     """The engine's tracks of one run.
 
     Args:
@@ -83,7 +83,7 @@ class Adoption:
 
 
 def adopt_documents(
-    docs: Mapping[str, TrackDoc], old: MachineRun, new: MachineRun, present: Mapping[str, TrackDoc], frames: int
+    docs: Mapping[str, TrackDoc], old: EngineRun, new: EngineRun, present: Mapping[str, TrackDoc], frames: int
 ) -> Adoption:
     """Decide about every edited track.
 
@@ -113,7 +113,7 @@ def _deleted(
     key: str,
     doc: TrackDoc,
     twins: Mapping[int, int | None],
-    new: MachineRun,
+    new: EngineRun,
     present: Mapping[str, TrackDoc],
 ) -> None:
     own = int(key[1:]) if key.startswith("m") else None
@@ -142,8 +142,8 @@ def _living(
     key: str,
     doc: TrackDoc,
     twins: Mapping[int, int | None],
-    old: MachineRun,
-    new: MachineRun,
+    old: EngineRun,
+    new: EngineRun,
     present: Mapping[str, TrackDoc],
     frames: int,
 ) -> None:
@@ -210,7 +210,7 @@ def _agreed(
     taken: set[str],
     key: str,
     track: int,
-    new: MachineRun,
+    new: EngineRun,
     present: Mapping[str, TrackDoc],
     start: int,
 ) -> None:
@@ -233,7 +233,7 @@ def _clashes(name: str) -> str:
     return f"Track {name} of this run carries other edits already."
 
 
-def _twin(track: tuple[Ints, Boxes], run: MachineRun) -> int | None:
+def _twin(track: tuple[Ints, Boxes], run: EngineRun) -> int | None:
     """The track of a run that is the same sign."""
     best, most = None, 0
     for candidate in run.ids():
@@ -260,7 +260,7 @@ def _agreement(wanted: EffectiveTrack, shown: EffectiveTrack) -> float:
     return hits / either if either else 1.0
 
 
-def _shows(new: MachineRun, track: int, wanted: EffectiveTrack, label: int) -> bool:
+def _shows(new: EngineRun, track: int, wanted: EffectiveTrack, label: int) -> bool:
     """Whether a track of the new run is by itself what people wanted."""
     frames, boxes = new.of(track)
     if new.label.get(track, -1) != label or not len(frames):
@@ -279,12 +279,12 @@ def _shows(new: MachineRun, track: int, wanted: EffectiveTrack, label: int) -> b
     )
 
 
-def _whole(track: int, run: MachineRun) -> Segment:
+def _whole(track: int, run: EngineRun) -> Segment:
     first, last = run.span(track)
     return Segment(track=track, first=first, last=last)
 
 
-def _moved(segment: Segment, old: MachineRun, new: MachineRun, twin: int) -> Segment | None:
+def _moved(segment: Segment, old: EngineRun, new: EngineRun, twin: int) -> Segment | None:
     """The piece of the new track: a cut stays where it was, an end of the engine's is the new engine's."""
     (first, last), (begin, end) = old.span(segment.track), new.span(twin)
     low = begin if segment.first <= first else max(begin, segment.first)
@@ -292,7 +292,7 @@ def _moved(segment: Segment, old: MachineRun, new: MachineRun, twin: int) -> Seg
     return Segment(track=twin, first=low, last=high) if low <= high else None
 
 
-def _label(doc: TrackDoc, run: MachineRun) -> int:
+def _label(doc: TrackDoc, run: EngineRun) -> int:
     """The label of a document, -1: unknown, or none of the classes."""
     if doc.class_id is not None:
         return doc.class_id

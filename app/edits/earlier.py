@@ -22,7 +22,7 @@ class Earlier(Model):
     Attributes:
         run_id: that run.
         tracks: tracks of which people have said something there.
-        seq: number of its newest operation, so that a page knows which state it was told of.
+        seq: number of its newest operation, so that a page knows which state it was informed of.
     """
 
     run_id: str

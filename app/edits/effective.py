@@ -50,13 +50,13 @@ class EffectiveTrack:
     occluded: NDArray[np.bool_]
 
 
-def box_at(doc: TrackDoc, frame: int, machine: Callable[[int, int], Edges | None]) -> Effective | None:
+def box_at(doc: TrackDoc, frame: int, engine_tracks: Callable[[int, int], Edges | None]) -> Effective | None:
     """What a track shows in a frame.
 
     Args:
         doc: the document.
         frame: ordinal.
-        machine: (track, frame) -> the engine's box, or None.
+        engine_tracks: (track, frame) -> the engine's box, or None.
     """
     if doc.gone:
         return None
@@ -71,23 +71,23 @@ def box_at(doc: TrackDoc, frame: int, machine: Callable[[int, int], Edges | None
     if line is not None:
         return Effective(line, "interpolated" if own is None or own.box is None else "corrected", occluded, label)
     segment = next((s for s in doc.segments if s.first <= frame <= s.last), None)
-    box = None if segment is None else machine(segment.track, frame)
+    box = None if segment is None else engine_tracks(segment.track, frame)
     return None if box is None else Effective(box, "engine", occluded, label)
 
 
 def effective_track(
-    doc: TrackDoc, machine: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]], stop: int
+    doc: TrackDoc, engine_tracks: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]], stop: int
 ) -> EffectiveTrack:
     """A track in all its frames before ``stop``.
 
     Args:
         doc: the document; its key frames may lie anywhere.
-        machine: track -> its frames, ascending, shape (n,), and boxes, shape (n, 4).
+        engine_tracks: track -> its frames, ascending, shape (n,), and boxes, shape (n, 4).
         stop: frame after the last that counts: time and memory grow with it, however far the key frames reach.
     """
     if doc.gone:
         return _nothing()
-    frames, boxes, there = _engine(doc, machine, stop)
+    frames, boxes, there = _engine(doc, engine_tracks, stop)
     keys = _Keys(doc)
     if len(keys.frame):
         between = np.arange(keys.frame[0], min(keys.frame[-1] + 1, stop))
@@ -172,12 +172,12 @@ _BLANK = (np.nan,) * 4
 
 
 def _engine(
-    doc: TrackDoc, machine: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]], stop: int
+    doc: TrackDoc, engine_tracks: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]], stop: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
     """Frames before ``stop``, ascending, and boxes that the segments hold; the first segment of a frame counts."""
     parts = []
     for segment in doc.segments:
-        frames, table = machine(segment.track)
+        frames, table = engine_tracks(segment.track)
         rows = slice(*np.searchsorted(frames, [segment.first, min(segment.last + 1, stop)]))
         parts.append((frames[rows], table[rows]))
     if not parts:

@@ -12,7 +12,7 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from app.edits.adopt import MachineRun, adopt_documents
+from app.edits.adopt import EngineRun, adopt_documents
 from app.edits.apply import CommandError, apply_command, touched_keys, with_class
 from app.edits.commands import Redo, SetAttribute, Undo
 from app.edits.documents import TrackDoc
@@ -36,7 +36,7 @@ from app.videos.same_file import ChangedFiles
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
 
-_MOST_TOLD = 500
+_MOST_REPORTED = 500
 """Documents that the stream of events carries of one operation."""
 
 
@@ -185,7 +185,7 @@ class EditService:
                 raise Conflict(
                     "This run is not complete. Edits can be carried over once it is.", code="run_not_complete"
                 )
-        tracks = _machine(self._evidence.boxes(from_run)), _machine(self._evidence.boxes(run_id))
+        tracks = _engine_run(self._evidence.boxes(from_run)), _engine_run(self._evidence.boxes(run_id))
         with self._database.write() as session:
             lock_for_adoption(session, run_id)
             run = _require_run(session, run_id)
@@ -317,9 +317,9 @@ class EditService:
         self._events.order(session)
         session.add(row)
         session.flush()
-        docs = list(row.after.values()) if len(row.after) <= _MOST_TOLD else None  # more than that, pages ask for
-        told = {"seq": row.seq, "op_id": op_id, "author": author, "docs": docs}
-        self._events.publish(session, "edit", run.id, told)
+        docs = list(row.after.values()) if len(row.after) <= _MOST_REPORTED else None  # more than that, pages ask for
+        reported = {"seq": row.seq, "op_id": op_id, "author": author, "docs": docs}
+        self._events.publish(session, "edit", run.id, reported)
         return row, saved
 
     def _is_stored(self, op_id: str) -> bool:
@@ -390,9 +390,9 @@ class EditService:
         return Annotation(seq=seq, docs=docs, undo=undo, redo=redo)
 
 
-def _machine(table: BoxTable) -> MachineRun:
+def _engine_run(table: BoxTable) -> EngineRun:
     numbers = np.array([int(key[1:]) for key in table.keys], np.int64)
-    return MachineRun(table.frame, numbers[table.track] if len(table) else table.track, table.boxes, table.class_id)
+    return EngineRun(table.frame, numbers[table.track] if len(table) else table.track, table.boxes, table.class_id)
 
 
 def _newest(session: Session, run_id: str) -> int:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from app.evidence.doubt import Disagreement
 from app.evidence.overlap import box_pairs
 from app.evidence.tables import BoxTable
 from app.evidence.tracks import TrackFacts
+from app.evidence.uncertainty import Disagreement
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument
 from app.storage.places import is_here
@@ -85,7 +85,7 @@ class Others:
         if known is not None:
             return known
         try:
-            # The other run's evidence may be damaged or gone: that is its own page's trouble.
+            # The other run's evidence may be damaged or gone: its own page reports that.
             theirs = self._boxes(other.id)
         except EvidenceError:
             return None
@@ -159,7 +159,7 @@ def overruled(documents: Mapping[str, Mapping[str, object]], facts: TrackFacts, 
 
 
 def _other_run(session: Session, run_id: str, video_id: str) -> Run | None:
-    """The newest other complete run of the video; what-ifs are told apart in their own difference."""
+    """The newest other complete run of the video; what-ifs are distinguished in their own difference."""
     query = (
         select(Run)
         .where(Run.video_id == video_id, Run.id != run_id, Run.state == "complete", Run.kind != "whatif")

@@ -15,7 +15,7 @@ from tsr_engine.labels.classes import RunClasses
 __all__ = ["LEADING", "TrackEvent", "TrackLane", "track_lane"]
 
 LEADING = 6
-"""Most classes whose votes are told."""
+"""Most classes whose votes are reported."""
 
 
 class TrackEvent(Model):

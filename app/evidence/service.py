@@ -132,7 +132,7 @@ class EvidenceService:
             query = select(Run.id).where(*ours).order_by(Run.order.desc()).limit(1)
             newest = session.scalars(query).first()
         if newest is not None:
-            with suppress(ApiError, TsrError):  # whoever opens it is told
+            with suppress(ApiError, TsrError):  # whoever opens it is reported
                 self.lanes(newest)
                 self.tracks(newest)
 

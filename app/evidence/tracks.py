@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from app.evidence.doubt import CLEAR_RATIO, Disagreement, DoubtInput, doubts
 from app.evidence.tables import FloatColumn, IntColumn, columns, tau_of
+from app.evidence.uncertainty import CLEAR_RATIO, Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
@@ -42,7 +42,9 @@ class TrackColumns(Model):
     side: list[float]
     rejected: list[int]
     relocalised: list[int]
-    doubt: list[float]
+    uncertainty: list[float]
+    doubt: list[float]  # former name
+    """The same under its former name."""
     rank: list[float]
     reasons: list[list[str]]
     tau: float
@@ -172,18 +174,18 @@ def track_columns(
     overruled: NDArray[np.bool_],
     complete: bool,
 ) -> TrackColumns:
-    """The facts with doubt, as the page gets them.
+    """The facts with uncertainty, as the page gets them.
 
     Args:
         facts: of the run, labelled.
         words: for their labels.
         disagreement: what another run says otherwise.
-        overruled: tracks that a person calls something else. They rank first, but their doubt and reasons are left to
-            the page, which knows what people have said since.
+        overruled: tracks that a person calls something else. They rank first, but their uncertainty and reasons are
+            left to the page, which knows what people have said since.
         complete: whether the run is.
     """
-    found = doubts(
-        DoubtInput(
+    found = uncertainties(
+        UncertaintyInput(
             frames=facts.frames,
             predicted=facts.predicted,
             name=words.own,
@@ -218,8 +220,9 @@ def track_columns(
         side=np.round(np.nan_to_num(facts.side), 1).tolist(),
         rejected=facts.rejected.tolist(),
         relocalised=facts.relocalised.tolist(),
-        doubt=found.doubt.tolist(),
-        rank=np.where(overruled, 1.0, found.doubt).tolist(),
+        uncertainty=found.uncertainty.tolist(),
+        doubt=found.uncertainty.tolist(),  # former name
+        rank=np.where(overruled, 1.0, found.uncertainty).tolist(),
         reasons=found.reasons,
         tau=facts.tau,
         complete=complete,

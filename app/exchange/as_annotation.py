@@ -15,11 +15,11 @@ from uuid import uuid4
 
 from app.edits.documents import TrackDoc, engine_doc
 from app.edits.track_name import track_name
+from app.exchange.engine_tracks import EngineFacts, engine_label
 from app.exchange.joined import joined
-from app.exchange.laid_over import Alike, alike, as_shown, key_frames_of, laid_over, whole_label
-from app.exchange.machine import MachineFacts, engine_label
 from app.exchange.marks import REVIEWS, new_notes
 from app.exchange.marks import ignored as is_ignored
+from app.exchange.merge_import import Match, as_shown, key_frames_of, match, merge_import, whole_label
 from app.exchange.same_sign import covered_too, lying_on, touching
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.exchange.filters import part_of
@@ -74,7 +74,7 @@ def annotate(
     author: str,
     size: tuple[int, int],
     exported: bool = False,
-    engine: Mapping[int, MachineFacts] = MappingProxyType({}),
+    engine: Mapping[int, EngineFacts] = MappingProxyType({}),
 ) -> Annotated:
     """The documents that make a run show what the tracks say.
 
@@ -101,7 +101,7 @@ def annotate(
         base, run = _base(own, shown, present), shown.get(key)
         if base is not None and run is not None:
             base, run = joined(base, run, ((doc, shown[name]) for name, doc in free.items()))
-        over = None if base is None or run is None else alike(track, run, base, size, THIN_PX)
+        over = None if base is None or run is None else match(track, run, base, size, THIN_PX)
         old = present.get(key, TrackDoc(key=key))
         if run is not None and over is not None and not free and _same(track, run, over, old):
             found.same += 1
@@ -110,7 +110,7 @@ def annotate(
             document, thinner = _made(key, track, engine_label(old, labels))
         else:
             own_label = shown[key].label if base.class_id is None else engine_label(base, labels)
-            document, thinner = laid_over(track, over, base, own_label, THIN_PX)
+            document, thinner = merge_import(track, over, base, own_label, THIN_PX)
         document = _judged(document, track, old, author)
         if key in present and present[key].same(document) and not free:  # brought in before
             found.same += 1
@@ -168,7 +168,7 @@ def _own(
 
 
 def _engines(
-    name: str, present: Mapping[str, TrackDoc], engine: Mapping[int, MachineFacts], shown: Mapping[str, Track]
+    name: str, present: Mapping[str, TrackDoc], engine: Mapping[int, EngineFacts], shown: Mapping[str, Track]
 ) -> TrackDoc | None:
     """The document of an engine track that nobody has touched; None: somebody has said something of it."""
     if name not in present:
@@ -187,7 +187,7 @@ def _merged_words(names: list[str]) -> str:
     return f"Tracks {', '.join(names[:most])}{more} of the run lie on tracks of the file too, and became part of them."
 
 
-def _same(track: Track, shown: Track, found: Alike, old: TrackDoc) -> bool:
+def _same(track: Track, shown: Track, found: Match, old: TrackDoc) -> bool:
     """Whether a track of the run shows already what the file says, and has its notes, as far as a file can say it."""
     judged = track.state in REVIEWS and track.state not in ("open", shown.state)
     new = new_notes(track.notes, "", old) or (is_ignored(track) and not old.ignore)

@@ -26,11 +26,11 @@ from app.evidence.service import EvidenceService
 from app.exchange.as_truth import truth_rows
 from app.exchange.dataset import VideoFacts
 from app.exchange.imports import ImportKind, ImportResult, ImportService, Incoming, Onto, read_incoming, target_of
+from app.ground_truths.service import GroundTruthService
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.identity import server_of
 from app.storage.models import Base, Video
-from app.truths.service import TruthService
 from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.exchange.packed import read_packed, write_packed
 from tsr_engine.io.frame_table import FrameTable
@@ -161,7 +161,7 @@ def _imports_of(settings: Settings) -> Iterator[ImportService]:
     evidence = EvidenceService(settings, database)
     try:
         edits = EditService(database, events, evidence, settings)
-        yield ImportService(settings, database, events, edits, TruthService(database))
+        yield ImportService(settings, database, events, edits, GroundTruthService(database))
     finally:
         evidence.close()
         database.close()
@@ -183,5 +183,5 @@ def rehearse() -> None:
         Base.metadata.create_all(database.engine)
         with database.write() as session:
             session.add(Video(id="0" * 64, name="a.mp4", path="a.mp4", size=0, state="ready", warnings=[]))
-        TruthService(database).put_rows("0" * 64, "a", truth_rows(tracks))
+        GroundTruthService(database).put_rows("0" * 64, "a", truth_rows(tracks))
         database.close()

@@ -81,7 +81,7 @@ class ExportRequest(Model):
 
 
 def check_request(request: ExportRequest) -> Format:
-    """What can be told at once, before work is queued.
+    """What can be reported at once, before work is queued.
 
     Raises:
         UsageError: an unknown format or option, an empty range, shares that are all 0.

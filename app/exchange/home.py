@@ -19,7 +19,7 @@ from app.storage.models import Run, TrackDocument, Video
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_probe import video_sha256
 
-__all__ = ["named_video", "open_home", "run_named", "stands_for"]
+__all__ = ["describe_choice", "named_video", "open_home", "run_named"]
 
 _VIDEO = re.compile("[0-9a-f]{64}")
 
@@ -82,7 +82,7 @@ def run_named(session: Session, name: str) -> str:
     return runs[-1]
 
 
-def stands_for(session: Session, run_id: str) -> str:
+def describe_choice(session: Session, run_id: str) -> str:
     """One sentence for who has named a video: which run that is; if it has no corrections, which other one has."""
     run = session.get_one(Run, run_id)
     others = session.scalars(select(Run).where(Run.video_id == run.video_id, Run.id != run_id)).all()

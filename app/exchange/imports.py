@@ -13,7 +13,6 @@ from typing import Literal
 from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
-from app.artefacts.placing import placing
 from app.edits.documents import TrackDoc
 from app.edits.service import EditService
 from app.errors import Invalid, NotFound
@@ -23,19 +22,20 @@ from app.exchange.as_run import write_run
 from app.exchange.as_truth import truth_rows
 from app.exchange.brought import keep_words, store_labels, words_of
 from app.exchange.dataset import LABELS, Source, VideoFacts
-from app.exchange.machine import machine_facts
+from app.exchange.engine_tracks import engine_facts
 from app.exchange.marks import ignored, marks
 from app.exchange.stored import home_source, require_source, video_facts
 from app.exchange.tracks import run_tracks
+from app.ground_truths.service import GroundTruthService
 from app.labels.service import LabelService
 from app.labels.store import labels_of_video
+from app.outputs.placing import placing
 from app.runs.view import publish_run
 from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.storage.places import require_here
-from app.truths.service import TruthService
 from app.videos.table import unpack
 from tsr_engine.bundle.layout import FRAMES, OUTPUT
 from tsr_engine.bundle.layout import MANIFEST as BUNDLE_MANIFEST
@@ -144,13 +144,18 @@ class ImportService:
     """Reads a file, checks all of it, then stores it in one transaction."""
 
     def __init__(
-        self, settings: Settings, database: Database, events: EventBus, edits: EditService, truths: TruthService
+        self,
+        settings: Settings,
+        database: Database,
+        events: EventBus,
+        edits: EditService,
+        ground_truths: GroundTruthService,
     ) -> None:
         self._settings = settings
         self._database = database
         self._events = events
         self._edits = edits
-        self._truths = truths
+        self._ground_truths = ground_truths
         self._labels = LabelService(database, events)
 
     def bring_in(self, video_id: str, incoming: Incoming, kind: ImportKind, run_id: str | None = None) -> ImportResult:
@@ -247,7 +252,7 @@ class ImportService:
         if not signs:
             raise Invalid(f"{incoming.path.name} holds rejected tracks alone, and those are no signs.", code="nothing")
         rows = truth_rows(signs)
-        truth = self._truths.put_rows(video_id, incoming.name, rows)
+        truth = self._ground_truths.put_rows(video_id, incoming.name, rows)
         counts = (
             (len(tracks) - len(signs), "rejected track", "Ground truth says what is a sign, not what is none."),
             (sum(len(track.notes) for track in signs), "note", "Ground truth has no notes."),
@@ -303,8 +308,8 @@ class ImportService:
             shutil.rmtree(part, ignore_errors=True)
             raise
         boxes = sum(len(track.frames) for track in tracks)
-        told = _result("run", run_id, len(tracks), boxes, dataset, _lost_in_run(tracks))
-        return told.model_copy(update={"edit": edit})
+        reported = _result("run", run_id, len(tracks), boxes, dataset, _lost_in_run(tracks))
+        return reported.model_copy(update={"edit": edit})
 
     def _annotation(
         self, source: Source, run_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track]
@@ -313,7 +318,7 @@ class ImportService:
         author = incoming.author or self._settings.author
         before = {track.uid: track for track in source.tracks()}
         found = Annotated()
-        engine = machine_facts(source.folder, source.classes.to_label)
+        engine = engine_facts(source.folder, source.classes.to_label)
         exported = dataset.videos[0].provenance.get("run", {}).get("id") == run_id
 
         def make(present: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
@@ -329,8 +334,10 @@ class ImportService:
             return found.documents
 
         seq, _ = self._edits.put_documents(run_id, author, _command(incoming), make)
-        told = _result("annotation", run_id, found.changed + found.made, found.boxes, dataset, found.skipped)
-        return told.model_copy(update={"same": found.same, "edit": seq, "repaired": [*told.repaired, *found.repaired]})
+        reported = _result("annotation", run_id, found.changed + found.made, found.boxes, dataset, found.skipped)
+        return reported.model_copy(
+            update={"same": found.same, "edit": seq, "repaired": [*reported.repaired, *found.repaired]}
+        )
 
 
 def read_incoming(incoming: Incoming, onto: Onto) -> Dataset:
@@ -404,7 +411,7 @@ def _named(run_id: str | None) -> str:
 
 
 def _no_annotations(path: Path) -> None:
-    """Refuse what would be told to be of no known format: the beginning of an archive, and a bug bundle.
+    """Refuse what would be reported as of no known format: the beginning of an archive, and a bug bundle.
 
     Raises:
         ImportFormatError: it is one of these, or an archive that is damaged or over the limits.

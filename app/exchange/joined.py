@@ -9,7 +9,7 @@ import numpy as np
 
 from app.edits.documents import TrackDoc
 from app.edits.join import join
-from app.exchange.laid_over import labels_of
+from app.exchange.merge_import import labels_of
 from tsr_engine.exchange.dataset import Track
 
 __all__ = ["joined"]

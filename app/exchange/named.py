@@ -70,9 +70,9 @@ def track_key(text: str) -> str:
 def _stored(name: str, home: Path | None, tell: Callable[[str], None]) -> Source:
     """A run of a data folder."""
     from app.exchange.home import (  # the database takes longer to load than all else here
+        describe_choice,
         open_home,
         run_named,
-        stands_for,
     )
     from app.exchange.stored import home_source
 
@@ -80,7 +80,7 @@ def _stored(name: str, home: Path | None, tell: Callable[[str], None]) -> Source
     with open_home(home if inside is None else inside) as (settings, database), database.read() as session:
         run_id = Path(name).resolve().name if inside is not None else run_named(session, name)
         if run_id != Path(name).name:
-            tell(stands_for(session, run_id))
+            tell(describe_choice(session, run_id))
         return home_source(session, settings, run_id)
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from app.artefacts.names import file_stem
-from app.artefacts.service import ArtefactService
 from app.errors import Invalid
 from app.exchange.export import ExportRequest, check_request
 from app.exchange.stored import home_source
+from app.outputs.names import file_stem
+from app.outputs.service import OutputService
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Artefact, Run, Video
+from app.storage.models import Output, Run, Video
 from tsr_engine.errors import ExportError, UsageError
 
 __all__ = ["ExportService"]
@@ -18,12 +18,12 @@ __all__ = ["ExportService"]
 class ExportService:
     """Checks and queues."""
 
-    def __init__(self, settings: Settings, database: Database, artefacts: ArtefactService) -> None:
+    def __init__(self, settings: Settings, database: Database, outputs: OutputService) -> None:
         self._settings = settings
         self._database = database
-        self._artefacts = artefacts
+        self._outputs = outputs
 
-    def start(self, request: ExportRequest) -> Artefact:
+    def start(self, request: ExportRequest) -> Output:
         """Queue an export.
 
         Raises:
@@ -47,7 +47,7 @@ class ExportService:
             options = request.model_dump(mode="json")
             only = request.runs[0] if len(request.runs) == 1 else None
             name = f"{_file_name(request, list(videos.values()))}.zip"
-            return self._artefacts.queue(session, "export", only, name, options, "export")
+            return self._outputs.queue(session, "export", only, name, options, "export")
 
 
 def _file_name(request: ExportRequest, videos: list[str]) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from app.artefacts.service import ArtefactService
 from app.errors import ApiError
 from app.exchange.export import ExportRequest, export_sources, summary_of
 from app.exchange.stored import home_source
 from app.jobs.context import TaskContext
+from app.outputs.service import OutputService
 from app.runs.of_job import run_of_job
 from tsr_engine.errors import ExportError
 
@@ -16,10 +16,10 @@ FILE = "export.zip"
 
 
 def export(task: TaskContext) -> None:
-    """Write what the artefact's options ask for, with the corrections that are stored when it begins."""
-    artefacts = ArtefactService.of_task(task)
-    artefact, folder = artefacts.begin(task)
-    request = ExportRequest.model_validate(artefact.options)
+    """Write what the output's options ask for, with the corrections that are stored when it begins."""
+    outputs = OutputService.of_task(task)
+    output, folder = outputs.begin(task)
+    request = ExportRequest.model_validate(output.options)
     try:
         with task.database.read() as session:
             runs = [run_of_job(session, run_id).id for run_id in request.runs]
@@ -29,8 +29,8 @@ def export(task: TaskContext) -> None:
             sources,
             folder / FILE,
             zipped=True,
-            progress=lambda done, of: artefacts.progress(task, artefact.id, done, of),
+            progress=lambda done, of: outputs.progress(task, output.id, done, of),
         )
     except ApiError as error:
         raise ExportError(error.message) from None
-    artefacts.complete(task, artefact.id, folder / FILE, summary_of(manifest))
+    outputs.complete(task, output.id, folder / FILE, summary_of(manifest))

@@ -1,4 +1,4 @@
-"""A run as people have left it, as tracks of a data set: their documents laid over the engine's boxes."""
+"""A run as people have left it, as tracks of a data set: their documents merged into the engine's boxes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.edits.documents import TrackDoc
 from app.edits.effective import AS_ENGINE, effective_track
 from app.evidence.tables import FloatColumn, IntColumn
-from app.exchange.machine import MachineTrack, MachineTracks, as_it_is, engine_label
+from app.exchange.engine_tracks import EngineTrack, EngineTracks, as_it_is, engine_label
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import NONE, Track
 from tsr_engine.exchange.filters import part_of
@@ -45,15 +45,19 @@ def run_tracks(
     """
     own = [key for key in sorted(documents) if not key.startswith("m")]
     with EvidenceReader(folder) as reader:
-        machine = MachineTracks(reader, to_label)
-        for found in machine:
+        engine_tracks = EngineTracks(reader, to_label)
+        for found in engine_tracks:
             document = documents.get(f"m{found.id}")
-            track = _untouched(found, origin) if document is None else _edited(document, machine, found, origin, frames)
+            track = (
+                _untouched(found, origin)
+                if document is None
+                else _edited(document, engine_tracks, found, origin, frames)
+            )
             if track is not None and (cut := _within(track, first, stop)) is not None:
                 yield cut
-        numbers = {f"m{number}" for number in machine.labels}
+        numbers = {f"m{number}" for number in engine_tracks.labels}
         for key in [*(k for k in sorted(documents) if k.startswith("m") and k not in numbers), *own]:
-            track = _edited(documents[key], machine, None, origin, frames)
+            track = _edited(documents[key], engine_tracks, None, origin, frames)
             if track is not None and (cut := _within(track, first, stop)) is not None:
                 yield cut
 
@@ -77,30 +81,30 @@ def boxes_beyond(documents: Mapping[str, TrackDoc], first: int, stop: int, frame
     return {key: count for key, count in found.items() if count}
 
 
-def _untouched(found: MachineTrack, origin: str) -> Track | None:
+def _untouched(found: EngineTrack, origin: str) -> Track | None:
     n = len(found.frames)
     none = np.zeros(n, np.bool_)
     return Track(f"m{found.id}", found.label, found.frames, found.boxes, none, none, found.score, source=origin)
 
 
 def _edited(
-    document: TrackDoc, machine: MachineTracks, found: MachineTrack | None, origin: str, frames: int
+    document: TrackDoc, engine_tracks: EngineTracks, found: EngineTrack | None, origin: str, frames: int
 ) -> Track | None:
     """What a document shows; None: nothing."""
     if document.gone:
         return None
-    known: dict[int, MachineTrack | None] = {} if found is None else {found.id: found}
+    known: dict[int, EngineTrack | None] = {} if found is None else {found.id: found}
 
     def boxes_of(number: int) -> tuple[IntColumn, FloatColumn]:
         if number not in known:
-            known[number] = machine.one(number)
+            known[number] = engine_tracks.one(number)
         track = known[number]
         return (np.zeros(0, np.int64), np.zeros((0, 4))) if track is None else (track.frames, track.boxes)
 
     shown = effective_track(document, boxes_of, frames)
     if not len(shown.frame):
         return None
-    label = engine_label(document, machine.labels) if document.class_id is None else document.class_id
+    label = engine_label(document, engine_tracks.labels) if document.class_id is None else document.class_id
     whole = NONE if label is None else label
     each = np.where(shown.class_id == AS_ENGINE, whole, shown.class_id)
     engine = shown.origin == 0

@@ -19,7 +19,7 @@ from app.videos.same_file import require_same
 from app.videos.table import unpack
 
 if TYPE_CHECKING:
-    from tsr_engine.follow import FollowerParts, Proposal
+    from tsr_engine.follow import FollowerModels, Proposal
 
 __all__ = ["follow_track", "warm"]
 
@@ -67,7 +67,7 @@ def follow_track(task: TaskContext) -> None:
 
 
 @lru_cache(maxsize=2)
-def _parts(models: Path | None) -> FollowerParts:
+def _parts(models: Path | None) -> FollowerModels:
     """What following needs of the models, kept for the next one: a version's folder never changes."""
     from tsr_engine.following import load_follower
 
@@ -99,7 +99,7 @@ class _Pieces:
         self._number = 0
         self._waiting: list[list[Any]] = []
         self._endings: list[dict[str, Any]] = []
-        self._told = 0.0
+        self._reported = 0.0
 
     def begin(self) -> None:
         """Forget what an earlier attempt has proposed."""
@@ -113,7 +113,7 @@ class _Pieces:
         edges = [round(float(edge), 2) for edge in proposal.box]
         self._waiting.append([proposal.frame, *edges, round(float(proposal.confidence), 3), proposal.source])
         # the page has the anchors; the first box that it has not seen goes out at once
-        if proposal.source != "anchor" and time.monotonic() - self._told > _TELL:
+        if proposal.source != "anchor" and time.monotonic() - self._reported > _TELL:
             self._store("running")
 
     def end(self, ending: dict[str, Any]) -> None:
@@ -126,7 +126,7 @@ class _Pieces:
         self._store("complete")
 
     def _store(self, state: str) -> None:
-        self._told = time.monotonic()
+        self._reported = time.monotonic()
         with self._task.write() as session:
             follow = _still_wanted(session.get(Follow, self._task.job.subject))
             if self._waiting:

@@ -35,7 +35,7 @@ class TaskContext:
     jobs: JobQueue
     job: Job
     leaving: Callable[[], bool]
-    """True: this process has been told to end; give the job back."""
+    """True: this process has been asked to end; give the job back."""
     _asked: float = field(default=0.0)
     _cancelled: bool = field(default=False)
 
@@ -51,7 +51,7 @@ class TaskContext:
             yield session
 
     def reached(self, session: Session, position: int) -> None:
-        """Note how far the job is, so that a crash can be told from no progress."""
+        """Note how far the job is, so that a crash can be distinguished from no progress."""
         self.jobs.held(session, self.job.id, self.job.token).position = position
 
     def cancelled(self) -> bool:

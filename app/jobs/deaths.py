@@ -12,7 +12,7 @@ __all__ = ["LEFT", "Cause", "cause_of", "memory_kills"]
 Cause = Literal["crashed", "starved", "killed"]
 """By itself, over the file that it worked on; for want of memory; or with its server or by somebody else's hand."""
 LEFT: Final = 128 + signal.SIGTERM
-"""Exit code of a worker that was told to leave and was too slow to do so in order."""
+"""Exit code of a worker that was asked to leave and was too slow to do so in order."""
 _FROM_OUTSIDE: Final = {0, LEFT, -signal.SIGTERM, -signal.SIGINT, -signal.SIGHUP, -signal.SIGKILL}
 _CGROUPS = Path("/sys/fs/cgroup")
 _PROC = Path("/proc")

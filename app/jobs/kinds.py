@@ -16,13 +16,13 @@ from app.storage.models import Job
 if TYPE_CHECKING:
     from app.jobs.context import TaskContext
 
-__all__ = ["JobKind", "JobKinds", "Settle", "Task"]
+__all__ = ["JobKind", "JobKinds", "OnJobFailed", "Task"]
 
 Task = Callable[["TaskContext"], None]
 """Does one job in a worker; a ``TsrError`` of it is the sentence that people get."""
 
 
-class Settle(Protocol):
+class OnJobFailed(Protocol):
     """Brings what a job works on to the state that it is left in, and tells the pages; in the caller's transaction."""
 
     def __call__(self, session: Session, events: EventBus, job: Job, state: str, error: str | None) -> None:
@@ -49,16 +49,16 @@ class JobKind:
         name: as jobs of it are submitted.
         lane: whose workers do it.
         load: imports the function that does it: the engine is large, and the server does not need it.
-        settle: what becomes of the subject of a job that does not end well.
+        on_failed: what becomes of the subject of a job that does not end well.
         clear: data folder, subject: removes what a job that is over without an end has left.
         prepare: steps of a second at most that a worker does in advance, after ``load``.
-        by_frame: a job's position is a frame of a video, so that people can be told where it died.
+        by_frame: a job's position is a frame of a video, so that people can be informed where it died.
     """
 
     name: str
     lane: Lane
     load: Callable[[], Task]
-    settle: Settle
+    on_failed: OnJobFailed
     clear: Callable[[Path, str], None] = _nothing
     prepare: tuple[Callable[[], object], ...] = ()
     by_frame: bool = False

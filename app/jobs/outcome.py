@@ -11,10 +11,10 @@ from app.jobs.context import TaskContext
 from app.jobs.queue import Fenced, JobQueue
 from app.storage.models import Job
 
-__all__ = ["clear_subject", "give_back", "report_failure", "settle_subject", "take_back"]
+__all__ = ["clear_subject", "give_back", "report_failure", "take_back", "tell_subject"]
 
 
-def settle_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: str | None) -> None:
+def tell_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: str | None) -> None:
     """Bring what a job works on to the state that it is left in, as its kind does, and tell the pages.
 
     Args:
@@ -26,7 +26,7 @@ def settle_subject(session: Session, jobs: JobQueue, job: Job, state: str, error
     """
     kind = jobs.kinds.get(job.kind)
     if kind is not None:
-        kind.settle(session, jobs.events, job, state, error)
+        kind.on_failed(session, jobs.events, job, state, error)
 
 
 def clear_subject(home: Path, jobs: JobQueue, job: Job) -> None:
@@ -41,7 +41,7 @@ def report_failure(task: TaskContext, message: str) -> None:
     try:
         with task.database.write() as session:
             task.jobs.finish(session, task.job.id, task.job.token, "failed", message)
-            settle_subject(session, task.jobs, task.job, "failed", message)
+            tell_subject(session, task.jobs, task.job, "failed", message)
         clear_subject(task.settings.home, task.jobs, task.job)
     except Fenced:
         pass
@@ -64,8 +64,8 @@ def take_back(session: Session, jobs: JobQueue, job: Job) -> bool:
     """
     if session.get_one(Job, job.id).cancel:
         jobs.finish(session, job.id, job.token, "cancelled")
-        settle_subject(session, jobs, job, "cancelled", None)
+        tell_subject(session, jobs, job, "cancelled", None)
         return True
     jobs.release(session, job.id, job.token)
-    settle_subject(session, jobs, job, "queued", None)
+    tell_subject(session, jobs, job, "queued", None)
     return False

@@ -17,20 +17,20 @@ from sqlalchemy.exc import SQLAlchemyError
 from app.jobs.deaths import Cause, cause_of, memory_kills
 from app.jobs.lanes import AT_ONCE, LANES, Lane
 from app.jobs.locks import holder, is_alive, last_holder
-from app.jobs.outcome import clear_subject, settle_subject, take_back
+from app.jobs.outcome import clear_subject, take_back, tell_subject
 from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY
+from app.log_once import LogOnce
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.identity import place_of
 from app.storage.models import Job
-from app.trouble import Trouble
 
 __all__ = ["Supervisor"]
 
 _TURN = 0.25
 _PATIENCE = 4.0
-"""Seconds a cancelled worker gets before it is told to leave, and again before it is killed."""
+"""Seconds a cancelled worker gets before it is asked to leave, and again before it is killed."""
 _FAREWELL = 0.6
 """Seconds that workers get when the server ends: Ctrl-C is answered within two."""
 _LINGER = 60.0
@@ -87,7 +87,7 @@ class Supervisor:
         """What our workers died of, by process."""
         self._memory_kills = memory_kills()
         self._place = place_of(settings.home)
-        self._trouble = Trouble(_log, "The workers cannot be looked after")
+        self._log_once = LogOnce(_log, "The workers cannot be looked after")
         self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
 
     @property
@@ -133,11 +133,11 @@ class Supervisor:
             try:
                 self._turn()
             except (SQLAlchemyError, OSError) as error:
-                self._trouble.came(error)
+                self._log_once.came(error)
                 self._beats.clear()  # who could not write a heartbeat meanwhile is given a new minute
                 self._stop.wait(2.0)
             else:
-                self._trouble.gone()
+                self._log_once.gone()
 
     def _turn(self) -> None:
         self._reap()
@@ -222,9 +222,9 @@ class Supervisor:
             except Fenced:
                 return  # it ended between the look at the queue and the look at its lock
             if ended is not None:
-                settle_subject(session, self._jobs, ended, ended.state, ended.error)
+                tell_subject(session, self._jobs, ended, ended.state, ended.error)
             else:
-                settle_subject(session, self._jobs, job, "queued", None)
+                tell_subject(session, self._jobs, job, "queued", None)
         if ended is not None:
             clear_subject(self._settings.home, self._jobs, job)
             return

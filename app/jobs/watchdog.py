@@ -34,7 +34,7 @@ def watched(
     Args:
         task: the job.
         most: processor time of this process that one step may take, on all its threads together, seconds.
-        sentence: what people are told then.
+        sentence: what people are reported then.
         every: between two looks, seconds.
 
     Yields:

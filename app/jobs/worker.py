@@ -1,7 +1,7 @@
 """A process that takes jobs from the queue until none are left. Its arguments are ``PARENT LANE [stay]``.
 
 It ends with its server, has a limit on memory, and works at low priority: a broken or hostile video costs this one
-process. One that is to stay waits for jobs until it is told to leave, and loads meanwhile what they will need.
+process. One that is to stay waits for jobs until it is asked to leave, and loads meanwhile what they will need.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from app.jobs.locks import JobLock
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY, preparations
+from app.log_once import LogOnce
 from app.settings import Settings, load_settings
 from app.storage.database import Database, storage_failure
 from app.storage.identity import place_of, server_of
-from app.trouble import Trouble
 from tsr_engine.errors import TsrError
 from tsr_engine.extras import explained
 
@@ -41,7 +41,7 @@ __all__ = ["main"]
 IDLE = 30.0
 """Seconds without work after which the process ends, seconds."""
 GRACE = 6.0
-"""Seconds that a worker has for what it is doing when it is told to end."""
+"""Seconds that a worker has for what it is doing when it is asked to end."""
 _LOOK = 0.1
 """Seconds between two looks at the queue."""
 _STANDING = 0.03
@@ -60,30 +60,30 @@ class _Leaving:
     """
 
     def __init__(self, grace: float = GRACE) -> None:
-        self.told = False
-        hear, tell = os.pipe()
+        self.reported = False
+        receive, tell = os.pipe()
         os.set_blocking(tell, False)
         signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
-        threading.Thread(target=self._insist, args=(hear, grace), name="leaving", daemon=True).start()
-        signal.signal(signal.SIGTERM, self._hear)
+        threading.Thread(target=self._insist, args=(receive, grace), name="leaving", daemon=True).start()
+        signal.signal(signal.SIGTERM, self._on_signal)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the server tells us itself
 
     @staticmethod
-    def _insist(hear: int, grace: float) -> None:
-        while signal.SIGTERM not in os.read(hear, 64):
+    def _insist(receive: int, grace: float) -> None:
+        while signal.SIGTERM not in os.read(receive, 64):
             pass
         time.sleep(grace)
         os._exit(LEFT)
 
-    def _hear(self, *_: object) -> None:
-        self.told = True
+    def _on_signal(self, *_: object) -> None:
+        self.reported = True
 
     def __call__(self) -> bool:
-        return self.told
+        return self.reported
 
 
 def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
-    """Work until idle or told to leave; the exit code is 0 then.
+    """Work until idle or asked to leave; the exit code is 0 then.
 
     Args:
         kinds: what the process can do.
@@ -108,20 +108,20 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
 
 
 def _work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bool], stays: bool) -> None:
-    """Do one job after the other until there are none for a while, or until told to leave."""
+    """Do one job after the other until there are none for a while, or until asked to leave."""
     since = time.monotonic()
     ahead = preparations(kinds) if stays else iter(())
-    trouble = Trouble(_log, "Jobs cannot be taken from the queue")
+    log_once = LogOnce(_log, "Jobs cannot be taken from the queue")
     while not leaving() and (stays or time.monotonic() - since < IDLE):
         try:
             found = one_job()
         except (OSError, DBAPIError) as error:
             # a worker that ended would be started again at once; so the jobs wait here until there is room again
-            trouble.came(error)
+            log_once.came(error)
             since = time.monotonic()
             time.sleep(_AGAIN)
             continue
-        trouble.gone()
+        log_once.gone()
         if found:
             since = time.monotonic()
         elif (step := next(ahead, None)) is not None:
@@ -201,12 +201,12 @@ def _failed(task: TaskContext, message: str) -> None:
 
 def _insistently(task: TaskContext, store: Callable[[TaskContext], None]) -> None:
     """Store the end of a job as soon as that can be: a full disk or a database that is away is no crash of it."""
-    trouble = Trouble(_log, f"The end of job {task.job.id} cannot be stored")
+    log_once = LogOnce(_log, f"The end of job {task.job.id} cannot be stored")
     while True:
         try:
             store(task)
         except DBAPIError as error:
-            trouble.came(error)
+            log_once.came(error)
         else:
             return
         if task.leaving():

@@ -36,12 +36,12 @@ def bring_labels(
     """
     if not len(found.labels):
         raise Invalid(f"No label of the file can be used: {found.refused[0].reason}", field="body")
-    told = list(found.told)
+    reported = list(found.reported)
     adopted: Adopted | None = None
 
     def make(session: Session, labels: LabelSet) -> Changed:
         nonlocal adopted
-        adopted = adopt_labels(labels, _with_pictures_here(session, found.labels, told))
+        adopted = adopt_labels(labels, _with_pictures_here(session, found.labels, reported))
         return adopted.changed
 
     def first(session: Session) -> LabelSet | None:
@@ -49,7 +49,7 @@ def bring_labels(
         try:
             newest(session, key)
         except NotFound:
-            content = _with_pictures_here(session, found.labels, told)
+            content = _with_pictures_here(session, found.labels, reported)
             made = content.model_copy(update={"key": key, "version": 1})
             start(session, made, author, f"Made from {file}." if file else "Made from a file.")
             return made
@@ -61,7 +61,7 @@ def bring_labels(
         views = [label_view(made, label) for label in made]
         sentence = f"Made the set '{made.name}' with {len(made)} labels."
         return Brought(
-            version=1, sentence=sentence, created=True, added=views, known=[], refused=refused, told=_once(told)
+            version=1, sentence=sentence, created=True, added=views, known=[], refused=refused, reported=_once(reported)
         )
     labels, changed = service.write(key, author, make)
     assert adopted is not None
@@ -74,18 +74,20 @@ def bring_labels(
         added=[label_view(labels, label) for label in adopted.added],
         known=known,
         refused=refused,
-        told=_once(told),
+        reported=_once(reported),
     )
 
 
-def _with_pictures_here(session: Session, labels: LabelSet, told: list[str]) -> LabelSet:
+def _with_pictures_here(session: Session, labels: LabelSet, reported: list[str]) -> LabelSet:
     """The set without pictures that the library does not have: a file names them and does not hold them."""
     content = []
     for label in labels:
         if is_there(session, label.pictogram):
             content.append(label)
         else:
-            told.append(f"The picture of '{label.name}' was left out: a file names pictures and does not hold them.")
+            reported.append(
+                f"The picture of '{label.name}' was left out: a file names pictures and does not hold them."
+            )
             content.append(label.model_copy(update={"pictogram": ""}))
     return labels.model_copy(update={"labels": tuple(content)})
 

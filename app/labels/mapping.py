@@ -33,9 +33,9 @@ def run_classes(run: Run, labels: LabelSet) -> RunClasses:
         run: ``labels`` of it says what its numbers are: keys by number, ids of a set, or (None) ``gtsrb-43``.
         labels: the set of the run's video.
     """
-    told: Mapping[str, Any] = run.labels or {}
-    keys = told.get("keys")
-    return _classes(None if keys is None else tuple(keys), told.get("set"), _Version(labels))
+    reported: Mapping[str, Any] = run.labels or {}
+    keys = reported.get("keys")
+    return _classes(None if keys is None else tuple(keys), reported.get("set"), _Version(labels))
 
 
 class _Version:

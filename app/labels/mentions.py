@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from app.labels.store import default_key
 from app.storage.ground_truth_rows import COLUMNS, unpack
-from app.storage.models import Edit, Run, TrackDocument, Truth, Video
+from app.storage.models import Edit, GroundTruth, Run, TrackDocument, Video
 
 __all__ = ["is_imported", "mentioned_ids", "uses"]
 
@@ -24,7 +24,7 @@ def uses(session: Session, key: str) -> ColumnElement[bool]:
 
 
 def mentioned_ids(session: Session, videos: ColumnElement[bool]) -> set[int]:
-    """Ids in documents of tracks, in the log of edits (undo brings them back) and in truths.
+    """Ids in documents of tracks, in the log of edits (undo brings them back) and in ground truths.
 
     Args:
         session: reads.
@@ -35,7 +35,7 @@ def mentioned_ids(session: Session, videos: ColumnElement[bool]) -> set[int]:
         rows = select(cast(column, Text)).join(Run, Run.id == table.run_id).join(Video, Video.id == Run.video_id)
         for text in session.scalars(rows.where(videos).execution_options(yield_per=500)):
             found.update(map(int, _CLASS.findall(text or "")))
-    boxes = select(Truth.boxes).join(Video, Video.id == Truth.video_id).where(videos)
+    boxes = select(GroundTruth.boxes).join(Video, Video.id == GroundTruth.video_id).where(videos)
     for packed in session.scalars(boxes.execution_options(yield_per=10)):
         found.update(int(number) for number in set(unpack(packed)[:, _TRUTH_CLASS].tolist()) if number >= 0)
     return found

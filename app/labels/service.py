@@ -248,7 +248,8 @@ class LabelService:
             if here is not None and (there is None or there.key.casefold() != here.key.casefold()):
                 now = "missing" if there is None else f"'{there.name}'"
                 raise Conflict(
-                    f"Edits or truths use label {number}, '{here.name}', which is {now} in '{wanted.name}'. Bring the "
+                    f"Edits or ground truths use label {number}, '{here.name}', which is {now} in '{wanted.name}'. "
+                    "Bring the "
                     f"labels of '{wanted.name}' into '{present.name}' instead.",
                     field="set",
                     code="labels_in_use",
@@ -313,9 +314,9 @@ def _refuse(session: Session, labels: LabelSet, error: ChangeError) -> NoReturn:
     if not isinstance(error, TakenError):
         raise Invalid(str(error), field=error.field) from None
     by = added_by(session, labels.key, error.label.id)
-    told = "" if by is None or not by[0] else f" It was added by {by[0]}."
+    reported = "" if by is None or not by[0] else f" It was added by {by[0]}."
     details = {
         "label": label_view(labels, error.label).model_dump(mode="json"),
         "by": None if by is None else {"author": by[0], "time": by[1].isoformat()},
     }
-    raise Conflict(f"{error}{told}", code="taken", field=error.field, details=details) from None
+    raise Conflict(f"{error}{reported}", code="taken", field=error.field, details=details) from None

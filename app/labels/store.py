@@ -97,7 +97,7 @@ def start(session: Session, labels: LabelSet, author: str, sentence: str) -> Non
 def append(session: Session, before: LabelSet, changed: Changed, author: str, undoes: int | None = None) -> None:
     """Store the next version of a set; the first change of a shipped set stores what it began with, too.
 
-    Somebody who was faster is told by an ``IntegrityError`` at the next flush: the version is there already.
+    Somebody who was faster is reported by an ``IntegrityError`` at the next flush: the version is there already.
     """
     if before.version == 1 and session.get(LabelSetVersion, (before.key, 1)) is None:
         start(session, before, "", _CAME)

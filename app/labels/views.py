@@ -114,7 +114,7 @@ class Brought(Model):
     added: list[LabelView]
     known: list[KnownLabel]
     refused: list[RefusedLabel]
-    told: list[str]
+    reported: list[str]
     """What the file says and a set cannot hold."""
 
 

@@ -16,7 +16,7 @@ from app.edits.documents import TrackDoc
 from app.edits.track_name import track_name
 from app.evidence.tables import confirmed_boxes, labelled_boxes
 from app.storage.ground_truth_rows import unpack
-from app.storage.models import Truth
+from app.storage.models import GroundTruth
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses, resolved_labels
 from tsr_engine.labels.model import LabelSet
@@ -64,11 +64,11 @@ def truth_of(session: Session, video_id: str, truth_id: str | None, labels: Labe
         truth_id: which one.
         labels: set of the video.
     """
-    query = select(Truth).where(Truth.video_id == video_id).options(undefer(Truth.boxes))
+    query = select(GroundTruth).where(GroundTruth.video_id == video_id).options(undefer(GroundTruth.boxes))
     if truth_id is not None:
-        query = query.where(Truth.id == truth_id)
-    truths = session.scalars(query).all()
-    return truth_rows(truths[0].boxes, labels) if len(truths) == 1 else None
+        query = query.where(GroundTruth.id == truth_id)
+    ground_truths = session.scalars(query).all()
+    return truth_rows(ground_truths[0].boxes, labels) if len(ground_truths) == 1 else None
 
 
 def truth_rows(packed: bytes, labels: LabelSet) -> BoxRows:

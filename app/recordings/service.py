@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from app.artefacts.names import file_stem
-from app.artefacts.service import ArtefactService
-from app.artefacts.view import ArtefactView, artefact_view
 from app.errors import NotFound
 from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
+from app.outputs.names import file_stem
+from app.outputs.service import OutputService
+from app.outputs.view import OutputView, output_view
 from app.storage.database import Database
 from app.storage.models import Run, Video
 
@@ -21,10 +21,10 @@ MOST_FRAMES = 20_000
 class RecordingService:
     """Queues recordings."""
 
-    def __init__(self, database: Database, evidence: EvidenceService, artefacts: ArtefactService) -> None:
+    def __init__(self, database: Database, evidence: EvidenceService, outputs: OutputService) -> None:
         self._database = database
         self._evidence = evidence
-        self._artefacts = artefacts
+        self._outputs = outputs
 
     def start(
         self,
@@ -36,7 +36,7 @@ class RecordingService:
         frame: int | None = None,
         track: str | None = None,
         truth: str | None = None,
-    ) -> ArtefactView:
+    ) -> OutputView:
         """Queue a recording of ``first <= frame < stop``.
 
         Args:
@@ -60,10 +60,10 @@ class RecordingService:
                 raise NotFound(f"There is no run {run_id[:40]!r} any more.")
             video = session.get_one(Video, run.video_id)
             options = {"first": first, "stop": stop, "name": name, "frame": frame, "track": track, "truth": truth}
-            artefact = self._artefacts.queue(
+            output = self._outputs.queue(
                 session, "recording", run_id, _file_name(name or video.name, first, stop), options, JOB
             )
-            return artefact_view(artefact)
+            return output_view(output)
 
 
 def _file_name(name: str, first: int, stop: int) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from sqlalchemy import func, select
 from sqlalchemy.orm import undefer
 
-from app.artefacts.service import ArtefactService
 from app.edits.stored import documents_of
 from app.jobs.context import TaskContext
 from app.labels.mapping import classes_in
+from app.outputs.service import OutputService
 from app.recordings.annotation import corrected_rows, truth_of
 from app.recordings.summary import report_summary
 from app.runs.of_job import run_of_job
@@ -25,11 +25,11 @@ def record_run(task: TaskContext) -> None:
     """Make the recording."""
     from tsr_engine.recording import RecordingRequest, write_recording
 
-    artefacts = ArtefactService.of_task(task)
-    artefact, folder = artefacts.begin(task)
-    options = artefact.options
+    outputs = OutputService.of_task(task)
+    output, folder = outputs.begin(task)
+    options = output.options
     with task.database.read() as session:
-        run = run_of_job(session, artefact.run_id)
+        run = run_of_job(session, output.run_id)
         video = session.scalars(select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))).one()
         documents = documents_of(session, run.id)
         edits = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run.id)) or 0
@@ -61,6 +61,6 @@ def record_run(task: TaskContext) -> None:
         called=called,
         notes={"run": run.id, "run_name": run.name, "preset": run.preset},
     )
-    report = write_recording(request, lambda done, of: artefacts.progress(task, artefact.id, done, of))
+    report = write_recording(request, lambda done, of: outputs.progress(task, output.id, done, of))
     # the page tells by the edits whether a corrected box that is picked in the viewer is still the same track's
-    artefacts.complete(task, artefact.id, report.path, {**report_summary(report), "edits": edits})
+    outputs.complete(task, output.id, report.path, {**report_summary(report), "edits": edits})

@@ -15,7 +15,7 @@ def run_of_job(session: Session, run_id: str | None) -> Run:
 
     Args:
         session: reads.
-        run_id: as the job or its artefact names it; None: the database has forgotten it with the run.
+        run_id: as the job or its output names it; None: the database has forgotten it with the run.
 
     Raises:
         InputError: it has been removed.

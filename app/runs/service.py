@@ -14,8 +14,8 @@ from sqlalchemy.orm import Session
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.jobs.queue import JobQueue
+from app.runs.on_job_failed import run_job_failed
 from app.runs.parameters import asked_parameters, params_of
-from app.runs.settling import settle_run
 from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
@@ -143,7 +143,7 @@ class RunService:
             run = self.get(session, run_id)
             for job in self._jobs.cancel(session, run_id):
                 if job.state == "cancelled":
-                    settle_run(session, self._events, job, "cancelled", None)
+                    run_job_failed(session, self._events, job, "cancelled", None)
         return run
 
     def resume(self, run_id: str) -> Run:

@@ -57,14 +57,14 @@ def track(task: TaskContext) -> None:
         limits=task.settings.video_limits,
         cores=task.settings.run_cores,
     )
-    told = 0.0
+    reported = 0.0
 
     def tell(progress: Progress) -> None:
-        nonlocal told
+        nonlocal reported
         now = time.monotonic()
-        if now - told < _TELL:
+        if now - reported < _TELL:
             return
-        told = now
+        reported = now
         with task.write() as session:
             row = session.get_one(Run, run.id)
             row.frames_done, row.frames_total, row.rate = progress.done, progress.total, progress.rate

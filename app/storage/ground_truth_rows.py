@@ -43,7 +43,7 @@ def parse(content: bytes, frames: int | None) -> Rows:
 
 
 def pack(rows: Rows) -> bytes:
-    """For the table ``truths``: little-endian float64, row by row, deflated."""
+    """For the table ``ground_truths``: little-endian float64, row by row, deflated."""
     return zlib.compress(np.ascontiguousarray(rows, dtype="<f8").tobytes(), 6)
 
 

@@ -17,22 +17,22 @@ from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVers
 from app.storage.moments import Moment
 
 __all__ = [
-    "Artefact",
     "Base",
     "Edit",
     "Event",
     "Follow",
     "FollowPiece",
+    "GroundTruth",
     "Job",
     "LabelPicture",
     "LabelSetDefault",
     "LabelSetVersion",
     "LabelWord",
     "ModelVersion",
+    "Output",
     "Run",
     "Server",
     "TrackDocument",
-    "Truth",
     "Video",
 ]
 
@@ -87,7 +87,7 @@ class Video(Base):
     place: Mapped[str | None] = mapped_column(String(32), default=_here)
     """Server that the file lies with; NULL: whoever uses the database. So in all tables."""
     label_set: Mapped[str | None] = mapped_column(String(64))
-    """Key of the set whose ids its documents and truths hold; NULL: the library's default."""
+    """Key of the set whose ids its documents and ground truths hold; NULL: the library's default."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
@@ -172,13 +172,13 @@ class Job(Base):
 
 
 class Event(Base):
-    """What the pages are told: a numbered stream that a dropped connection picks up where it broke."""
+    """What the pages are informed: a numbered stream that a dropped connection picks up where it broke."""
 
     __tablename__ = "events"
 
     seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     kind: Mapped[str] = mapped_column(String(32))
-    """``video``, ``run``, ``edit``, ``artefact``, ``model``, ``labels``, ``removed`` ..."""
+    """``video``, ``run``, ``edit``, ``output``, ``model``, ``labels``, ``removed`` ..."""
     subject: Mapped[str] = mapped_column(String(64))
     data: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
     time: Mapped[datetime] = mapped_column(Moment, default=now)
@@ -257,7 +257,7 @@ class FollowPiece(Base):
     """Rows of frame, x1, y1, x2, y2, confidence, source."""
 
 
-class Truth(Base):
+class GroundTruth(Base):
     """Ground truth of a video, imported."""
 
     __tablename__ = "truths"
@@ -271,7 +271,7 @@ class Truth(Base):
     created: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
-class Artefact(Base):
+class Output(Base):
     """A file that was made from runs and can be downloaded: an export, a recording, a bug bundle, a 3-D page."""
 
     __tablename__ = "artefacts"

@@ -1,7 +1,7 @@
 """Which server holds the files of what, where several servers share a database.
 
-They share rows, not files: each video, run, artefact and version of models has its place, and so has each job. A job is
-done where the files are; who asks another server is told which one to ask.
+They share rows, not files: each video, run, output and version of models has its place, and so has each job. A job is
+done where the files are; who asks another server is informed which one to ask.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.errors import Elsewhere
 from app.storage.database import Database
-from app.storage.models import Artefact, ModelVersion, Run, Server, Video
+from app.storage.models import ModelVersion, Output, Run, Server, Video
 from app.storage.ticking import ticking
 
 __all__ = ["Servers", "adopt_files", "here_of", "is_here", "require_here"]
@@ -69,8 +69,8 @@ def adopt_files(database: Database, home: Path) -> None:
             video.place = here if Path(video.path).is_file() else None
         for run in session.scalars(select(Run).where(Run.place.is_(None), Run.folder != "")):
             run.place = here if (home / run.folder).is_dir() else None
-        for artefact in session.scalars(select(Artefact).where(Artefact.place.is_(None), Artefact.path != "")):
-            artefact.place = here if (home / artefact.path).is_file() else None
+        for output in session.scalars(select(Output).where(Output.place.is_(None), Output.path != "")):
+            output.place = here if (home / output.path).is_file() else None
         for version in session.scalars(select(ModelVersion).where(ModelVersion.place.is_(None))):
             version.place = here if (home / version.folder).is_dir() else None
 

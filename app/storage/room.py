@@ -17,7 +17,7 @@ def shortage(home: Path) -> str | None:
     try:
         free = shutil.disk_usage(home).free
     except OSError:
-        return None  # whoever writes there is told what is wrong
+        return None  # whoever writes there is informed what is wrong
     if free >= LEAST:
         return None
     return (

@@ -17,10 +17,10 @@ from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.shapes import PLAIN, Model
 from app.storage.database import Database
-from app.storage.models import Artefact, ModelVersion, Run
+from app.storage.models import ModelVersion, Output, Run
 from app.storage.places import require_here
 from app.training.folders import SHIPPED_ID, USED, active_version, hashes_of
-from app.training.settling import settle_version
+from app.training.on_job_failed import version_job_failed
 from app.training.view import ModelView, label_facts, library_labels, model_view, publish_model
 from app.videos.paths import allowed_path
 from tsr_engine.errors import ModelError
@@ -32,7 +32,7 @@ __all__ = ["NewModel", "TrainingService"]
 JOB: Final = "retrain"
 _ACTIVE: Final = ("queued", "running")
 
-ArtefactName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
+OutputName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 
 
 class Folders(Model):
@@ -49,7 +49,7 @@ class NewModel(Model):
     parts: list[Literal["detector", "prior", "lambda", "classifier", "online"]] = Field(
         ["detector", "prior", "lambda", "classifier", "online"], min_length=1, max_length=5
     )
-    exports: list[ArtefactName] = Field([], max_length=100)
+    exports: list[OutputName] = Field([], max_length=100)
     folders: Folders = Field(default_factory=Folders)
     seed: int = Field(0, ge=0, le=2**31 - 1)
     parent: str | None = Field(None, pattern="^([0-9a-f]{32}|shipped)$")
@@ -184,7 +184,7 @@ class TrainingService:
             version = _require(session, version_id)
             for job in self._jobs.cancel(session, version_id):
                 if job.state == "cancelled":
-                    settle_version(session, self._events, job, "cancelled", None)
+                    version_job_failed(session, self._events, job, "cancelled", None)
             return model_view(version, False, library_labels(session))
 
     def resume(self, version_id: str) -> ModelView:
@@ -295,16 +295,14 @@ def _require(session: Session, version_id: str) -> ModelVersion:
     return version
 
 
-def _export(session: Session, name: str) -> Artefact:
-    artefact = session.get(Artefact, name)
-    if artefact is None or artefact.kind != "export":
+def _export(session: Session, name: str) -> Output:
+    output = session.get(Output, name)
+    if output is None or output.kind != "export":
         raise NotFound(f"There is no export {name!r}.", field="exports")
-    if artefact.state != "complete":
-        raise Conflict(
-            f"The export {artefact.name} is {artefact.state}. Wait until it is complete.", code="not_complete"
-        )
-    require_here(session, artefact.place, artefact.name)
-    return artefact
+    if output.state != "complete":
+        raise Conflict(f"The export {output.name} is {output.state}. Wait until it is complete.", code="not_complete")
+    require_here(session, output.place, output.name)
+    return output
 
 
 def _user(session: Session, version: ModelVersion) -> str | None:

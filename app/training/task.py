@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.jobs.context import Stopped, TaskContext
-from app.storage.models import Artefact, ModelVersion, Video
+from app.storage.models import ModelVersion, Output, Video
 from app.training.view import publish_model
 from app.videos.opened import ChangedError, CheckedFile, library_file
 from app.videos.same_file import confirm
@@ -37,16 +37,16 @@ class _Teller:
     def __init__(self, task: TaskContext) -> None:
         self._task = task
         self._stages: list[str] = []
-        self._told = 0.0
+        self._reported = 0.0
 
     def __call__(self, stage: str, done: int, total: int) -> None:
         if self._task.stop():
             raise Stopped
         new = not self._stages or self._stages[-1] != stage
         now = time.monotonic()
-        if not new and now - self._told < _TELL:
+        if not new and now - self._reported < _TELL:
             return
-        self._told = now
+        self._reported = now
         if new:
             self._stages.append(stage)
         with self._task.write() as session:
@@ -112,10 +112,10 @@ def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExpor
     from tsr_engine.training.exports import open_export
 
     with task.database.read() as session:
-        artefact = session.get(Artefact, entry["artefact"])
-        if artefact is None or artefact.sha256 != entry["sha256"]:
+        output = session.get(Output, entry["artefact"])
+        if output is None or output.sha256 != entry["sha256"]:
             raise InputError(f"The export {entry['name']} was removed meanwhile. Export again.")
-        path, name = task.settings.home / artefact.path, artefact.name
+        path, name = task.settings.home / output.path, output.name
 
     notes: list[str] = []
 

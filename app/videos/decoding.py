@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from app.cages.cage import CageError, Cages
-from app.cages.failures import raised, told
+from app.cages.failures import raised, report
 from app.cages.limits import Limits
 from app.cages.talk import Ended, Talk
 from app.errors import Busy, Invalid
@@ -107,7 +107,7 @@ class CagedDecoder:
         self._memory_mb = memory_mb
         self.position = 0
         try:
-            opened, _ = self._heard()
+            opened, _ = self._received()
         except BaseException:
             self.close()
             raise
@@ -137,13 +137,13 @@ class CagedDecoder:
             self._cage.talk.say(question)
         except Ended:
             raise VideoError("the process that decodes the video has ended") from None
-        said, content = self._heard()
+        said, content = self._received()
         self.position = int(said.get("position", 0))
         return said, content
 
-    def _heard(self) -> tuple[dict[str, Any], bytearray]:
+    def _received(self) -> tuple[dict[str, Any], bytearray]:
         try:
-            said, content = self._cage.talk.hear()
+            said, content = self._cage.talk.receive()
         except Ended:
             self._cage.kill()  # it may be decoding still
             raise VideoError("the process that decodes the video has ended, or took too long") from None
@@ -158,7 +158,7 @@ def decode_apart(talk: Talk, source: VideoSource, limits: VideoLimits, table: Fr
         decoder = LocalDecoder(video)
         talk.say({"width": video.width, "height": video.height})
         while True:
-            question, _ = talk.hear()
+            question, _ = talk.receive()
             try:
                 if "encoding" in question:
                     content = decoder.encoded(question["frame"], question["width"], question["encoding"])
@@ -169,7 +169,7 @@ def decode_apart(talk: Talk, source: VideoSource, limits: VideoLimits, table: Fr
             except Ended:
                 raise
             except Exception as error:
-                talk.say({"failed": told(error)})
+                talk.say({"failed": report(error)})
 
 
 def encode_picture(picture: Picture, width: int, encoding: Encoding) -> bytes:

@@ -18,9 +18,9 @@ from app.storage.models import Video as VideoRow
 from app.storage.places import require_here
 from app.videos.decoding import Decoder, open_here
 from app.videos.encoded import EncodedCache
-from app.videos.glance import glance_path
+from app.videos.frame_server import WIDTHS, Encoding, FrameServer, FrameServerClosedError
 from app.videos.opened import ChangedError, library_file, stamp_now
-from app.videos.reel import WIDTHS, ClosedReelError, Encoding, Reel
+from app.videos.previews import preview_path
 from app.videos.same_file import confirm, file_changed
 from app.videos.table import unpack
 from app.videos.words import in_words
@@ -68,7 +68,7 @@ class FrameService:
         self._settings = settings
         self._database = database
         self._cache = EncodedCache(settings.frame_cache_mb * 2**20)
-        self._open: OrderedDict[str, Reel] = OrderedDict()
+        self._open: OrderedDict[str, FrameServer] = OrderedDict()
         self._lock = threading.Lock()
         self._loading: dict[str, threading.Lock] = {}
 
@@ -80,7 +80,7 @@ class FrameService:
         encoding: Encoding,
         held: Container[str] = (),
         *,
-        glance: bool = False,
+        preview: bool = False,
     ) -> Served:
         """Frame ``ordinal``, at most ``width`` px wide (rounded up to one of ``WIDTHS``), never enlarged.
 
@@ -90,25 +90,27 @@ class FrameService:
             width: px; unset: the video's own.
             encoding: ``jpeg`` or ``webp``.
             held: ETags that the page has; such a picture is not made again.
-            glance: a picture that is small and soft will do, if it is there sooner.
+            preview: a picture that is small and soft will do, if it is there sooner.
 
         Raises:
             NotFound: no such video or frame, or its file is gone.
             Conflict: the video is not imported, or its file is another one by now.
         """
 
-        def serve(reel: Reel) -> Served:
-            if not 0 <= ordinal < len(reel.table):
-                raise NotFound(f"The video has frames 0 to {len(reel.table) - 1}. Got {ordinal}.", field="ordinal")
-            wanted = reel.snap(width)
+        def serve(frame_server: FrameServer) -> Served:
+            if not 0 <= ordinal < len(frame_server.table):
+                raise NotFound(
+                    f"The video has frames 0 to {len(frame_server.table) - 1}. Got {ordinal}.", field="ordinal"
+                )
+            wanted = frame_server.snap(width)
             etag = f'"{video_id[:20]}-{ordinal}-{wanted}-{encoding}"'
-            soft = reel.glance(ordinal, wanted, encoding) if glance else None
+            soft = frame_server.preview(ordinal, wanted, encoding) if preview else None
             if soft is not None:
-                return Served(soft, encoding, ordinal, int(reel.table.pts[ordinal]), etag, exact=False)
-            data = None if etag in held else reel.get(ordinal, wanted, encoding)
-            return Served(data, encoding, ordinal, int(reel.table.pts[ordinal]), etag)
+                return Served(soft, encoding, ordinal, int(frame_server.table.pts[ordinal]), etag, exact=False)
+            data = None if etag in held else frame_server.get(ordinal, wanted, encoding)
+            return Served(data, encoding, ordinal, int(frame_server.table.pts[ordinal]), etag)
 
-        return self._with_reel(video_id, serve)
+        return self._with_frame_server(video_id, serve)
 
     def raw(self, video_id: str, ordinal: int) -> Picture:
         """Frame ``ordinal`` as the engine sees it, BGR.
@@ -116,13 +118,13 @@ class FrameService:
         Raises:
             NotFound, Conflict: as for ``picture``.
         """
-        return self._with_reel(video_id, lambda reel: reel.read(ordinal))
+        return self._with_frame_server(video_id, lambda frame_server: frame_server.read(ordinal))
 
-    def _with_reel(self, video_id: str, use: Callable[[Reel], T]) -> T:
+    def _with_frame_server(self, video_id: str, use: Callable[[FrameServer], T]) -> T:
         for _ in range(8):
             try:
-                return use(self._reel(video_id))
-            except ClosedReelError:
+                return use(self._frame_server(video_id))
+            except FrameServerClosedError:
                 continue  # other videos pushed it out between the two steps
             except Conflict:
                 self.forget(video_id)  # a decoder that failed once is not trusted again
@@ -132,49 +134,49 @@ class FrameService:
     def forget(self, video_id: str) -> None:
         """Close a video's file."""
         with self._lock:
-            reel = self._open.pop(video_id, None)
-        if reel is not None:
-            reel.close()
+            frame_server = self._open.pop(video_id, None)
+        if frame_server is not None:
+            frame_server.close()
 
     def close(self) -> None:
         """Close all files."""
         with self._lock:
-            reels, self._open = list(self._open.values()), OrderedDict()
-        for reel in reels:
-            reel.close()
+            frame_servers, self._open = list(self._open.values()), OrderedDict()
+        for frame_server in frame_servers:
+            frame_server.close()
 
-    def _reel(self, video_id: str) -> Reel:
+    def _frame_server(self, video_id: str) -> FrameServer:
         return self._present(video_id) or self._opened(video_id)
 
-    def _present(self, video_id: str) -> Reel | None:
+    def _present(self, video_id: str) -> FrameServer | None:
         with self._lock:
-            reel = self._open.get(video_id)
-            if reel is not None:
+            frame_server = self._open.get(video_id)
+            if frame_server is not None:
                 self._open.move_to_end(video_id)
-        if reel is not None and stamp_now(reel.path) != reel.status:
+        if frame_server is not None and stamp_now(frame_server.path) != frame_server.status:
             self.forget(video_id)
             return None
-        return reel
+        return frame_server
 
-    def _opened(self, video_id: str) -> Reel:
+    def _opened(self, video_id: str) -> FrameServer:
         # A page that comes asks for several frames at once: they wait for one decoder instead of opening one each.
         with self._lock:
             loading = self._loading.setdefault(video_id, threading.Lock())
         with loading:
-            reel = self._present(video_id)
-            if reel is not None:
-                return reel
-            reel = self._load(video_id)
+            frame_server = self._present(video_id)
+            if frame_server is not None:
+                return frame_server
+            frame_server = self._load(video_id)
             with self._lock:
-                self._open[video_id] = reel
+                self._open[video_id] = frame_server
                 dropped = []
                 while len(self._open) > _OPEN:
                     dropped.append(self._open.popitem(last=False)[1])
         for old in dropped:
             old.close()
-        return reel
+        return frame_server
 
-    def _load(self, video_id: str) -> Reel:
+    def _load(self, video_id: str) -> FrameServer:
         with self._database.read() as session:
             query = select(VideoRow).where(VideoRow.id == video_id).options(undefer(VideoRow.frame_table))
             row = session.scalars(query).first()
@@ -197,4 +199,4 @@ class FrameService:
             raise Conflict(in_words(row, str(error)), code="unreadable") from None
         stamp = file.stamp
         assert stamp is not None
-        return Reel(video_id, video, table, self._cache, stamp, glance_path(self._settings.home, video_id))
+        return FrameServer(video_id, video, table, self._cache, stamp, preview_path(self._settings.home, video_id))

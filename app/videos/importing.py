@@ -13,9 +13,9 @@ from app.jobs.context import Stopped, TaskContext
 from app.jobs.queue import JobQueue
 from app.jobs.watchdog import watched
 from app.storage.models import Video
-from app.videos.glance import glance_path
-from app.videos.glancing import decode_all
+from app.videos.making_previews import decode_all
 from app.videos.opened import library_file, stamp_now
+from app.videos.previews import preview_path
 from app.videos.table import pack
 from app.videos.thumbnails import thumbnail_path
 from app.videos.view import publish_video
@@ -41,7 +41,7 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
     """
     with task.database.read() as session:
         video = session.get_one(Video, task.job.subject)
-    told, done = 0.0, 0
+    reported, done = 0.0, 0
 
     def too_slow() -> str:
         return (
@@ -50,15 +50,15 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
         )
 
     def tell(confirmed: int) -> None:
-        nonlocal told, done
+        nonlocal reported, done
         done = confirmed
         got_on()
         if task.leaving():
             raise Stopped
         now = time.monotonic()
-        if now - told < _TELL:
+        if now - reported < _TELL:
             return
-        told = now
+        reported = now
         if task.cancelled():
             raise Stopped
         with task.write() as session:
@@ -69,7 +69,7 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
 
     source = library_file(task.settings, video)
     source.stamp = None  # all of it is about to be read, and its frame table relied on
-    copy = glance_path(task.settings.home, video.id)
+    copy = preview_path(task.settings.home, video.id)
     with (
         watched(task, MOST_COMPUTING, too_slow) as got_on,
         open_video(source, limits=task.settings.video_limits) as file,

@@ -18,7 +18,7 @@ from sample_videos import SHIPPED
 from tsr_engine.io.opened_file import Stamp
 
 if TYPE_CHECKING:
-    from app.truths.service import TruthService
+    from app.ground_truths.service import GroundTruthService
     from app.videos.view import VideoView
 
 __all__ = ["SampleDrives"]
@@ -30,7 +30,7 @@ class SampleDrives:
     _settings: Settings
     _database: Database
 
-    def add_samples(self, truths: TruthService) -> None:
+    def add_samples(self, ground_truths: GroundTruthService) -> None:
         """Put the bundled drives into the library, with their exact truth; those that are there stay as they are."""
         for clip in reversed(SHIPPED):
             with own_file(clip.video).open() as file:
@@ -44,7 +44,7 @@ class SampleDrives:
             except Elsewhere:
                 continue  # another server of the database shows it
             if known is None:
-                truths.put(digest, "exact truth", clip.truth.read_bytes())
+                ground_truths.put(digest, "exact truth", clip.truth.read_bytes())
 
     def sample(self) -> tuple[str, str | None] | None:
         """Video and newest run of the first bundled drive, if it is in the library."""

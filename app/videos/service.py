@@ -16,8 +16,8 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
 from app.storage.places import Servers, here_of, require_here
-from app.videos.glance import glance_path
 from app.videos.opened import check_file, library_file, open_allowed, own_file, roots_of
+from app.videos.previews import preview_path
 from app.videos.samples import SampleDrives
 from app.videos.table import unpack
 from app.videos.uploads import Uploads
@@ -244,6 +244,6 @@ class VideoService(SampleDrives):
         if owned:
             self._uploads.remove(path)
         (home / "thumbnails" / f"{video_id}.jpg").unlink(missing_ok=True)
-        glance_path(home, video_id).unlink(missing_ok=True)
+        preview_path(home, video_id).unlink(missing_ok=True)
         self.remove_folders([run.folder for run in runs])
         return [run.id for run in runs]

@@ -52,14 +52,14 @@ def run_whatif(task: TaskContext) -> None:
         components = load_components(params, models)
         check_models(reader, components, params)
         report = ReplayReport()
-        told = time.monotonic()
-        began, total = told, len(reader)
+        reported = time.monotonic()
+        began, total = reported, len(reader)
         with closing(replay_into(task.settings.home / run.folder, reader, params, components, report)) as steps:
             for done in steps:
                 now = time.monotonic()
-                if now - told < _TELL:
+                if now - reported < _TELL:
                     continue
-                told = now
+                reported = now
                 if task.stop():
                     raise Stopped
                 with task.write() as session:

@@ -24,7 +24,7 @@ __all__ = ["EXPERIMENT"]
 LEAST = -4.0
 """Log-odds from which its detections are kept: below, there are only false ones by the thousand."""
 SIZES = ((16, 32), (32, 64), (64, 1000))
-"""Widths of signs, px, that recall is told for."""
+"""Widths of signs, px, that recall is reported for."""
 
 
 def _run(data: Data) -> Result:
@@ -35,26 +35,26 @@ def _run(data: Data) -> Result:
             "there is no trained network; `python -m benchmarks.deep.train --gtsdb GTSDB --state out/deep.pt --out "
             f"benchmarks/deep/{SIGNS.name}` makes it (needs `torch` and `onnx`, extra `bench`)."
         )
-    told = json.loads(about.read_text(encoding="utf-8"))
+    reported = json.loads(about.read_text(encoding="utf-8"))
     known = held_out(data)
     component, report = known.detector, known.report
-    if told["training"]["seed"] != (component.seed or 0):
+    if reported["training"]["seed"] != (component.seed or 0):
         raise Skip("the network was trained on another split of the scenes than the shipped detector.")
-    if told["training"]["scenes"] != len(known.train):
+    if reported["training"]["scenes"] != len(known.train):
         raise Skip(
-            f"the network was trained on {told['training']['scenes']} scenes, this folder's split has "
+            f"the network was trained on {reported['training']['scenes']} scenes, this folder's split has "
             f"{len(known.train)}."
         )
-    found = {"small deep detector": _detect(told, report), "ACF": known.found(prior=False)}
+    found = {"small deep detector": _detect(reported, report), "ACF": known.found(prior=False)}
     return Result(
         "deep",
         data=f"GTSDB, split by scene as for *Detection on unseen scenes*: {len(known.train)} scenes train, the "
         f"{len(known.calibrate)} of calibration are not used, {len(report)} are reported on. Both without the "
         "prior, IoU 0.5, all classes as one, pictures at full size.",
         figures={name: _plain(results) for name, results in found.items()}
-        | {"training": told["training"], "bytes": told["bytes"]},
+        | {"training": reported["training"], "bytes": reported["bytes"]},
         settings={
-            "input": "x".join(map(str, told["input"])),
+            "input": "x".join(map(str, reported["input"])),
             "network": hashlib.sha256(SIGNS.read_bytes()).hexdigest()[:12],
             "detector": component.sha256[:12],
         },
@@ -62,10 +62,10 @@ def _run(data: Data) -> Result:
     )
 
 
-def _detect(told: dict[str, Any], report: Sequence[Scene]) -> Found:
+def _detect(reported: dict[str, Any], report: Sequence[Scene]) -> Found:
     """Through the engine's plug-in, as `tsr track --onnx` runs it."""
-    size = (int(told["input"][0]), int(told["input"][1]))
-    detector = OnnxDetector(SIGNS.read_bytes(), size, told["layout"], params=DetectorParams(keep_score=LEAST))
+    size = (int(reported["input"][0]), int(reported["input"][1]))
+    detector = OnnxDetector(SIGNS.read_bytes(), size, reported["layout"], params=DetectorParams(keep_score=LEAST))
     results = []
     for scene in report:
         seen = detector.detect(read_picture(scene.path))

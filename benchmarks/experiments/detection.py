@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.held_out import ACF_IS, Found, held_out
-from benchmarks.peers.kept import Kept, file_digest
+from benchmarks.peers.cache import Cache, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.remembered import systems_code
 from benchmarks.systems.trained import SYSTEMS, trained
@@ -53,7 +53,7 @@ def _run(data: Data) -> Result:
         missing = ""
     except Skip as why:
         missing = str(why)
-    kept = Kept(data.scratch / "side_by_side")
+    kept = Cache(data.scratch / "side_by_side")
     found, ms = _side_by_side(detectors, report, kept, made_from) if not missing else ({}, {})
     curves |= {name: score_detections(results) for name, results in found.items() if name not in OURS}
     figures: dict[str, Any] = {name: plain(curve) for name, curve in curves.items()}
@@ -72,7 +72,7 @@ def _run(data: Data) -> Result:
 
 
 def _side_by_side(
-    detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], kept: Kept, made_from: Sequence[Any]
+    detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], kept: Cache, made_from: Sequence[Any]
 ) -> tuple[dict[str, Found], dict[str, float]]:
     """Detections of every detector on every scene, and its median CPU time a picture on one thread, ms.
 

@@ -19,15 +19,15 @@ from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.held_out import ACF_IS
 from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, read_looming
-from benchmarks.peers.kept import Kept, file_digest
+from benchmarks.peers.cache import Cache, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.remembered import plain_seen, read_seen, systems_code
-from benchmarks.systems.video import FrameTruth, Seen, counted, followed, frame_truths, watch
+from benchmarks.systems.video import FrameGroundTruth, Seen, counted, followed, frame_ground_truths, watch
 from tsr_engine.calibration import aimed
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
-from tsr_engine.evaluation.tracking_rows import Truth, read_results
+from tsr_engine.evaluation.tracking_rows import GroundTruth, read_results
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread
 from tsr_engine.records import Detections
@@ -49,7 +49,7 @@ class _Clip:
     """One clip, watched: the frames' truth, what the detector saw without and with the prior, its camera's focus."""
 
     video: Path
-    truths: list[FrameTruth]
+    ground_truths: list[FrameGroundTruth]
     seen: dict[str, list[Seen]]
     coast_foe_y: float | None
 
@@ -61,7 +61,7 @@ def _run(data: Data) -> Result:
         raise Skip("the folder `clips` does not hold both clips to choose parameters on and others to judge them by.")
     judged, chosen = groups["held out"], groups["chosen on"]
     times: list[float] = []
-    kept = Kept(data.scratch / "watched")
+    kept = Cache(data.scratch / "watched")
     clips = {name: _watched(video, truth, times, kept) for name, (video, truth) in pairs.items()}
     approaches = {} if data.tuning is None else read_looming(data.tuning, each=EACH_OF_A_ROW).videos
     tuned_on = [clips[n] for n in chosen] + [_watched(*pair, [], kept) for pair in approaches.values()]
@@ -74,7 +74,7 @@ def _run(data: Data) -> Result:
         figures[row], filtering = _filtered([clips[n] for n in judged], name, params)
         figures[row]["ms"] = figures[name]["ms"] + filtering
     figures[ENGINE] = _engine([clips[n] for n in judged], kept)
-    truth = [frame for n in judged for frame in clips[n].truths]
+    truth = [frame for n in judged for frame in clips[n].ground_truths]
     return Result(
         "detection_video",
         data=f"Annotated dash-cam clips, every frame a picture, signs from {MIN_WIDTH:g} px. The tracker's "
@@ -88,12 +88,12 @@ def _run(data: Data) -> Result:
     )
 
 
-def _signs(truth: Truth) -> int:
+def _signs(truth: GroundTruth) -> int:
     wide = truth.boxes[:, 2] - truth.boxes[:, 0] >= MIN_WIDTH
     return len(np.unique(truth.track_id[~truth.ignore & wide]))
 
 
-def _watched(video: Path, truth: Truth, times: list[float], kept: Kept) -> _Clip:
+def _watched(video: Path, truth: GroundTruth, times: list[float], kept: Cache) -> _Clip:
     """What the detector sees of a clip, by now or as an earlier call kept it; ``times`` gets CPU seconds a frame."""
     params = Params().with_settings([("second_core", False), ("keep_score", -8.0), ("final_overlap", 1.0)])
     components = load_components(params.with_settings([("use_prior", False)]))
@@ -101,8 +101,8 @@ def _watched(video: Path, truth: Truth, times: list[float], kept: Kept) -> _Clip
     record = kept.get(key, lambda: _watch(video, components))
     times.extend(record["times"])
     seen = {name: [read_seen(frame) for frame in frames] for name, frames in record["seen"].items()}
-    truths = frame_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
-    return _Clip(video, truths, seen, aimed(params, video)[0].tracking.coast_foe_y)
+    ground_truths = frame_ground_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
+    return _Clip(video, ground_truths, seen, aimed(params, video)[0].tracking.coast_foe_y)
 
 
 def _watch(video: Path, components: Components) -> dict[str, Any]:
@@ -130,7 +130,7 @@ def _alone(clips: Sequence[_Clip], name: str) -> dict[str, Any]:
     results = [
         counted(seen.detections.boxes, seen.detections.scores, truth)
         for clip in clips
-        for seen, truth in zip(clip.seen[name], clip.truths, strict=True)
+        for seen, truth in zip(clip.seen[name], clip.ground_truths, strict=True)
     ]
     return plain(score_detections(results))
 
@@ -144,8 +144,8 @@ def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) ->
         tracking = params.with_settings([("coast_foe_y", clip.coast_foe_y)]).tracking
         began = time.thread_time()
         rows = followed(clip.seen[name], tracking)
-        times.append((time.thread_time() - began) / max(1, len(clip.truths)) * 1e3)
-        for row, truth in zip(rows, clip.truths, strict=True):
+        times.append((time.thread_time() - began) / max(1, len(clip.ground_truths)) * 1e3)
+        for row, truth in zip(rows, clip.ground_truths, strict=True):
             results.append(counted(row.boxes, row.scores, truth))
             live.append(counted(row.boxes[row.known], row.scores[row.known], truth))
     found = plain(score_detections(results))
@@ -158,7 +158,7 @@ def _best(clips: Sequence[_Clip], name: str) -> dict[str, float]:
     return max(choices, key=lambda values: _filtered(clips, name, values)[0]["ap"])
 
 
-def _engine(clips: Sequence[_Clip], kept: Kept) -> dict[str, Any]:
+def _engine(clips: Sequence[_Clip], kept: Cache) -> dict[str, Any]:
     """The result rows of `tsr track`, default parameters: KF, gate, online detector."""
     shipped = Params.preset("default")
     components = load_components(shipped)
@@ -171,7 +171,7 @@ def _engine(clips: Sequence[_Clip], kept: Kept) -> dict[str, Any]:
         frames += run["frames"]
         at, boxes = np.array(run["at"], int), np.array(run["boxes"], float).reshape(-1, 4)
         scores = np.array(run["scores"], float)
-        for seen, truth in zip(clip.seen["ACF"], clip.truths, strict=True):
+        for seen, truth in zip(clip.seen["ACF"], clip.ground_truths, strict=True):
             here = at == seen.ordinal
             results.append(counted(boxes[here], scores[here], truth))
     return plain(score_detections(results)) | {"ms": 1e3 * seconds / max(1, frames)}

@@ -19,10 +19,10 @@ from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, line
 from benchmarks.following.long_video import flat_memory
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
 from benchmarks.following.ways import PEERS, by_peer, by_us, legacy, straight
-from benchmarks.peers.kept import Kept, code, digest_of, file_digest
+from benchmarks.peers.cache import Cache, code, digest_of, file_digest
 from benchmarks.peers.multi import Missing
-from tsr_engine.evaluation.tracking_rows import Truth
-from tsr_engine.follow import FollowerParts
+from tsr_engine.evaluation.tracking_rows import GroundTruth
+from tsr_engine.follow import FollowerModels
 from tsr_engine.following import load_follower
 from tsr_engine.io.video import open_video
 from tsr_engine.pipeline import one_blas_thread
@@ -50,7 +50,7 @@ CLIPS = "clips"
 class _Video:
     group: str
     path: Path
-    truth: Truth
+    truth: GroundTruth
     vanish: bool = False
 
     def identity(self) -> list[Any]:
@@ -58,7 +58,7 @@ class _Video:
         return [self.group, file_digest(self.path), truth, self.vanish]
 
 
-def _digest(truth: Truth) -> str:
+def _digest(truth: GroundTruth) -> str:
     """What tells one truth from another."""
     digest = hashlib.sha256()
     for column in (truth.frame, truth.track_id, truth.boxes, truth.visibility):
@@ -91,7 +91,7 @@ def _run(data: Data) -> Result:
             makers[name] = legacy(name)
         except Missing as why:
             missing[name] = str(why)
-    kept = Kept(data.scratch / "following")
+    kept = Cache(data.scratch / "following")
     root = Path(__file__).parents[1]
     own = digest_of(root, [root / "following" / f"{name}.py" for name in ("signs", "ways", "figures")])
     engine = code(("follow", "following.py"))
@@ -152,7 +152,7 @@ def _signs(video: _Video) -> Iterator[tuple[Sequence[Picture], Sign]]:
         yield painted(pictures, sign) if video.vanish else (pictures, sign)
 
 
-def _ours(video: _Video, parts: FollowerParts) -> dict[str, Any]:
+def _ours(video: _Video, parts: FollowerModels) -> dict[str, Any]:
     """Our figures on one video, and how many boxes its signs need."""
     ways: dict[str, dict[str, list[dict[str, float]]]] = {}
     times: dict[str, list[float]] = {}
@@ -162,7 +162,7 @@ def _ours(video: _Video, parts: FollowerParts) -> dict[str, Any]:
         count += 1
         for position in POSITIONS:
             start = sign.anchor(position)
-            for way, given in ((OURS, parts), (UNKNOWN, FollowerParts(parts.make_online, None))):
+            for way, given in ((OURS, parts), (UNKNOWN, FollowerModels(parts.make_online, None))):
                 filled = by_us(pictures, {start: sign.life[start]}, given)
                 ways.setdefault(way, {}).setdefault(position, []).append(figures_of(sign, filled.boxes))
                 spent = times.setdefault(way, [0.0, 0])

@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.drawing import drawing, legend_below
 from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.experiments.trackers import CHOSEN_ON, annotated, ideal, tuning_approaches
-from benchmarks.peers.kept import Kept
+from benchmarks.peers.cache import Cache
 from benchmarks.peers.multi import PEERS, Missing, rows_of, version
 from benchmarks.peers.ours import filter_alone
 from benchmarks.peers.seen import Seen, every, look
@@ -45,7 +45,7 @@ GROUPS = ("held out", "chosen on", "approaches")
 def _run(data: Data) -> Result:
     videos, without = annotated(data)
     seen = list(look([*videos, *tuning_approaches(data)], data.scratch / "detections"))
-    kept = Kept(data.scratch / "peers")
+    kept = Cache(data.scratch / "peers")
     default = Params.preset("default")
     ours = {OURS: default, BEFORE: default.with_settings(list(FULL_RATE.items()))}
     figures: dict[str, Any] = {}

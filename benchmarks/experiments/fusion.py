@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, machine, table
-from benchmarks.peers.kept import code
+from benchmarks.peers.cache import code
 from tsr_engine.evaluation.fusion import MODES, Mode, TrackVotes, evaluate_fusion, track_votes
 from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items, read_picture
 from tsr_engine.io.models import load_component, save_component

@@ -17,9 +17,9 @@ from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.against_paper import number
 from benchmarks.experiments.tracked import CONFIGURATIONS, PAPER_KF
 from benchmarks.experiments.trackers import annotated
+from benchmarks.peers.cache import Cache
 from benchmarks.peers.gap import LEAD_IN, LENGTHS, Gap, Outcome, Still, carry, find_gaps, our_outcomes, summary
 from benchmarks.peers.generic import GENERIC, maker
-from benchmarks.peers.kept import Kept
 from benchmarks.peers.multi import Missing
 from benchmarks.peers.ours import identity
 from benchmarks.peers.seen import Seen, look, pictures
@@ -29,7 +29,7 @@ from tsr_engine.pipeline import Components, load_components
 __all__ = ["EXPERIMENT"]
 
 STILL = "box held still"
-UNCLOSE = "default, no closer look"
+UNCLOSE = "default, no window rescoring"
 """The windows of the online detector count as they are found."""
 UNAIMED = {name: f"{name}, camera unknown" for name in ("default", "KF alone")}
 """These also run without what the drive tells of its camera."""
@@ -55,7 +55,7 @@ def _run(data: Data) -> Result:
     stresses: dict[str, dict[str, list[Outcome]]] = {}
     seconds: dict[str, list[float]] = {}
     starts: dict[str, int] = {}
-    kept = Kept(data.scratch / "peers")
+    kept = Cache(data.scratch / "peers")
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)  # so that CPU time is what a step costs
     try:
@@ -143,9 +143,10 @@ def _tell(result: Result) -> str:
     parts.append(
         "All in the last frame of the gap: Eq. 7 (1 for a lost sign), IoU, and share with an IoU of 0.5. *Camera "
         "unknown*: an undetected sign moves away from the track's own focus of expansion, not from where the flow of "
-        "the clip tells it. *No closer look*: a closer look is what the offline detector does after its scan, so where "
+        "the clip tells it. *No window rescoring*: window rescoring is what the offline detector does after its scan, "
+        "so where "
         "detections are withheld from signs that it can see, as here, it sees them; this row is the online detector "
-        "alone. Where the detector is blind indeed, a closer look takes nothing for a sign, and both are the same.\n"
+        "alone. Where the detector is blind indeed, window rescoring takes nothing for a sign, and both are the same.\n"
     )
     for group, by_name in _groups(f["groups"]):
         gaps = next(iter(by_name.values()))

@@ -24,7 +24,8 @@ __all__ = ["ACF_IS", "Found", "HeldOut", "held_out"]
 
 ACF_IS = (
     "\n*ACF* is our offline detector as it ships: the paper's cascade on aggregated channel features, and what ours "
-    "does with its candidates besides (second look, likeness, outline; docs/models.md). No row is of the cascade "
+    "does with its candidates besides (refine-and-verify stage, sign verifier score, box refinement; docs/models.md). "
+    "No row is of the cascade "
     "alone, which lets many things through on purpose.\n"
 )
 """What the rows of our detector are rows of."""

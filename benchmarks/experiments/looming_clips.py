@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.experiment import Skip
-from tsr_engine.evaluation.tracking_rows import Truth, read_mot_truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth, read_mot_truth
 
 __all__ = ["EACH", "EACH_OF_A_ROW", "EACH_TUNED", "LoomingClips", "read_looming"]
 
@@ -30,7 +30,7 @@ class LoomingClips:
     """
 
     seed: int
-    videos: dict[str, tuple[Path, Truth]]
+    videos: dict[str, tuple[Path, GroundTruth]]
     stress: dict[str, str]
     scenes: frozenset[str]
 

@@ -13,9 +13,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from benchmarks.peers.kept import ENGINE, code, file_digest
+from benchmarks.peers.cache import ENGINE, code, file_digest
 from tsr_engine.evaluation.tracking import SignReport, VideoReport
-from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.params import Params
 
@@ -51,7 +51,7 @@ class Memory:
         return None if self._folder is None else self._folder / f"{key}.json"
 
     @staticmethod
-    def key(title: str, video: Path, truth: Truth, params: Params, models: Mapping[str, str]) -> str:
+    def key(title: str, video: Path, truth: GroundTruth, params: Params, models: Mapping[str, str]) -> str:
         """Digest of everything that a report depends on."""
         digest = hashlib.sha256()
         for part in (

@@ -15,7 +15,7 @@ from benchmarks.experiments.clips import clip_groups, read_clips
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Truth, read_results
+from tsr_engine.evaluation.tracking_rows import GroundTruth, read_results
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.io.models import SHIPPED, load_component
 from tsr_engine.labels.files import DEFAULT, shipped_set
@@ -29,7 +29,7 @@ from tsr_engine.training.retrain import Recipe, retrain
 
 __all__ = ["EXPERIMENT"]
 
-Pairs = Mapping[str, tuple[Path, Truth]]
+Pairs = Mapping[str, tuple[Path, GroundTruth]]
 
 FIGURES = (
     ("ap50", "AP of single frames, IoU 0.5"),

@@ -31,7 +31,7 @@ LONGEST = BASE * TURNS
 """132,400 frames, as many as the paper's drives have."""
 ENDS = (60 * RATE, 180 * RATE, 600 * RATE, 30 * 60 * RATE, LONGEST)
 SECONDS = {"real": 200, "repeated": 300}
-"""Of one call of the experiment, unless it is told otherwise; another call goes on."""
+"""Of one call of the experiment, unless it is stated otherwise; another call goes on."""
 COUNTS = (1, 2, 4, 8, 16)
 FACTORS = (0.5, 0.71, 1.0, 1.41, 2.0)
 

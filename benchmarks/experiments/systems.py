@@ -48,7 +48,8 @@ def _tell(result: Result) -> str:
     parts.append(
         "\n*HOG cascade*: grey picture, blocks of nine sizes with nine orientations each quarter, boosted trees of two "
         "levels, early rejection from the calibration scenes; window, scales, search bands, jitter, light and hard "
-        "background as for our own, no colour and no second look. *Colour + MSER + HOG SVM*: after Yang et al. 2016, "
+        "background as for our own, no colour and no refine-and-verify stage. *Colour + MSER + HOG SVM*: after Yang "
+        "et al. 2016, "
         "[20] of the paper; Gaussians in the normalised Ohta plane (fitted by expectation maximisation to annotated "
         "boxes, not to hand-picked pixels), OpenCV's MSER on a map for each of red, blue and yellow and on the grey "
         "picture (for signs without colour), a HOG with colour cells, a linear SVM for each of five families of "

@@ -16,9 +16,9 @@ import numpy as np
 
 from benchmarks.experiments.remembered import Memory
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame, look, pictures
-from tsr_engine.detection.tightness import Tightness
+from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
-from tsr_engine.evaluation.tracking_rows import Results, Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.params import Params
@@ -47,7 +47,7 @@ __all__ = [
     "track_together",
 ]
 
-Videos = Mapping[str, tuple[Path, Truth]]
+Videos = Mapping[str, tuple[Path, GroundTruth]]
 """Name of a video -> file and truth."""
 
 _SHIPPED = Params.preset("default")
@@ -205,7 +205,7 @@ def redrawn(boxes: FloatArray, before: Params, now: Params, width: int, height: 
         width: of the picture, px.
         height: of the picture, px.
     """
-    drawn = Tightness.of(now.detector).apply(Tightness.of(before.detector).undo(boxes))
+    drawn = BoxInset.of(now.detector).apply(BoxInset.of(before.detector).undo(boxes))
     return clip(drawn, width, height)
 
 

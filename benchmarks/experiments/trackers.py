@@ -15,8 +15,8 @@ from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.looming_clips import EACH, EACH_OF_A_ROW, read_looming
 from benchmarks.experiments.tracked import CONFIGURATIONS
+from benchmarks.peers.cache import Cache
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.kept import Kept
 from benchmarks.peers.multi import PEERS, Missing, load, rows_of, version
 from benchmarks.peers.ours import follow
 from benchmarks.peers.seen import Annotated, Seen, look
@@ -85,7 +85,7 @@ def _run(data: Data) -> Result:
     if not judged:
         raise Skip("the folder `clips` holds none but clips that parameters were chosen on, and no approach was given.")
     rows: dict[str, list[tuple[Results, float]]] = {name: [] for name in (*PRESETS, LIVE)}
-    kept = Kept(data.scratch / "peers")
+    kept = Cache(data.scratch / "peers")
     configurations = {name: (CONFIGURATIONS[name], load_components(CONFIGURATIONS[name])) for name in PRESETS}
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)  # so that CPU time is what a frame costs
@@ -122,7 +122,7 @@ def _run(data: Data) -> Result:
 
 
 def run_peers(
-    tuned_on: Sequence[Seen], judged: Sequence[Seen], rows: dict[str, list[tuple[Results, float]]], kept: Kept
+    tuned_on: Sequence[Seen], judged: Sequence[Seen], rows: dict[str, list[tuple[Results, float]]], kept: Cache
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Tune and run each peer; those that cannot be run, with the reason."""
     chosen: dict[str, Any] = {}
@@ -209,7 +209,8 @@ def _tell(result: Result) -> str:
     parts = [f"*Skipped:* {name}: {why}\n" for name, why in f["missing"].items()]
     parts += [
         f"`{LIVE}` leaves out the frames before a track was confirmed; the product writes them afterwards, the peers "
-        "never do. (It too is told by the whole clip where the camera looks, as a drive of a minute would tell it.) "
+        "never do. (It too is reported by the whole clip where the camera looks, as a drive of a minute would tell "
+        "it.) "
         "Peers are those of `trackers`; norfair is not among them, it needs NumPy below 2. Ours goes on without a "
         f"detection, the peers return detections only: `{BOUND}` is the most that any of them could cover. `paper` "
         "starts from the same boxes, so the detector of its preset plays no part. Times are CPU ms of all that follows "

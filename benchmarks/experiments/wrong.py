@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.contact_sheet import Cell, write_sheet
 from benchmarks.experiments.tracked import Videos, track_together
 from benchmarks.peers.seen import Annotated, Seen, look, pictures
-from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import FloatArray
@@ -61,7 +61,7 @@ def largest(boxes: Mapping[int, FloatArray]) -> tuple[int, FloatArray]:
 
 
 def _boxes(
-    kind: str, note: Mapping[str, Any], seen: Seen, truth: Truth, components: Components, params: Params
+    kind: str, note: Mapping[str, Any], seen: Seen, truth: GroundTruth, components: Components, params: Params
 ) -> dict[int, FloatArray]:
     """Frame -> box of a sign, as annotated, or of a track."""
     if kind != "false":

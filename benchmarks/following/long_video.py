@@ -11,7 +11,7 @@ import av
 import numpy as np
 
 from benchmarks.memory import memory
-from tsr_engine.follow import Anchor, FollowerParts, Proposal
+from tsr_engine.follow import Anchor, FollowerModels, Proposal
 from tsr_engine.following import follow_video
 
 __all__ = ["flat_memory"]
@@ -20,7 +20,7 @@ _FRAMES, _GROUP = 10_000, 250
 _EARLY = 5_000
 
 
-def flat_memory(parts: FollowerParts, scratch: Path) -> dict[str, Any]:
+def flat_memory(parts: FollowerModels, scratch: Path) -> dict[str, Any]:
     """Resident memory after some frames, and after all of a long video.
 
     Args:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.follow import NARROWEST
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.records import FloatArray, Picture
@@ -23,7 +23,7 @@ _CLEAR = 0.75
 _SHORTEST = 6
 """Frames of a life that is worth following."""
 _LARGEST = 16.0
-"""px: what never gets so wide cannot be told from others like it, and nobody draws it."""
+"""px: what never gets so wide cannot be distinguished from others like it, and nobody draws it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Sign:
         return min(self.clear, key=lambda frame: (abs(frame - wanted), frame))
 
 
-def signs_of(truth: Truth, width: int, height: int) -> list[Sign]:
+def signs_of(truth: GroundTruth, width: int, height: int) -> list[Sign]:
     """The signs of a video that are seen for six frames and get 16 px wide, those that other experiments ignore too.
 
     Args:

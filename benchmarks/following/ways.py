@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.peers.gap import Follower
 from benchmarks.peers.generic import OpenCvTracker, maker
 from benchmarks.peers.multi import Missing
-from tsr_engine.follow import NARROWEST, Anchor, Ending, FollowerParts, follow
+from tsr_engine.follow import NARROWEST, Anchor, Ending, FollowerModels, follow
 from tsr_engine.follow.one_way import visible_share
 from tsr_engine.follow.outwards import HIDDEN_LIMIT, LEAST_SEEN
 from tsr_engine.geometry.boxes import clip
@@ -45,7 +45,7 @@ class _Shown:
     corrupt: bool = False
 
 
-def by_us(pictures: Sequence[Picture], drawn: Mapping[int, FloatArray], parts: FollowerParts) -> Filled:
+def by_us(pictures: Sequence[Picture], drawn: Mapping[int, FloatArray], parts: FollowerModels) -> Filled:
     """Our follower, from one box or several."""
     asked: set[int] = set()
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from benchmarks.peers.multi import load
-from tsr_engine.evaluation.tracking_rows import Results, Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
 from tsr_engine.geometry.boxes import area, intersection, iou
 
 __all__ = ["NAMES", "sequence", "trackeval_figures"]
@@ -22,7 +22,7 @@ MATCH = 0.5
 """IoU of a match, and share of a box inside an ignored one from which that explains it."""
 
 
-def sequence(truth: Truth, results: Results, frames: int) -> dict[str, Any]:
+def sequence(truth: GroundTruth, results: Results, frames: int) -> dict[str, Any]:
     """One video in the form that TrackEval's metrics take.
 
     As in the MOTChallenge's own preparation, rows that match an ignored truth better than a counted one are left
@@ -80,7 +80,7 @@ def trackeval_figures(sequences: Iterable[dict[str, Any]], names: Sequence[str] 
     return figures
 
 
-def _excused(truth: Truth, here: Any, wanted: Any, boxes: Any) -> Any:
+def _excused(truth: GroundTruth, here: Any, wanted: Any, boxes: Any) -> Any:
     """Which boxes of a frame are explained by truth that does not count."""
     out = np.zeros(len(boxes), dtype=bool)
     if not len(boxes) or not len(here):

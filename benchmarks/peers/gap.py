@@ -17,7 +17,7 @@ from benchmarks.peers.ours import frame_input, start
 from benchmarks.peers.seen import Seen
 from tsr_engine.geometry.boxes import clip, iou, non_overlap
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Parts, one_blas_thread
+from tsr_engine.pipeline import Models, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, FrameEvidence, Picture
 
 __all__ = ["LENGTHS", "Follower", "Gap", "Outcome", "Still", "carry", "find_gaps", "our_outcomes", "summary"]
@@ -152,7 +152,7 @@ def carry(
 
 
 def our_outcomes(
-    seen: Seen, pictures: Sequence[Picture], gap: Gap, params: Params, parts: Parts
+    seen: Seen, pictures: Sequence[Picture], gap: Gap, params: Params, parts: Models
 ) -> tuple[list[Outcome], float]:
     """Follow a gap with our tracker, which has seen ``LEAD_IN`` frames before it.
 

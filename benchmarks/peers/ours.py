@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peers.kept import Kept
+from benchmarks.peers.cache import Cache
 from benchmarks.peers.seen import Seen, SeenFrame, pictures
 from tsr_engine.evaluation.tracking_rows import Results
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, FrameInput, Parts, ResultStream, TrackingCore, one_blas_thread
+from tsr_engine.pipeline import Components, FrameInput, Models, ResultStream, TrackingCore, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, Picture
 from tsr_engine.tracking.tracker import Tracker
 
@@ -107,7 +107,7 @@ class _Run:
         return Followed(Results.of(rows), Results.of(self.live), self.seconds)
 
 
-def start(seen: Seen, params: Params, parts: Parts) -> TrackingCore:
+def start(seen: Seen, params: Params, parts: Models) -> TrackingCore:
     """A fresh core for a video."""
     return TrackingCore(seen.aimed(params), parts, seen.width, seen.height, interval=seen.interval)
 
@@ -132,7 +132,7 @@ def frame_input(
     )
 
 
-def follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]], kept: Kept) -> dict[str, Followed]:
+def follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]], kept: Cache) -> dict[str, Followed]:
     """Track one video under several parameters; it is decoded once.
 
     Detections, and so the parameters of the detector, are those of ``seen`` for all.

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peers.kept import code, file_digest
+from benchmarks.peers.cache import code, file_digest
 from tsr_engine.errors import TsrError
-from tsr_engine.evaluation.tracking_rows import Truth, thinned
+from tsr_engine.evaluation.tracking_rows import GroundTruth, thinned
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
@@ -43,7 +43,7 @@ class Annotated:
     name: str
     group: str
     path: Path
-    truth: Truth
+    truth: GroundTruth
 
     def identity(self) -> list[str]:
         """Digests of the file and of its truth."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
+from benchmarks.peers.cache import Cache
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.kept import Kept
 from benchmarks.peers.multi import PACKAGE, Peer, load, rows_of, version
 from benchmarks.peers.seen import Seen
 
@@ -35,7 +35,7 @@ class Tuned:
     equal: int
 
 
-def tune(peer: Peer, clips: Sequence[Seen], kept: Kept) -> Tuned:
+def tune(peer: Peer, clips: Sequence[Seen], kept: Cache) -> Tuned:
     """The combination with the highest HOTA over all videos together; of equal ones the best by MOTA, then by IDF1.
 
     Args:

@@ -71,7 +71,7 @@ def measure_handling(page: Page, seed: int) -> dict[str, Any]:
         seed: of the order of the seeks.
 
     Returns:
-        ``step``, ``back``, ``seek``: milliseconds from the wish to the frame after the picture is drawn; ``play``:
+        ``step``, ``back``, ``seek``: milliseconds from the request to the frame after the picture is drawn; ``play``:
         frames shown, frames that passed, frames shown without their overlay, seconds.
     """
     frames = page.evaluate("() => tsr.store.get().review.timebase.frames")

@@ -70,7 +70,7 @@ def first_paint(desk: Desk, video: str, run: str) -> tuple[float, float]:
     """Open the review screen in a fresh profile.
 
     Returns:
-        Milliseconds from the wish to the first picture, and to the picture with tracks and lanes.
+        Milliseconds from the request to the first picture, and to the picture with tracks and lanes.
     """
     page = desk.page()
     page.wait_for_function("() => tsr.store.get().videos?.length")

@@ -1,7 +1,8 @@
 """A boosted cascade on histograms of oriented gradients alone, in the manner of Viola and Jones with HOG features.
 
 What the paper's Fig. 9 calls VJ+HOG: grey picture, HOG blocks of many sizes in a sliding window, boosted trees, early
-rejection. It has neither colour nor a second look, but the same window, scales and search bands as the ACF detector.
+rejection. It has neither colour nor a refine-and-verify stage, but the same window, scales and search bands as the ACF
+detector.
 """
 
 from __future__ import annotations

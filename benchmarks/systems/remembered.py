@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from benchmarks.peers.kept import digest_of
+from benchmarks.peers.cache import digest_of
 from benchmarks.systems.video import Seen
 from tsr_engine.records import Detections
 
@@ -17,7 +17,7 @@ __all__ = ["plain_detections", "plain_seen", "read_detections", "read_seen", "sy
 _DETECTING: Final = (
     "colour_model", "colour_mser", "hog", "hog_blocks", "hog_cascade", "hog_scan", "hog_svm", "proposals", "video",
 )  # fmt: skip
-"""Modules of this folder that decide what is found and how fast; how it is told may change."""
+"""Modules of this folder that decide what is found and how fast; how it is reported may change."""
 
 
 @cache

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
@@ -20,7 +20,7 @@ from tsr_engine.records import Detections, FloatArray
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.tracker import Tracker
 
-__all__ = ["FrameTruth", "Rows", "Seen", "counted", "followed", "frame_truths", "watch"]
+__all__ = ["FrameGroundTruth", "Rows", "Seen", "counted", "followed", "frame_ground_truths", "watch"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class Seen:
 
 
 @dataclass(frozen=True, slots=True)
-class FrameTruth:
+class FrameGroundTruth:
     """Signs of one frame that count, (n, 4), and boxes that count neither way, (m, 4)."""
 
     boxes: FloatArray
@@ -115,16 +115,18 @@ def followed(frames: Sequence[Seen], params: TrackingParams) -> list[Rows]:
     return out
 
 
-def frame_truths(truth: Truth, ordinals: Sequence[int], min_width: float) -> list[FrameTruth]:
+def frame_ground_truths(truth: GroundTruth, ordinals: Sequence[int], min_width: float) -> list[FrameGroundTruth]:
     """Truth frame by frame; signs narrower than ``min_width`` px count neither way."""
     counts = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= min_width)
     return [
-        FrameTruth(truth.boxes[(truth.frame == k) & counts], truth.boxes[(truth.frame == k) & ~counts])
+        FrameGroundTruth(truth.boxes[(truth.frame == k) & counts], truth.boxes[(truth.frame == k) & ~counts])
         for k in ordinals
     ]
 
 
-def counted(boxes: FloatArray, scores: FloatArray, truth: FrameTruth) -> tuple[FloatArray, FloatArray, FloatArray]:
+def counted(
+    boxes: FloatArray, scores: FloatArray, truth: FrameGroundTruth
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Boxes, scores and truth without the boxes that an ignored one excuses, unless they are on a sign that counts.
 
     A box is excused by an IoU, or a share of its own area inside the ignored box, of at least a half.

@@ -35,10 +35,10 @@ from tsr_engine.pipeline import (
     FrameInput,
     ResultStream,
     TrackingCore,
-    keep_regions,
     load_components,
     one_blas_thread,
     rebuild,
+    replay_regions,
 )
 from tsr_engine.records import Detections, Picture
 from tsr_engine.runs import RunRequest, track_video
@@ -100,8 +100,8 @@ def _read_answers(path: Path, key: dict[str, Any]) -> list[Any]:
     """Answers of an earlier process to the same question; none if it was another."""
     if not path.is_file():
         return []
-    told = json.loads(path.read_text(encoding="utf-8"))
-    return list(told["answers"]) if told["key"] == json.loads(json.dumps(key)) else []
+    reported = json.loads(path.read_text(encoding="utf-8"))
+    return list(reported["answers"]) if reported["key"] == json.loads(json.dumps(key)) else []
 
 
 def repeated(
@@ -151,7 +151,7 @@ def repeated(
                 given = FrameInput(ordinal, ordinal / RATE, detections, seen.shift, pixels)
                 evidence = core.step(given)
                 _drain(rows.add(evidence))
-                writer.append(replace(evidence, regions=keep_regions(evidence, pixels, params)))
+                writer.append(replace(evidence, regions=replay_regions(evidence, pixels, params)))
                 done = ordinal + 1
                 if not note(done):
                     break

@@ -116,12 +116,12 @@ const live = startLive(app, {
   onEvent: (event) => {
     const { review } = store.get();
     if (event.kind === 'edit' && review?.run?.id === event.subject) {
-      if (event.data.docs) editor.hear(event.data.docs, event.data.op_id, event.data.author);
+      if (event.data.docs) editor.receive(event.data.docs, event.data.op_id, event.data.author);
       else void editor.refresh(); // an import of very many tracks
     }
     if (event.kind === 'run') app.loader.follow(event.data);
-    if (event.kind === 'labels') void app.labels.hear(event).catch(() => {});
-    if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:space', { detail: event.data }));
+    if (event.kind === 'labels') void app.labels.receive(event).catch(() => {});
+    if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:scene3d', { detail: event.data }));
   },
   onReset: () => {
     void app.loader.refresh();

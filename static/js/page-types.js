@@ -28,7 +28,7 @@
  * @property {import('./editing/editor.js').Editor} editor
  * @property {import('./review/loader.js').Loader} loader
  * @property {import('./review/following.js').FollowControl} following
- * @property {import('./store/catch_up.js').CatchUp['hear']} hear   what the server tells, into the store
+ * @property {import('./store/catch_up.js').CatchUp['receive']} receive   what the server tells, into the store
  * @property {import('./store/catch_up.js').CatchUp['load']} load   what the server is asked, into the store, never older than what was heard
  * @property {import('./editing/label_sets.js').LabelSets} labels   keeps the store's labels those of what is on the screen
  * @property {import('./views/note_drafts.js').NoteDrafts} notes   those that are half written

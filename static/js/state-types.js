@@ -2,7 +2,7 @@
 /**
  * The state of the page. Types only.
  *
- * @typedef {import('./types.js').Artefact} Artefact
+ * @typedef {import('./types.js').Output} Output
  * @typedef {import('./types.js').Box} Box
  * @typedef {import('./types.js').Command} Command
  * @typedef {import('./types.js').Label} Label
@@ -31,7 +31,7 @@
  * @property {Parameter[]} parameters
  * @property {Video[]|null} videos             null: not loaded yet
  * @property {Record<string, Run[]>} runs      by video
- * @property {Artefact[]|null} artefacts       null: not loaded yet
+ * @property {Output[]|null} outputs       null: not loaded yet
  * @property {ModelVersion[]|null} models      the newest first; null: not loaded yet
  * @property {ReviewState|null} review
  * @property {Banner[]} banners
@@ -55,8 +55,8 @@
 
 /** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}, once?: string}} Banner   once: under this name it is put away for good when a person hides it */
 
-/** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'judge'
- *   |'export'|'import'|'truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
+/** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'bulk-review'
+ *   |'export'|'import'|'ground-truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
  *   |'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
 
 /**
@@ -94,7 +94,7 @@
  * @property {{box: Box, key: string}|null} drag       box under the pointer
  * @property {QueueFilter} filter
  * @property {import('./types.js').Earlier|null} earlier   corrections of an earlier run that are offered to this one
- * @property {'recording'|'space'|null} beside         what stands beside the picture
+ * @property {'recording'|'scene3d'|null} beside         what stands beside the picture
  * @property {import('./model/following.js').Following|null} following   a sign that is being followed, or waits to be accepted
  */
 
@@ -102,12 +102,12 @@
  * @typedef {object} QueueFilter
  * @property {number|null} class_id      null: any; -1: without a class
  * @property {'all'|'open'|'accepted'|'rejected'|'needs_work'} review
- * @property {number} least_doubt
+ * @property {number} least_uncertainty
  * @property {number|null} least_score   best score of a track, log-odds; null: any, also none at all
  * @property {number|null} most_score
  * @property {boolean} with_notes        only tracks that somebody has written a note on
  * @property {string} text
- * @property {'doubt'|'time'|'class'|'score'} sort
+ * @property {'uncertainty'|'time'|'class'|'score'} sort
  */
 
 /**

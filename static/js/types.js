@@ -156,8 +156,8 @@
  * @property {number[]} side           longest side, px
  * @property {number[]} rejected       frames with a rejected prediction
  * @property {number[]} relocalised
- * @property {number[]} doubt          0..1, without what people said
- * @property {number[]} rank           what the queue sorts by: the doubt, with what people had said when this was asked for
+ * @property {number[]} uncertainty          0..1, without what people said
+ * @property {number[]} rank           what the queue sorts by: the uncertainty, with what people had said when this was asked for
  * @property {string[][]} reasons      plain sentences why
  * @property {number} tau
  * @property {boolean} complete        false while the run goes on
@@ -324,7 +324,7 @@
 
 /**
  * A file that was made from runs, or is being made.
- * @typedef {object} Artefact
+ * @typedef {object} Output
  * @property {string} id
  * @property {'export'|'recording'|'bundle'|'scene'} kind
  * @property {string|null} run_id
@@ -398,7 +398,7 @@
  * @typedef {object} ModelRequest
  * @property {string} name
  * @property {string[]} parts
- * @property {string[]} exports        ids of artefacts
+ * @property {string[]} exports        ids of outputs
  * @property {{gtsdb?: string, gtsrb?: string}} folders
  * @property {number} seed
  * @property {string|null} parent
@@ -426,7 +426,7 @@
  * @property {{id: number, flips: number, frame: number}[]} tracks
  */
 
-/** @typedef {{frame: number, box: Box, class_id: number|null, track: number}} TruthBox */
+/** @typedef {{frame: number, box: Box, class_id: number|null, track: number}} GroundTruthBox */
 
 /** @typedef {{frame: number, box: Box}} FollowAnchor   a box that a person has set */
 /** @typedef {{direction: 'backward'|'forward', frame: number, reason: string, sentence: string}} FollowEnding   proposals beyond `frame` are withdrawn */

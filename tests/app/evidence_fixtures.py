@@ -1,4 +1,4 @@
-"""Fixtures that tests of evidence, what-ifs, comparisons and truths share."""
+"""Fixtures that tests of evidence, what-ifs, comparisons and ground truths share."""
 
 from __future__ import annotations
 

@@ -10,22 +10,22 @@ import pytest
 REVIEW = ("review", "export", "import", "formats", "bundle", "record", "models")
 
 
-def _told(module: str, *words: str) -> subprocess.CompletedProcess[str]:
+def _reported(module: str, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", module, *words], capture_output=True, text=True, timeout=120, check=False
     )
 
 
 def test_the_application_has_the_engines_commands_and_its_own() -> None:
-    told = _told("app", "--help")
-    assert told.returncode == 0
-    commands = {line.split()[0] for line in told.stdout.partition("Commands:")[2].splitlines() if line[2:3].strip()}
+    reported = _reported("app", "--help")
+    assert reported.returncode == 0
+    commands = {line.split()[0] for line in reported.stdout.partition("Commands:")[2].splitlines() if line[2:3].strip()}
     assert commands > {"track", "replay", "train", *REVIEW}
 
 
 @pytest.mark.parametrize("command", REVIEW)
 def test_the_engine_alone_says_that_it_has_no_such_command(command: str) -> None:
-    told = _told("tsr_engine", command)
-    assert told.returncode == 2
-    assert f"No such command '{command}'" in told.stderr
-    assert "Traceback" not in told.stderr
+    reported = _reported("tsr_engine", command)
+    assert reported.returncode == 2
+    assert f"No such command '{command}'" in reported.stderr
+    assert "Traceback" not in reported.stderr

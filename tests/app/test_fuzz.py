@@ -89,7 +89,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     home.database.close()
     server = Server(home.settings.home, roots=(home.video.parent,))
     with live(server) as made:
-        path = f"/api/videos/{home.video_id}/truths/drawn"
+        path = f"/api/videos/{home.video_id}/ground-truths/drawn"
         answer = requests.put(
             made.url + path, data=_TRUTH, headers={"Authorization": f"Bearer {SECRET}", "Content-Type": "text/csv"}
         )
@@ -126,7 +126,7 @@ def test_every_route_keeps_its_word(served: Served, document: BaseSchema, mode: 
         except Unsatisfiable:  # a route without parameters: nothing about it can be wrong
             assert mode is GenerationMode.NEGATIVE
         except (FailureGroup, AssertionError) as failure:
-            failures.append(f"{operation.label}: {failure}\n{told(failure)}")
+            failures.append(f"{operation.label}: {failure}\n{reported(failure)}")
     assert not failures, "\n\n".join(failures)
     assert tried > 200
 
@@ -175,7 +175,7 @@ def check_body(document: Any, operation: Any, response: Any) -> None:
     assert not wrong, (operation["operationId"], wrong[:3])
 
 
-def told(failure: BaseException) -> str:
+def reported(failure: BaseException) -> str:
     """The single complaints of a group."""
     return "\n".join(f"  {one}" for one in getattr(failure, "exceptions", ()))
 

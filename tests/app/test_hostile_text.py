@@ -107,6 +107,6 @@ def test_addresses(door: Server, toy: toy_home.ToyHome, bad: str) -> None:
         f"/{bad}",
     ):
         assert door.client.get(path).status_code < 500, path
-    for path in (f"/api/uploads/{bad}.mp4", f"/api/videos/{toy.video_id}/truths/{bad}"):
+    for path in (f"/api/uploads/{bad}.mp4", f"/api/videos/{toy.video_id}/ground-truths/{bad}"):
         assert door.client.put(path, content=b"x").status_code < 500, path
     assert door.client.get("/api/events", params={"after": "x"}).status_code == 422

@@ -1,4 +1,4 @@
-"""A part that is not installed is told in one sentence: by the command line, over HTTP and by a job."""
+"""A part that is not installed is reported in one sentence: by the command line, over HTTP and by a job."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ SENTENCE = "The 3-D views need viser, which is not installed: pip install 'tsr[s
 
 
 def test_a_package_of_an_extra_is_told_with_its_extra() -> None:
-    with pytest.raises(MissingExtra) as told, explained():
+    with pytest.raises(MissingExtra) as reported, explained():
         raise ModuleNotFoundError("No module named 'viser'", name="viser")
-    assert str(told.value) == SENTENCE
-    assert told.value.exit_code == 2
+    assert str(reported.value) == SENTENCE
+    assert reported.value.exit_code == 2
 
 
 @pytest.mark.parametrize(

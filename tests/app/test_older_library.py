@@ -42,8 +42,8 @@ def test_it_opens_under_the_43_labels_with_its_edits(home: Path) -> None:
         assert labels[13]["name"] == "give way"
         assert client.get("/api/label-sets").json()[0]["key"] == "gtsrb-43"
         assert client.get(f"/api/videos/{VIDEO}").json()["label_set"] is None
-        (truth,) = client.get(f"/api/videos/{VIDEO}/truths").json()["truths"]
-        boxes = client.get(f"/api/truths/{truth['id']}/boxes?first=0&last=0").json()["boxes"]
+        (truth,) = client.get(f"/api/videos/{VIDEO}/ground-truths").json()["ground_truths"]
+        boxes = client.get(f"/api/ground-truths/{truth['id']}/boxes?first=0&last=0").json()["boxes"]
         assert [box["class_id"] for box in boxes] == [14]
         change = {"change": {"type": "add", "name": "no parking"}}
         assert client.post("/api/label-sets/gtsrb-43/changes", json=change).json()["label"]["id"] == 43

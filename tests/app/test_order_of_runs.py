@@ -13,7 +13,7 @@ from alembic.config import Config
 
 from app.edits.earlier import earlier_corrections
 from app.evidence.disagreement import _other_run
-from app.exchange.home import run_named, stands_for
+from app.exchange.home import describe_choice, run_named
 from app.storage import migrating, models
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
@@ -55,7 +55,7 @@ def test_runs_are_counted_as_they_are_made(wrong_clock: Database) -> None:
 def test_the_newest_run_is_the_last_one_made_wherever_one_is_asked_for(wrong_clock: Database) -> None:
     with wrong_clock.read() as session:
         assert run_named(session, "v.mp4") == THIRD
-        assert f"({SECOND}) has: give its id" in stands_for(session, THIRD)
+        assert f"({SECOND}) has: give its id" in describe_choice(session, THIRD)
         other = _other_run(session, FIRST, VIDEO)
         assert other is not None
         assert other.id == THIRD

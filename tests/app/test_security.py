@@ -61,8 +61,8 @@ def test_a_used_link_lets_in_who_is_in_and_tells_others_what_to_do(server: Serve
     other = stranger.get(path, headers=page)
     assert other.status_code == 303
     assert "set-cookie" not in other.headers
-    told = stranger.get(other.headers["location"])
-    assert (told.status_code, "This link has been used" in told.text) == (200, True)
+    reported = stranger.get(other.headers["location"])
+    assert (reported.status_code, "This link has been used" in reported.text) == (200, True)
     program = server.stranger().get(path)
     assert (program.status_code, program.json()["error"]["code"]) == (401, "unauthorised")
 

@@ -51,7 +51,7 @@ def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
     answer = server.client.post(url, json=body)
     assert answer.status_code == 202, answer.text
     work_off(server.context)
-    place = {"models": "models", "runs": "runs"}.get(url.rsplit("/", 1)[-1], "artefacts")
+    place = {"models": "models", "runs": "runs"}.get(url.rsplit("/", 1)[-1], "outputs")
     found: dict[str, Any] = server.client.get(f"/api/{place}/{answer.json()['id']}").json()
     return found
 
@@ -97,7 +97,7 @@ def test_what_is_learned_from_it(home: toy_home.ToyHome, strict: Server) -> None
 def test_a_verdict_that_is_judged_again(
     home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch, strict: Server
 ) -> None:
-    """The process that does it is told the limit with each question."""
+    """The process that does it is informed the limit with each question."""
     asked: list[Question] = []
     monkeypatch.setattr(strict.context.evidence._explainer, "ask", asked.append)
     with home.reader() as reader:

@@ -43,7 +43,7 @@ class BrokenPromiseError(Exception):
 
 @dataclass
 class Log:
-    """What clients were told.
+    """What clients were reported.
 
     Attributes:
         acknowledged: operations that the server has answered with 200.

@@ -40,7 +40,7 @@ def frame(server: Server, toy: ToyHome, ordinal: int) -> Any:
 
 
 def decoders(server: Server) -> list[CagedDecoder]:
-    found = [reel._video for reel in server.context.frames._open.values()]
+    found = [frame_server._video for frame_server in server.context.frames._open.values()]
     assert all(isinstance(one, CagedDecoder) for one in found), "no video is decoded in the server"
     return found  # type: ignore[return-value]
 

@@ -22,7 +22,7 @@ from tests.app.toy_home import ToyHome, make_home
 from tests.attack.own_server import Running, command, running
 from tests.patience import TIMES, until, within
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import ImportLimits, ImportTarget
 from tsr_engine.exchange.load import read_dataset
@@ -91,8 +91,8 @@ def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> 
             path = f"/api/videos/{toy.video_id}/imports?as=annotation&run={toy.run_id}&file=a.zip&name=a.zip"
             began = time.monotonic()
             status, said = server.ask(path, content)
-            told = said if status != 201 else said["tracks"]
-            assert (status, name) in ((413, name), (201, "as many as are let in")), (name, told)
+            reported = said if status != 201 else said["tracks"]
+            assert (status, name) in ((413, name), (201, "as many as are let in")), (name, reported)
             assert time.monotonic() - began < within(20), name
     assert server.memory < MOST_MB
     late = [round(wait, 2) for wait in server.waits if wait > within(0.5)]
@@ -133,12 +133,12 @@ def test_many_rows_are_read_in_time_that_grows_with_them(tmp_path: Path) -> None
 
 def test_one_name_for_all_tracks(tmp_path: Path) -> None:
     """A name that is taken gets a number: the search for the next free one begins where the last one ended."""
-    intake = Intake(target())
+    validator = ImportValidator(target())
     began = time.process_time()
     for k in range(30_000):
-        intake.box(intake.unique("same", "a", k), k % FRAMES, (1, 1, 9, 9), 0, file="a", line=k)
+        validator.box(validator.unique("same", "a", k), k % FRAMES, (1, 1, 9, 9), 0, file="a", line=k)
     assert time.process_time() - began < within(3)
-    assert len(intake) == 30_000
+    assert len(validator) == 30_000
 
 
 def test_caps(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Two servers on one PostgreSQL share rows, not files: each says which server to ask, and nothing is told wrong."""
+"""Two servers on one PostgreSQL share rows, not files: each says which server to ask, and nothing is reported wrong."""
 
 from __future__ import annotations
 
@@ -105,10 +105,10 @@ def test_jobs_are_done_where_the_files_are(tracked: Two) -> None:
     assert two.first.client.get(f"/api/runs/{run}/tracks").status_code == 200
     made = two.first.client.post("/api/exports", json={"runs": [run], "format": "mot"}).json()
     work_off(two.second.context)
-    assert two.first.client.get(f"/api/artefacts/{made['id']}").json()["state"] == "queued"
+    assert two.first.client.get(f"/api/outputs/{made['id']}").json()["state"] == "queued"
     work_off(two.first.context)
-    assert two.first.client.get(f"/api/artefacts/{made['id']}/download").status_code == 200
-    away = two.second.client.get(f"/api/artefacts/{made['id']}/download")
+    assert two.first.client.get(f"/api/outputs/{made['id']}/download").status_code == 200
+    away = two.second.client.get(f"/api/outputs/{made['id']}/download")
     assert (away.status_code, away.json()["error"]["code"]) == (503, "elsewhere")
 
 

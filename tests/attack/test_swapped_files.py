@@ -184,9 +184,9 @@ def test_a_video_that_is_overwritten_with_size_and_time_restored_has_changed(ser
     answer = server.client.get(f"/api/videos/{video}/frames/3")
     assert (answer.status_code, answer.json()["error"]["code"]) == (409, "file_changed")
     work_off(server.context, "track")
-    told = server.client.get(f"/api/runs/{run}").json()
-    assert told["state"] == "failed"
-    assert "has changed since it was added" in told["error"]
+    reported = server.client.get(f"/api/runs/{run}").json()
+    assert reported["state"] == "failed"
+    assert "has changed since it was added" in reported["error"]
     path.write_bytes(white)
     assert shade(server, video) == WHITE
 

@@ -38,7 +38,7 @@ def open_at(at: Live) -> socket.socket:
     return found
 
 
-def told(at: Live, request: bytes) -> bytes:
+def reported(at: Live, request: bytes) -> bytes:
     """All that comes back until the server closes the connection."""
     with open_at(at) as one:
         one.sendall(request)
@@ -102,7 +102,7 @@ CHUNKS = {
 
 @pytest.mark.parametrize("request_", BAD.values(), ids=BAD)
 def test_a_head_with_two_readings_is_refused(at: Live, request_: bytes) -> None:
-    answer = told(at, request_ + b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+    answer = reported(at, request_ + b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
     head, _, body = answer.partition(b"\r\n\r\n")
     assert head.startswith(b"HTTP/1.1 400 "), answer
     assert b"connection: close" in head.lower()
@@ -111,7 +111,7 @@ def test_a_head_with_two_readings_is_refused(at: Live, request_: bytes) -> None:
 
 @pytest.mark.parametrize("body", CHUNKS.values(), ids=CHUNKS)
 def test_a_bad_chunk_is_refused(at: Live, body: bytes) -> None:
-    answer = told(at, POST.replace(b"/session/links", b"/exports") + b"Transfer-Encoding: chunked\r\n\r\n" + body)
+    answer = reported(at, POST.replace(b"/session/links", b"/exports") + b"Transfer-Encoding: chunked\r\n\r\n" + body)
     assert answer.startswith(b"HTTP/1.1 400 "), answer
     assert answer.count(b"HTTP/1.1 ") == 1
 
@@ -120,7 +120,7 @@ def test_what_is_right_is_answered(at: Live) -> None:
     asked = b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " + SECRET.encode() + b"\r\n"
     both = POST + b"Transfer-Encoding: chunked\r\n\r\n5;a=b\r\nhello\r\n0\r\nX: 1\r\n\r\n"
     both += asked + b"Connection: close\r\n\r\n"
-    assert re.findall(rb"HTTP/1.1 (\d+) ", told(at, both)) == [b"201", b"200"]
+    assert re.findall(rb"HTTP/1.1 (\d+) ", reported(at, both)) == [b"201", b"200"]
 
 
 @pytest.mark.parametrize("said", [b"", b"G", POST, POST + b"Content-Length: 9\r\n"])

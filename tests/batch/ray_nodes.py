@@ -43,8 +43,8 @@ def main() -> None:
 
     manifest = run_batch(request, kill_one, lambda: False)
     stamps = {str(p): p.stat().st_mtime_ns for p in OUT.glob("*/**/*")}
-    told: list[BatchProgress] = []
-    run_batch(request, told.append, lambda: False)
+    reported: list[BatchProgress] = []
+    run_batch(request, reported.append, lambda: False)
     again = {str(p): p.stat().st_mtime_ns for p in OUT.glob("*/**/*")}
     cluster.shutdown()
     print(
@@ -52,7 +52,7 @@ def main() -> None:
             {
                 "killed_after": killed_after,
                 "states": {drive.folder: [drive.state, drive.error] for drive in manifest.drives},
-                "second_call": len(told),
+                "second_call": len(reported),
                 "same": again == stamps,
             }
         )

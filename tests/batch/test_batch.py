@@ -56,9 +56,9 @@ def request(drives: Path, out: Path, digests: dict[str, str], **facts: Any) -> B
 
 
 def go(wanted: BatchRequest) -> tuple[dict[str, tuple[str, str]], list[BatchProgress]]:
-    told: list[BatchProgress] = []
-    manifest = run_batch(wanted, told.append, lambda: False)
-    return {drive.folder: (drive.state, drive.error) for drive in manifest.drives}, told
+    reported: list[BatchProgress] = []
+    manifest = run_batch(wanted, reported.append, lambda: False)
+    return {drive.folder: (drive.state, drive.error) for drive in manifest.drives}, reported
 
 
 def stamps(out: Path) -> dict[str, int]:
@@ -67,11 +67,11 @@ def stamps(out: Path) -> dict[str, int]:
 
 def test_a_batch_and_the_next_call(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
     out, parts = tmp_path / "out", load_components(PARAMS)
-    states, told = go(request(drives, out, digests, jobs=2))
+    states, reported = go(request(drives, out, digests, jobs=2))
     assert states["one"] == states["two"] == ("done", "")
     assert states["text"][0] == "failed"
     assert "is not a video" in states["text"][1]
-    assert (told[-1].done, told[-1].failed, told[-1].total) == (2, 1, 3)
+    assert (reported[-1].done, reported[-1].failed, reported[-1].total) == (2, 1, 3)
     for name in ("one", "two"):
         plain = tmp_path / f"{name}.csv"
         track_video(RunRequest(drives / f"{name}.mp4", PARAMS, csv=plain), parts)
@@ -155,7 +155,7 @@ def test_one_batch_at_a_time_writes_a_folder(drives: Path, tmp_path: Path, diges
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "reported"),
     [
         (["--keep", "boxes"], "--keep expects some of evidence, csv, video. Got 'boxes'"),
         (["--on", "mars"], "--on expects local, ray or ray://HOST:PORT"),
@@ -163,10 +163,10 @@ def test_one_batch_at_a_time_writes_a_folder(drives: Path, tmp_path: Path, diges
     ],
 )
 def test_wrong_options_are_told(
-    drives: Path, tmp_path: Path, options: list[str], told: str, capfd: pytest.CaptureFixture[str]
+    drives: Path, tmp_path: Path, options: list[str], reported: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["batch", str(drives), "--out", str(tmp_path), *options]) == 2
-    assert told in capfd.readouterr().err
+    assert reported in capfd.readouterr().err
 
 
 def test_ctrl_c_keeps_what_is_done(drives: Path, tmp_path: Path) -> None:

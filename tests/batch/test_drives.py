@@ -41,11 +41,11 @@ def test_a_list_names_them_too(archive: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"), [("a/none.mp4", "no video at"), ("*.mov", "No file matches"), ("a/empty", "holds no video")]
+    ("text", "reported"), [("a/none.mp4", "no video at"), ("*.mov", "No file matches"), ("a/empty", "holds no video")]
 )
-def test_what_names_nothing_is_told(archive: Path, text: str, told: str) -> None:
+def test_what_names_nothing_is_told(archive: Path, text: str, reported: str) -> None:
     (archive / "a/empty").mkdir()
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=reported):
         find_drives([f"{archive}/{text}"])
 
 

@@ -22,7 +22,7 @@ from benchmarks.experiments.wrong import draw_wrong, largest
 from benchmarks.peers.seen import Annotated, Seen, look
 from tests import pipeline_toys as toys
 from tsr_engine.evaluation.tracking import SignReport, VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Truth, read_results
+from tsr_engine.evaluation.tracking_rows import GroundTruth, read_results
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.params import PRESETS, Params
@@ -34,11 +34,11 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return toys.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", 24)
 
 
-def _truth(frames: int) -> Truth:
+def _truth(frames: int) -> GroundTruth:
     rows = [(k, toys.sign_box(k)) for k in range(frames)]
     seen = [(k, box) for k, box in rows if box is not None]
     n = len(seen)
-    return Truth(
+    return GroundTruth(
         np.array([k for k, _ in seen]), np.ones(n, np.int64), np.array([box for _, box in seen]),
         np.zeros(n, np.int64), np.ones(n), np.zeros(n, bool),
     )  # fmt: skip
@@ -152,14 +152,14 @@ def test_the_report_of_ablations_tells_what_beats_the_preset() -> None:
         }
         return rows
 
-    def told(judged: dict[str, Any]) -> str:
+    def reported(judged: dict[str, Any]) -> str:
         figures = {"judged": {"approaches": judged}, "tuned": {"approaches": part(-0.01, 0.001)}}
         return ablations.EXPERIMENT.tell(Result("ablations", figures=figures))
 
-    assert "no worse on the judged: tau 19." in told(part(-0.01, 0.001))
-    assert "stays as it is" in told(part(0.01, 0.001))
-    assert "stays as it is" in told(part(-0.01, 0.001, worse_ids=True))
-    text = told(part(-0.01, 0.001))
+    assert "no worse on the judged: tau 19." in reported(part(-0.01, 0.001))
+    assert "stays as it is" in reported(part(0.01, 0.001))
+    assert "stays as it is" in reported(part(-0.01, 0.001, worse_ids=True))
+    text = reported(part(-0.01, 0.001))
     for departure in ablation_rows.DEPARTURES:
         assert departure.title in text
     assert "| default | 0.1000 |" in text
@@ -259,7 +259,7 @@ def test_bars_are_judged_row_by_row() -> None:
     same = {"n": 0, "ours": None, "theirs": None, "only_ours": 0, "only_theirs": 0}
     other = {"n": 3, "ours": 0.06, "theirs": 0.08, "only_ours": 2, "only_theirs": 1}
 
-    def told(default: dict[str, Any]) -> str:
+    def reported(default: dict[str, Any]) -> str:
         def rows(changed: dict[str, Any]) -> dict[str, Any]:
             alone = row(0.10) | {"changed": changed}
             return {"default": default, "KF alone": alone, PAPER_KF: row(0.12), "paper": row(0.2)}
@@ -267,13 +267,13 @@ def test_bars_are_judged_row_by_row() -> None:
         return stress.EXPERIMENT.tell(Result("stress", figures={"turn": rows(same), "blur": rows(other)} | {
             "all": rows(other)}))  # fmt: skip
 
-    good = told(row(0.09))
+    good = reported(row(0.09))
     assert "kept on every row" in good
     assert "worse than `paper`: none" in good
     assert "| blur | 3 | 0.0600 | 0.0800 | 2 | 1 |" in good
     assert "changed no box of a sign on turn." in good
-    assert "kept on every row" in told(row(0.10))  # no better than KF alone, but no worse
-    bad = told(row(0.13, ids=1.5, coverage=0.8))
+    assert "kept on every row" in reported(row(0.10))  # no better than KF alone, but no worse
+    bad = reported(row(0.13, ids=1.5, coverage=0.8))
     assert "turn: Eq. 7 0.1300, not below 0.1175" in bad
     assert "turn: Eq. 7 0.1300, above the 0.1000 of KF alone" in bad
     assert "turn: Eq. 7 0.1300, not below 0.1200 of the paper's KF alone" in bad

@@ -161,9 +161,9 @@ def test_a_committed_network_is_what_its_description_says() -> None:
     if not contenders.SIGNS.is_file():
         pytest.skip("no trained network lies in benchmarks/deep")
     content = contenders.SIGNS.read_bytes()
-    told = json.loads(contenders.SIGNS.with_suffix(".json").read_text(encoding="utf-8"))
-    assert len(content) == told["bytes"] < 2_000_000
-    detector = OnnxDetector(content, tuple(told["input"]), told["layout"])
+    reported = json.loads(contenders.SIGNS.with_suffix(".json").read_text(encoding="utf-8"))
+    assert len(content) == reported["bytes"] < 2_000_000
+    detector = OnnxDetector(content, tuple(reported["input"]), reported["layout"])
     assert len(detector.detect(np.full((800, 1360, 3), 90, np.uint8))) < 5  # a grey wall holds no signs
 
 

@@ -15,11 +15,14 @@ from tsr_engine.training.detector import DetectorPlan
 from tsr_engine.training.offline import split_scenes
 
 SMALL = (
-    "rounds=[24, 48]", "mining_share=[1.0]", "feature_share=0.25", "jittered=8", "per_scene=30", "likeness.steps=80",
-    "likeness.batch=48", "likeness.network.filters=8", "likeness.network.hidden=24", "likeness.network.warm_up=10",
+    "rounds=[24, 48]", "mining_share=[1.0]", "feature_share=0.25", "jittered=8", "per_scene=30",
+    "sign_verifier.steps=80",
+    "sign_verifier.batch=48", "sign_verifier.network.filters=8", "sign_verifier.network.hidden=24",
+    "sign_verifier.network.warm_up=10",
     "refinement.views=1", "refinement.starts=4", "refinement.candidates=20", "refinement.boosting.trees=32",
-    "refinement.boosting.depth=3", "refinement.boosting.feature_share=0.125", "outline.steps=40", "outline.batch=32",
-    "outline.network.filters=8", "outline.network.hidden=16", "outline.network.warm_up=10",
+    "refinement.boosting.depth=3", "refinement.boosting.feature_share=0.125", "box_refinement.steps=40",
+    "box_refinement.batch=32",
+    "box_refinement.network.filters=8", "box_refinement.network.hidden=16", "box_refinement.network.warm_up=10",
 )  # fmt: skip
 
 
@@ -48,7 +51,7 @@ def test_values_are_set_by_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("setting", "told"),
+    ("setting", "reported"),
     [
         ("shrinkages=1", "no option 'shrinkages'"),
         ("refinement.tree=1", "no option 'refinement.tree'"),
@@ -58,11 +61,11 @@ def test_values_are_set_by_name() -> None:
         ("refinement.boosting.depth=9", "depth must be in 1..5"),
         ('shrinkage="half"', "shrinkage cannot be 'half'"),
         ("rounds=8", "rounds cannot be 8"),
-        ("likeness.steps=1.5", "likeness.steps cannot be 1.5"),
+        ("sign_verifier.steps=1.5", "sign_verifier.steps cannot be 1.5"),
     ],
 )
-def test_a_wrong_option_is_named(setting: str, told: str) -> None:
-    with pytest.raises(UsageError, match=told):
+def test_a_wrong_option_is_named(setting: str, reported: str) -> None:
+    with pytest.raises(UsageError, match=reported):
         plan_with([setting])
 
 

@@ -13,14 +13,14 @@ from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, line
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
 from benchmarks.following.ways import PEERS, KltBox, by_peer, by_us, legacy, straight
 from tests.follow.drives import HEIGHT, WIDTH, drive
-from tsr_engine.evaluation.tracking_rows import Truth
-from tsr_engine.follow import FollowerParts
+from tsr_engine.evaluation.tracking_rows import GroundTruth
+from tsr_engine.follow import FollowerModels
 
 
-def truth(boxes: dict[int, Any], visibility: Any = None) -> Truth:
+def truth(boxes: dict[int, Any], visibility: Any = None) -> GroundTruth:
     n = len(boxes)
     seen = np.ones(n) if visibility is None else np.array([visibility(k) for k in boxes])
-    return Truth(
+    return GroundTruth(
         np.array(list(boxes)),
         np.ones(n, int),
         np.array(list(boxes.values())),
@@ -109,7 +109,7 @@ def test_a_painted_sign_is_gone_from_pixels_and_rows() -> None:
 
 def test_ours_and_a_flow_box_fill_a_life() -> None:
     start = sign().anchor("middle")
-    ours = by_us(MADE.pictures, {start: MADE.boxes[start]}, FollowerParts())
+    ours = by_us(MADE.pictures, {start: MADE.boxes[start]}, FollowerModels())
     assert figures_of(sign(), ours.boxes)["iou70"] > 0.9
     assert ours.steps == len(ours.boxes)  # without the drawn one, with one that is too narrow
     assert ours.seconds > 0.0
@@ -130,10 +130,10 @@ def test_the_report_says_who_is_best_and_what_is_not_there() -> None:
         "memory": {"frames": 10000, "group": 250, "early": 1000, "early_mb": 300.0, "late_mb": 301.0},
         "missing": {"TLD": "no such build."},
     }
-    told = experiment.EXPERIMENT.tell(Result("follow", figures=figures))
-    assert "**0.900** / 1.000; 1.00; 0.00" in told
-    assert "| CSRT | 0.400 / 1.000; 1.00; 1.00" in told
-    assert "| clips | 1.20 | 1.20 | 1.20 | 4.00 |" in told
-    assert "8.0 ms (125 frames/s)" in told
-    assert "TLD is not there: no such build." in told
+    reported = experiment.EXPERIMENT.tell(Result("follow", figures=figures))
+    assert "**0.900** / 1.000; 1.00; 0.00" in reported
+    assert "| CSRT | 0.400 / 1.000; 1.00; 1.00" in reported
+    assert "| clips | 1.20 | 1.20 | 1.20 | 4.00 |" in reported
+    assert "8.0 ms (125 frames/s)" in reported
+    assert "TLD is not there: no such build." in reported
     assert set(PEERS) == {"CSRT", "KCF", "MIL", "TLD", "KLT"}

@@ -16,7 +16,7 @@ from benchmarks.experiments import frame_rates
 from benchmarks.peers.ours import filter_alone
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame, every
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.params import Params
 from tsr_engine.records import Detections
 
@@ -37,7 +37,7 @@ def _seen() -> Seen:
     )
     boxes = np.array([_box(k) for k in range(FRAMES)])
     n = FRAMES
-    truth = Truth(np.arange(n), np.ones(n, int), boxes, np.zeros(n, int), np.ones(n), np.zeros(n, bool))
+    truth = GroundTruth(np.arange(n), np.ones(n, int), boxes, np.zeros(n, int), np.ones(n), np.zeros(n, bool))
     return Seen(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, frames)
 
 
@@ -92,9 +92,9 @@ def test_what_makes_a_track_is_chosen_at_every_rate_and_on_no_scene_that_is_judg
     call = ["--clips", str(tmp_path), "--looming", str(tmp_path / "tuned"), "--judged", str(tmp_path / "judged")]
     assert confirm_choice.main([*call, "--setting", "strict:confirm_score=3,sure_score=4"]) == 0
     assert looked == ["0_turn"]
-    told = [line for line in capsys.readouterr().out.splitlines() if "approaches" in line]
-    assert [line.split("approaches")[0].strip() for line in told[::2]] == list(frame_rates.HEADINGS.values())
-    for shipped, strict in zip(told[::2], told[1::2], strict=True):
+    reported = [line for line in capsys.readouterr().out.splitlines() if "approaches" in line]
+    assert [line.split("approaches")[0].strip() for line in reported[::2]] == list(frame_rates.HEADINGS.values())
+    for shipped, strict in zip(reported[::2], reported[1::2], strict=True):
         assert "default  1/1 signs, 0 false, coverage 1.0000, 1.000 ids" in shipped
         assert "strict   0/1 signs, 0 false, coverage 0.0000, 0.000 ids" in strict
     assert confirm_choice.main([*call, "--setting", "x:no_such=1"]) == 1
@@ -110,13 +110,13 @@ def test_what_is_lower_than_ours_is_named() -> None:
         "2": {"default": found(0.2), "values chosen at the full rate alone": found(0.4), "SORT": found(0.3)},
     }
     about = {"processor": "x", "cores": 1, "load": 0, "commit": "c", "python": "3", "packages": {}}
-    told = frame_rates.EXPERIMENT.tell(
+    reported = frame_rates.EXPERIMENT.tell(
         Result(
             "frame_rates", data="", figures={"groups": {"held out": steps}, "missing": {}}, settings={}, machine=about
         )
     )
     both = "0.2000 (50.0 % covered) against 0.1000 (50.0 % covered)"
-    assert f"- held out, every frame: {both} of values chosen at the full rate alone" in told
-    assert told.count("\n- ") == 1
-    assert "| held out | every frame | every 2nd |" in told
-    assert "| SORT | 0.3000, 50.0 %, 1.00 | 0.3000, 50.0 %, 1.00 |" in told
+    assert f"- held out, every frame: {both} of values chosen at the full rate alone" in reported
+    assert reported.count("\n- ") == 1
+    assert "| held out | every frame | every 2nd |" in reported
+    assert "| SORT | 0.3000, 50.0 %, 1.00 | 0.3000, 50.0 %, 1.00 |" in reported

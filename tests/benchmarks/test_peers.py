@@ -13,21 +13,21 @@ import pytest
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import trackers
 from benchmarks.peers import multi, tuning
+from benchmarks.peers.cache import Cache
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.kept import Kept
 from benchmarks.peers.multi import LEAST, PEERS, Missing, Peer, confidence, rows_of
 from benchmarks.peers.ours import Followed
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame
 from tsr_engine.evaluation.tracking import changed_errors, evaluate_video, shared_errors
-from tsr_engine.evaluation.tracking_rows import Results, Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
 from tsr_engine.records import Detections
 
 FRAMES = 12
 
 
-def _truth(boxes: list[tuple[int, int, tuple[float, ...], bool]]) -> Truth:
+def _truth(boxes: list[tuple[int, int, tuple[float, ...], bool]]) -> GroundTruth:
     n = len(boxes)
-    return Truth(
+    return GroundTruth(
         np.array([b[0] for b in boxes]),
         np.array([b[1] for b in boxes]),
         np.array([b[2] for b in boxes], float).reshape(-1, 4),
@@ -57,7 +57,7 @@ def _seen(gap: range = range(0), score: float = 2.0) -> Seen:
 
 
 class _Toy:
-    """A tracker that gives every box the same identity, or as many as it is told."""
+    """A tracker that gives every box the same identity, or as many as it is reported."""
 
     def __init__(self, frame_rate: float, change: int = 100, track_activation_threshold: float = 0.0) -> None:
         self.frame, self.change, self.least = 0, change, track_activation_threshold
@@ -104,7 +104,7 @@ def test_scores_become_confidences_and_thresholds_with_them(toy: Peer) -> None:
 
 def test_what_a_package_does_not_take_is_named(toy: Peer) -> None:
     with pytest.raises(Missing, match="other settings"):
-        toy.make(30.0, {"wish": 1.0})
+        toy.make(30.0, {"request": 1.0})
     with pytest.raises(Missing, match="has no Other"):
         Peer("other", "Other", {}, {}).make(30.0, {})
 
@@ -116,16 +116,16 @@ def test_the_best_of_the_grid_is_chosen(toy: Peer, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(tuning, "trackeval_figures", whole)
     monkeypatch.setattr(tuning, "load", lambda name: None)
     monkeypatch.setattr(Annotated, "identity", lambda self: [self.name])
-    best = tuning.tune(toy, [_seen(), _seen(range(3, 5))], Kept(None))
+    best = tuning.tune(toy, [_seen(), _seen(range(3, 5))], Cache(None))
     assert best.settings["change"] == 100
     assert best.hota == 0.5
     assert (best.tried, best.equal) == (3, 1)
     with pytest.raises(ValueError, match="at least one clip"):
-        tuning.tune(toy, [], Kept(None))
+        tuning.tune(toy, [], Cache(None))
 
 
 def test_what_was_done_is_found_again_and_what_changed_is_not(tmp_path: Path) -> None:
-    kept, calls = Kept(tmp_path / "kept"), []
+    kept, calls = Cache(tmp_path / "kept"), []
 
     def make() -> dict[str, Any]:
         calls.append(1)
@@ -135,7 +135,7 @@ def test_what_was_done_is_found_again_and_what_changed_is_not(tmp_path: Path) ->
     assert first == {"box": [1.25, 2.0], "n": 1}
     assert kept.get(["a", {"x": 1}], make) == first
     assert kept.get(["a", {"x": 2}], make)["n"] == 2
-    assert Kept(None).get(["a", {"x": 1}], make)["n"] == 3
+    assert Cache(None).get(["a", {"x": 1}], make)["n"] == 3
 
 
 def test_results_come_back_exactly() -> None:
@@ -192,7 +192,7 @@ def test_the_bound_takes_each_detection_once() -> None:
 @pytest.mark.skipif(importlib.util.find_spec("trackers") is not None, reason="the peers are installed here")
 def test_peers_that_are_not_installed_are_skipped_by_name() -> None:
     rows: dict[str, Any] = {}
-    chosen, missing = trackers.run_peers([_seen()], [_seen()], rows, Kept(None))
+    chosen, missing = trackers.run_peers([_seen()], [_seen()], rows, Cache(None))
     assert (chosen, rows) == ({}, {})
     assert set(missing) == {"TrackEval", *(peer.name for peer in PEERS)}
     assert all("pip install" in why for why in missing.values())
@@ -205,7 +205,7 @@ def test_installed_peers_are_tuned_and_run(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(trackers, "PEERS", (peer,))
     monkeypatch.setattr(Annotated, "identity", lambda self: [self.name])
     rows: dict[str, Any] = {}
-    chosen, missing = trackers.run_peers([_seen()], [_seen(), _seen(range(3, 4))], rows, Kept(None))
+    chosen, missing = trackers.run_peers([_seen()], [_seen(), _seen(range(3, 4))], rows, Cache(None))
     assert missing == {}
     assert chosen["SORT"]["settings"] == {"minimum_consecutive_frames": 1}
     assert [len(set(found.track_id.tolist())) for found, _ in rows["SORT"]] == [1, 1]
@@ -220,7 +220,7 @@ def _figures(coverage: float, error: float, **others: Any) -> dict[str, Any]:
     } | others  # fmt: skip
 
 
-def _told(**rows: dict[str, Any]) -> str:
+def _reported(**rows: dict[str, Any]) -> str:
     best = {"settings": {"activation_score": 0.0}, "hota": 0.6, "tried": 4, "equal": 2}
     chosen = {"SORT": best} if "SORT" in rows else {}
     missing = {"C-BIoU": "the package trackers cannot be imported."}
@@ -229,7 +229,7 @@ def _told(**rows: dict[str, Any]) -> str:
 
 
 def test_the_report_names_each_row_on_which_a_peer_is_better() -> None:
-    text = _told(default=_figures(0.7, 0.1), paper=_figures(0.6, 0.2), SORT=_figures(0.65, 0.09))
+    text = _reported(default=_figures(0.7, 0.1), paper=_figures(0.6, 0.2), SORT=_figures(0.65, 0.09))
     assert "**`default` is beaten by a tuned peer**" in text
     assert "- held out, mean Eq. 7: 0.09 by SORT against our 0.1" in text
     assert "held out, coverage" not in text
@@ -256,7 +256,7 @@ def test_of_equal_settings_the_next_figure_decides(toy: Peer, monkeypatch: pytes
     monkeypatch.setattr(tuning, "trackeval_figures", figures)
     monkeypatch.setattr(tuning, "load", lambda name: None)
     monkeypatch.setattr(Annotated, "identity", lambda self: [self.name])
-    best = tuning.tune(toy, [_seen()], Kept(None))
+    best = tuning.tune(toy, [_seen()], Cache(None))
     assert (best.settings["change"], best.equal) == (100, 3)
 
 
@@ -268,7 +268,7 @@ def test_without_videos_to_judge_or_to_choose_on_a_sentence_says_so(
     with pytest.raises(Skip, match="chosen on"):
         trackers.EXPERIMENT.run(Data(None, None, tmp_path, None, tmp_path))
     monkeypatch.setattr(trackers, "load", lambda name: None)
-    chosen, missing = trackers.run_peers([], [_seen()], {}, Kept(None))
+    chosen, missing = trackers.run_peers([], [_seen()], {}, Cache(None))
     assert chosen == {}
     assert all("could be chosen on" in why for why in missing.values())
 
@@ -301,7 +301,7 @@ def test_errors_are_compared_where_both_have_a_box() -> None:
 
 
 def test_without_peers_the_report_claims_nothing() -> None:
-    text = _told(default=_figures(0.7, 0.1), paper=_figures(0.6, 0.2))
+    text = _reported(default=_figures(0.7, 0.1), paper=_figures(0.6, 0.2))
     assert "No peer could be run" in text
     assert "nowhere beaten" not in text
 

@@ -21,7 +21,7 @@ from benchmarks.peers.gap import LEAD_IN, Gap, Outcome, Still, carry, find_gaps,
 from benchmarks.peers.generic import OpenCvTracker, maker
 from benchmarks.peers.multi import Missing
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame
-from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.evidence import ResultRow
 from tsr_engine.params import Params
 from tsr_engine.pipeline import FrameInput
@@ -40,7 +40,7 @@ def _seen(unseen: range = range(0), frames: int = FRAMES) -> Seen:
         n = 0 if k in unseen else 1
         one = np.ones(n)
         made.append(SeenFrame(k, k / 30, Detections(_box(k)[None][:n], one, one, one), (1.0, 0.0)))
-    truth = Truth(
+    truth = GroundTruth(
         np.arange(frames),
         np.full(frames, 4),
         np.array([_box(k) for k in range(frames)]),
@@ -154,8 +154,8 @@ def test_a_box_over_the_edge_is_started_inside() -> None:
 
 
 def test_trackers_that_a_wheel_lacks_are_named() -> None:
-    with pytest.raises(Missing, match="TrackerWish"):
-        maker("Wish")
+    with pytest.raises(Missing, match="TrackerRequest"):
+        maker("Request")
     if hasattr(cv2, "TrackerVit_create"):
         with pytest.raises(Missing, match="TrackerVit is a network"):
             maker("Vit")
@@ -232,10 +232,10 @@ def test_a_choice_looks_at_no_scene_that_is_judged(
     call = ["--looming", str(tuned), "--judged", str(judged), "--every", "2", "--setting", "n:search_noise=1,tau=9"]
     assert gap_choice.main(call) == 0
     assert looked == ["0_turn", "3_turn"]
-    told = {line.split("  ")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
-    assert told.keys() == {"default", "KF alone", "n"}
-    assert "5 frames: 0.1000, 100.0% of 3" in told["n"]
-    assert "5 frames: 0.5000" in told["KF alone"]
+    reported = {line.split("  ")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
+    assert reported.keys() == {"default", "KF alone", "n"}
+    assert "5 frames: 0.1000, 100.0% of 3" in reported["n"]
+    assert "5 frames: 0.5000" in reported["KF alone"]
 
 
 def test_a_choice_that_cannot_be_made_is_refused_in_a_sentence(

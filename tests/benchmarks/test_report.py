@@ -124,10 +124,10 @@ def test_names_are_unique_and_files_can_be_told_from_them() -> None:
 
 def test_an_unknown_experiment_is_named() -> None:
     found = subprocess.run(
-        [sys.executable, "-m", "benchmarks", "wish"], cwd=ROOT.parent, capture_output=True, text=True, timeout=120
+        [sys.executable, "-m", "benchmarks", "request"], cwd=ROOT.parent, capture_output=True, text=True, timeout=120
     )
     assert found.returncode == 2
-    assert "there is no experiment wish" in found.stderr
+    assert "there is no experiment request" in found.stderr
 
 
 def test_a_second_run_in_one_scratch_folder_is_refused_in_a_sentence(
@@ -148,9 +148,9 @@ def test_a_second_run_in_one_scratch_folder_is_refused_in_a_sentence(
 
 def test_the_committed_report_is_that_of_the_committed_results(tmp_path: Path) -> None:
     write_report(EXPERIMENTS, ROOT / "results", tmp_path / "figures", tmp_path / "REPORT.md")
-    told = (tmp_path / "REPORT.md").read_text()
-    assert told == (ROOT / "REPORT.md").read_text()
-    assert "was measured before this experiment knew" not in told
+    reported = (tmp_path / "REPORT.md").read_text()
+    assert reported == (ROOT / "REPORT.md").read_text()
+    assert "was measured before this experiment knew" not in reported
 
 
 def test_results_of_other_experiments_do_not_make_the_code_another(

@@ -22,10 +22,10 @@ def cells(row: str, text: str) -> list[str]:
 
 
 def test_every_row_has_its_figures() -> None:
-    told = summary(RESULTS)
-    assert "Skipped" not in told
+    reported = summary(RESULTS)
+    assert "Skipped" not in reported
     for row in ROWS:
-        assert len(cells(row.what, told)) == 3
+        assert len(cells(row.what, reported)) == 3
 
 
 def test_a_row_follows_its_results(tmp_path: Path) -> None:
@@ -33,9 +33,9 @@ def test_a_row_follows_its_results(tmp_path: Path) -> None:
     result = json.loads((tmp_path / "recordings.json").read_text())
     result["figures"]["drives"][0]["megabytes"] = 12.34
     (tmp_path / "recordings.json").write_text(json.dumps(result))
-    told = summary(tmp_path)
-    assert "12.3 MB in" in told
-    assert told.count("\n| ") == 3, "only the row whose results are there, under its head"
+    reported = summary(tmp_path)
+    assert "12.3 MB in" in reported
+    assert reported.count("\n| ") == 3, "only the row whose results are there, under its head"
 
 
 def test_what_is_worse_than_a_peer_is_said(tmp_path: Path) -> None:
@@ -47,10 +47,10 @@ def test_what_is_worse_than_a_peer_is_said(tmp_path: Path) -> None:
     groups["blur"]["SORT"]["coverage"] = 1.5
     groups["shake"]["OC-SORT"]["MOTA"] = groups["shake"]["default"]["MOTA"] + 0.25
     (tmp_path / "trackers.json").write_text(json.dumps(result))
-    told = summary(tmp_path)
-    assert "not lower than SORT (turn)" in told
-    assert "coverage below SORT (blur)" in told
-    assert "OC-SORT's under shake by up to 0.250" in told
+    reported = summary(tmp_path)
+    assert "not lower than SORT (turn)" in reported
+    assert "coverage below SORT (blur)" in reported
+    assert "OC-SORT's under shake by up to 0.250" in reported
 
 
 def test_skipped_and_older_results_give_no_number(tmp_path: Path) -> None:
@@ -68,10 +68,10 @@ def test_shares_are_percentages() -> None:
 
 
 def test_readme_says_what_the_summary_says() -> None:
-    told = summary(RESULTS)
-    found = {row: cells(row, told)[1] for row in ("detection: AP", "signs classified", "time of", "review screen")}
-    signs, false_tracks, _ = cells("tracking: signs found", told)[1].split(", ")
-    error = cells("tracking: coverage", told)[1].split()[2]
+    reported = summary(RESULTS)
+    found = {row: cells(row, reported)[1] for row in ("detection: AP", "signs classified", "time of", "review screen")}
+    signs, false_tracks, _ = cells("tracking: signs found", reported)[1].split(", ")
+    error = cells("tracking: coverage", reported)[1].split()[2]
     ours, theirs = re.findall(r"\((\d+) ms against (\d+);", found["time of"])[0]
     assert cells("detection, 43", README)[1] == f"AP {found['detection: AP'].split(',')[0]} at IoU 0.5"
     assert cells("labels of tracks", README)[1] == f"{found['signs classified'].split()[0]} right"

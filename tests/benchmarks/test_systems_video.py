@@ -11,13 +11,13 @@ import pytest
 
 from benchmarks.experiment import Data, Result, Skip, machine
 from benchmarks.experiments import detection, detection_video, systems
-from benchmarks.peers.kept import Kept
+from benchmarks.peers.cache import Cache
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.remembered import plain_seen, read_seen
-from benchmarks.systems.video import FrameTruth, Seen, counted, followed, frame_truths
+from benchmarks.systems.video import FrameGroundTruth, Seen, counted, followed, frame_ground_truths
 from tests.benchmarks.drawn_scenes import drawn_scenes
 from tsr_engine.evaluation.detection import score_detections
-from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.params import Params
 from tsr_engine.records import Detections, Picture
 
@@ -32,7 +32,7 @@ def _seen(ordinal: int, *rows: tuple[np.ndarray, float]) -> Seen:
 
 
 def test_ignored_boxes_excuse_but_do_not_hide_a_sign() -> None:
-    truth = FrameTruth(SIGN[None], np.array([[90.0, 90, 140, 140], [300, 300, 340, 340]]))
+    truth = FrameGroundTruth(SIGN[None], np.array([[90.0, 90, 140, 140], [300, 300, 340, 340]]))
     boxes = np.array([SIGN, [310, 310, 330, 330], [400, 100, 430, 130]])
     kept, scores, signs = counted(boxes, np.array([3.0, 2.0, 1.0]), truth)
     np.testing.assert_array_equal(kept, boxes[[0, 2]])  # the one inside an ignored box is gone
@@ -42,8 +42,8 @@ def test_ignored_boxes_excuse_but_do_not_hide_a_sign() -> None:
 
 def test_narrow_signs_are_ignored() -> None:
     rows = np.array([[0.0, 0, 15, 15], [50, 50, 70, 70]])
-    truth = Truth(np.array([4, 4]), np.array([1, 2]), rows, np.zeros(2, int), np.ones(2), np.zeros(2, bool))
-    here, none = frame_truths(truth, [4, 5], 16.0)
+    truth = GroundTruth(np.array([4, 4]), np.array([1, 2]), rows, np.zeros(2, int), np.ones(2), np.zeros(2, bool))
+    here, none = frame_ground_truths(truth, [4, 5], 16.0)
     np.testing.assert_array_equal(here.boxes, rows[1:])
     np.testing.assert_array_equal(here.ignored, rows[:1])
     assert len(none.boxes) == len(none.ignored) == 0
@@ -73,9 +73,9 @@ def test_a_drawn_curve_keeps_every_find_however_many_false_ones_come_after() -> 
     signs = np.array([[40.0 * k, 0, 40.0 * k + 20, 20] for k in range(5)])
     false = np.array([[0.0, 500.0, 20.0, 520.0]])
     boxes = np.concatenate([signs[:2], false, signs[2:4], np.repeat(false, 5000, axis=0), signs[4:]])
-    told = plain(score_detections([(boxes, np.linspace(9, 1, len(boxes)), signs)]))
-    assert len(told["recall"]) < 20
-    drawn = list(zip(told["recall"], told["precision"], strict=True))
+    reported = plain(score_detections([(boxes, np.linspace(9, 1, len(boxes)), signs)]))
+    assert len(reported["recall"]) < 20
+    drawn = list(zip(reported["recall"], reported["precision"], strict=True))
     assert (0.4, 1.0) in drawn  # before the first false one
     assert (0.8, 0.8) in drawn  # before the crowd
     assert drawn[-1] == (1.0, pytest.approx(5 / 5006, abs=1e-5))
@@ -146,14 +146,14 @@ class _Counting:
 
 def test_scenes_that_are_done_are_not_searched_again(tmp_path: Path) -> None:
     scenes = drawn_scenes(tmp_path, 3)
-    kept = Kept(tmp_path / "kept")
+    kept = Cache(tmp_path / "kept")
     stopped = {"a": _Counting(), "b": _Counting(stop_at=2)}  # b is stopped in the second scene
     with pytest.raises(KeyboardInterrupt):
         detection._side_by_side(stopped, scenes, kept, ["models"])
     goes_on = {"a": _Counting(), "b": _Counting()}
     found, ms = detection._side_by_side(goes_on, scenes, kept, ["models"])
     assert goes_on["a"].pictures == 3  # two scenes, the first of them once more before it is timed
-    whole, _ = detection._side_by_side({"a": _Counting(), "b": _Counting()}, scenes, Kept(None), ["models"])
+    whole, _ = detection._side_by_side({"a": _Counting(), "b": _Counting()}, scenes, Cache(None), ["models"])
     assert set(ms) == {"a", "b"}
     for one, other in zip(found["b"], whole["b"], strict=True):
         for mine, theirs in zip(one, other, strict=True):
@@ -176,10 +176,10 @@ def test_a_clip_is_watched_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(detection_video, "_watch", watch)
     monkeypatch.setattr(detection_video, "load_components", lambda _: SimpleNamespace(models={"detector": "a digest"}))
     nothing = np.zeros(0, int)
-    truth = Truth(nothing, nothing, np.zeros((0, 4)), nothing, np.zeros(0), np.zeros(0, bool))
+    truth = GroundTruth(nothing, nothing, np.zeros((0, 4)), nothing, np.zeros(0), np.zeros(0, bool))
     for _ in range(2):
         times: list[float] = []
-        clip = detection_video._watched(video, truth, times, Kept(tmp_path / "kept"))
+        clip = detection_video._watched(video, truth, times, Cache(tmp_path / "kept"))
         assert times == [0.1, 0.2, 0.3]
         assert [seen.ordinal for seen in clip.seen["ACF and prior"]] == [0, 1, 2]
     assert watched == [video]

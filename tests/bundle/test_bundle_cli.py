@@ -43,10 +43,10 @@ def test_exit_codes_and_report(drive: Drive, tmp_path: Path, capfd: Any) -> None
     assert text.strip().splitlines()[-1] == "still broken"
     rows = tmp_path / "rows.csv"
     assert run(["replay", str(path), "--set", "birth_score=50", "--json", "--csv", str(rows)]) == 21
-    told = json.loads(capfd.readouterr().out)
-    assert (told["verdict"], told["exit_code"], told["tracks"]) == ("different", 21, 0)
-    assert [one["verdict"] for one in told["expected"]] == ["fixed", "newly broken"]
-    assert any("birth_score" in sentence for sentence in told["changed"])
+    reported = json.loads(capfd.readouterr().out)
+    assert (reported["verdict"], reported["exit_code"], reported["tracks"]) == ("different", 21, 0)
+    assert [one["verdict"] for one in reported["expected"]] == ["fixed", "newly broken"]
+    assert any("birth_score" in sentence for sentence in reported["changed"])
     assert rows.read_text().count("\n") == 1
     only = expectation(signs=signs, expected=expected[1:])
     path = drive.bundle(tmp_path / "right.zip", expectation=only).path

@@ -169,7 +169,7 @@ def test_damaged_evidence_costs_the_comparison_alone(drive: Drive, plain: Path, 
 def test_the_command_line_says_it_in_one_line(plain: Path, tmp_path: Path, capfd: Any) -> None:
     path = rewritten(plain, tmp_path / "slip.zip", put("../x", b""))
     assert run(["replay", str(path)]) == 3
-    told = capfd.readouterr()
-    assert told.out == ""
-    assert told.err.count("\n") == 1
-    assert "leads out of its folder" in told.err
+    reported = capfd.readouterr()
+    assert reported.out == ""
+    assert reported.err.count("\n") == 1
+    assert "leads out of its folder" in reported.err

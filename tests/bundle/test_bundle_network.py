@@ -83,9 +83,9 @@ def test_a_network_that_is_not_inside_is_asked_for_by_its_hash(
     assert any("is NOT inside" in warning and DIGEST in warning for warning in made.warnings)
     assert "tsr replay BUNDLE.zip --onnx FILE" in readme(made.path)
     assert run(["replay", str(made.path)]) == 4
-    told = capfd.readouterr().err
-    assert f"an ONNX network (320x192, v5, SHA-256 {DIGEST}), which is not in the bundle" in told
-    assert "--onnx FILE" in told
+    reported = capfd.readouterr().err
+    assert f"an ONNX network (320x192, v5, SHA-256 {DIGEST}), which is not in the bundle" in reported
+    assert "--onnx FILE" in reported
     assert used == []
     assert run(["replay", str(made.path), "--onnx", str(weights)]) == 4
     assert "Loaded, which is enough." in capfd.readouterr().err

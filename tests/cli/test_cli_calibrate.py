@@ -50,9 +50,9 @@ def test_a_run_is_told_by_its_drive_where_the_camera_looks(capsys: Capture, tmp_
     y = round(json.loads(capsys.readouterr().out)["coast_foe_y"], 3)
     command = ["track", str(DRIVE), "--frames", "200:203", "--evidence", str(tmp_path / "run")]
     assert run(command) == 0
-    assert f"focus of expansion lies at {y:.3f} of the picture's height (told from " in capsys.readouterr().out
+    assert f"focus of expansion lies at {y:.3f} of the picture's height (distinguished from " in capsys.readouterr().out
     assert stored_focus(tmp_path / "run") == y
-    assert run([*command, "--json"]) == 0  # goes on, here to its end: nothing is told anew
+    assert run([*command, "--json"]) == 0  # goes on, here to its end: nothing is reported anew
     assert json.loads(capsys.readouterr().out)["focus"] is None
     assert run([*command, "--set", "tracking.coast_foe_y=0.5"]) == 5
     assert "coast_foe_y" in capsys.readouterr().err

@@ -16,7 +16,7 @@ onnx = pytest.importorskip("onnx")
 
 
 def redness_network(size: int, cell: int, layout: str, less_green: bool = True) -> bytes:
-    """Every cell answers its own square, with the cell's red as confidence, minus green unless told otherwise."""
+    """Every cell answers its own square, with the cell's red as confidence, minus green unless stated otherwise."""
     from onnx import TensorProto, helper, numpy_helper
 
     n = size // cell

@@ -36,7 +36,7 @@ def record(server: LiveServer, run: str, first: int, stop: int, track: str) -> N
     order = {"first": first, "stop": stop, "name": "Around the sign", "frame": (first + stop) // 2, "track": track}
     made = server.call("POST", f"/runs/{run}/recordings", order)
     end = time.monotonic() + _PATIENCE
-    while (state := server.call("GET", f"/artefacts/{made['id']}")["state"]) != "complete":
+    while (state := server.call("GET", f"/outputs/{made['id']}")["state"]) != "complete":
         if state == "failed" or time.monotonic() > end:
             raise RuntimeError(f"The recording was not made: it is {state}.")
         time.sleep(0.3)
@@ -69,20 +69,20 @@ def _recording(page: Page) -> None:
     _drawn(page, ".recording iframe")
 
 
-def _space(name: str) -> Callable[[Page], None]:
+def _scene3d(name: str) -> Callable[[Page], None]:
     def go(page: Page) -> None:
-        page.locator("[data-operation=space-view]").click()
+        page.locator("[data-operation=scene3d-view]").click()
         page.get_by_role("button", name=name).click()
-        page.locator(".space-frame").wait_for()
-        _drawn(page, ".space-frame")
+        page.locator(".scene3d-frame").wait_for()
+        _drawn(page, ".scene3d-frame")
 
     return go
 
 
 SHOWN = {
     "view-recording": _recording,
-    "view-volume": _space("Space-time volume"),
-    "view-prior": _space("Spatial prior"),
-    "view-drive": _space("Metric drive"),
+    "view-volume": _scene3d("Space-time volume"),
+    "view-prior": _scene3d("Spatial prior"),
+    "view-drive": _scene3d("Metric drive"),
 }
 """Name of the picture -> what shows it beside the open review screen."""

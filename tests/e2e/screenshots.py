@@ -236,7 +236,7 @@ SCENES = (
     Scene("add-video", _over("add-video", lambda _: {})),
     Scene("relabel", _over("relabel", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
     Scene("drawn-box", _over("relabel", lambda facts: {"draft": {"key": "h1", "frame": facts["frame"], "box": DRAWN}})),
-    Scene("judge", _over("judge", lambda _: {})),
+    Scene("judge", _over("bulk-review", lambda _: {})),
     Scene("note", _over("note", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
     Scene("what-if", _over("whatif", lambda facts: {"run": facts["run"], "initial": {"tau": 5}})),
     Scene("compare-choose", _over("compare", lambda facts: {"video": facts["video"], "run": facts["run"]})),
@@ -246,7 +246,7 @@ SCENES = (
     Scene("export", _dealt),
     Scene("import", _over("import", lambda facts: {"video": facts["video"]})),
     Scene("import-refused", _refused),
-    Scene("truths", _over("truths", lambda facts: {"video": facts["video"]})),
+    Scene("ground-truths", _over("ground-truths", lambda facts: {"video": facts["video"]})),
     Scene("record", _over("record", lambda _: {})),
     Scene("report-bug", _over("bundle", lambda _: {})),
     Scene("open-bug-bundle", _over("import-bundle", lambda _: {})),
@@ -287,10 +287,10 @@ def serious(page: Page, only: Sequence[str] = ()) -> list[str]:
 def _facts(server: LiveServer) -> dict[str, Any]:
     """Wait for the first sample's run and import its truth."""
     video = server.wait_for_run(SHIPPED[0].video.name, timeout=1200)
-    truth = server.call("GET", f"/videos/{video['id']}/truths")["truths"][0]
+    truth = server.call("GET", f"/videos/{video['id']}/ground-truths")["ground_truths"][0]
     tracks = server.call("GET", f"/runs/{video['latest_run']}/tracks")
     at = max(range(len(tracks["id"])), key=lambda i: tracks["frames"][i])
-    made_before = {artefact["name"] for artefact in server.call("GET", "/artefacts")["artefacts"]}
+    made_before = {output["name"] for output in server.call("GET", "/outputs")["outputs"]}
     for name, format_ in (("corrections", "cvat-video"), ("crops", "gtsrb")):
         if f"{name}.zip" in made_before:
             continue
@@ -298,7 +298,7 @@ def _facts(server: LiveServer) -> dict[str, Any]:
         wanted = {"runs": [video["latest_run"]], "format": format_, "pictures": pictures, "name": name}
         made = server.call("POST", "/exports", wanted)
         end = time.monotonic() + 120
-        while server.call("GET", f"/artefacts/{made['id']}")["state"] in ("queued", "running"):
+        while server.call("GET", f"/outputs/{made['id']}")["state"] in ("queued", "running"):
             if time.monotonic() > end:
                 raise RuntimeError(f"The export {name} was not made in two minutes.")
             time.sleep(0.3)

@@ -1,4 +1,4 @@
-"""Every number of a comparison opens the frames behind it; what can be compared is told by video."""
+"""Every number of a comparison opens the frames behind it; what can be compared is reported by video."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
     page = desk.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
     page.set_default_timeout(1000 * PATIENCE)
     page.goto(desk.server.link())
-    truth = desk.server.call("GET", f"/videos/{desk.video}/truths")["truths"][0]["id"]
+    truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
     page.evaluate("hash => { location.hash = hash }", f"#/compare?a=truth:{truth}&b=run:{desk.run}")
     page.locator(".figures-table tbody tr").first.wait_for()
     rows = page.locator(".figures-table tbody tr")
@@ -93,7 +93,7 @@ def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk) -> None:
     labels = [group.get_attribute("label") for group in groups.all()]
     assert labels == ["Runs of first.mp4", "Corrections on first.mp4", "Ground truth of first.mp4"]
     held: list[Route] = []
-    page.route("**/truths", lambda route: held.append(route))
+    page.route("**/ground-truths", lambda route: held.append(route))
     page.get_by_label("Video", exact=True).last.select_option(label="second.mp4")
     expect(page.get_by_role("dialog").get_by_role("button", name="Compare", exact=True)).to_be_disabled()
     while not held:

@@ -269,14 +269,14 @@ def test_a_reload_in_the_middle_of_a_drag_changes_nothing(desk: Desk, page: Page
 
 def test_one_verdict_on_all_shown_tracks(desk: Desk, page: Page) -> None:
     before = {key: doc["review"] for key, doc in desk.documents().items()}
-    page.get_by_role("button", name="Judge all …").click()
+    page.get_by_role("button", name="Bulk review …").click()
     dialog = page.get_by_role("dialog")
     judged = dialog.get_by_role("button", name=re.compile(r"^Accept \d+ tracks?$"))
     words = judged.inner_text().split()
     assert int(words[1]) > 1
-    dialog.get_by_label("With a doubt of at most, %").fill("0")
+    dialog.get_by_label("With an uncertainty of at most, %").fill("0")
     assert int(judged.inner_text().split()[1]) < int(words[1])
-    dialog.get_by_label("With a doubt of at most, %").fill("")
+    dialog.get_by_label("With an uncertainty of at most, %").fill("")
     edited(page, judged.click)
     after = {key: doc["review"] for key, doc in desk.documents().items()}
     changed = {key for key, review in after.items() if review != before.get(key, "open")}

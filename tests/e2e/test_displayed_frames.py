@@ -158,7 +158,7 @@ def test_while_it_plays_overlays_lie_on_their_own_picture_only(
     video = add(server, made)
     rows = [f"{k},1,{20 + k}.0,40.0,{32 + k}.0,54.0,14,1.0,0" for k in range(len(made.codes))]
     truth = "\n".join(["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore", *rows, ""])
-    server.call("PUT", f"/videos/{video}/truths/moving", body=truth.encode(), type_="text/csv")
+    server.call("PUT", f"/videos/{video}/ground-truths/moving", body=truth.encode(), type_="text/csv")
     page.evaluate("() => { location.hash = '#/' }")
     page.wait_for_function("() => tsr.store.get().review === null")
     show(page, video)

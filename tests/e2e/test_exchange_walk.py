@@ -149,8 +149,8 @@ def test_truth_that_comes_in_from_the_library_is_shown(page: Page, desk: Desk) -
         "() => tsr.store.get().review?.layers.truth && (tsr.store.get().review.truth[0] ?? null) !== null",
         timeout=30_000,
     )
-    for truth in desk.server.call("GET", f"/videos/{desk.video}/truths")["truths"]:
-        desk.server.call("DELETE", f"/truths/{truth['id']}")
+    for truth in desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"]:
+        desk.server.call("DELETE", f"/ground-truths/{truth['id']}")
 
 
 def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk) -> None:
@@ -168,7 +168,7 @@ def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk)
         "() => tsr.store.get().review.layers.truth && (tsr.store.get().review.truth[100]?.length ?? 0) > 0",
         timeout=30_000,
     )
-    truth = desk.server.call("GET", f"/videos/{desk.video}/truths")["truths"][0]["id"]
+    truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
     page.keyboard.press("7")
     page.wait_for_function("() => !tsr.store.get().review.layers.truth")
     # a place of a comparison with it shows it, whatever the layers were
@@ -272,7 +272,7 @@ def test_a_recording_is_made_listed_and_shown_beside_the_picture(page: Page, des
     beside = page.get_by_role("region", name="Recording")
     expect(beside).to_be_visible()
     page.wait_for_function(
-        "() => tsr.store.get().artefacts?.some(one => one.kind === 'recording' && one.state === 'complete')",
+        "() => tsr.store.get().outputs?.some(one => one.kind === 'recording' && one.state === 'complete')",
         timeout=WORK,
     )
     beside.get_by_role("button", name="Close this view").click()

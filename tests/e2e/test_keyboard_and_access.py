@@ -194,7 +194,7 @@ def test_a_mouse_on_the_toolbar_leaves_the_keys_to_the_picture(page: Page) -> No
 
 def test_a_choice_by_mouse_leaves_the_keys_to_the_picture_and_one_by_keys_does_not(page: Page) -> None:
     speed = page.get_by_label("Playing speed")
-    # a native list cannot be opened without a screen: what the browser tells the page of a choice is told here
+    # a native list cannot be opened without a screen: what the browser tells the page of a choice is reported here
     speed.dispatch_event("mousedown")
     speed.focus()
     speed.select_option(index=1)
@@ -251,7 +251,7 @@ def test_axe_finds_nothing_serious_on_any_screen_in_either_theme(desk: Desk) -> 
     facts: dict[str, Any] = {
         "video": desk.video,
         "run": desk.run,
-        "truth": desk.server.call("PUT", f"/videos/{desk.video}/truths/one", body=truth, type_="text/csv")["id"],
+        "truth": desk.server.call("PUT", f"/videos/{desk.video}/ground-truths/one", body=truth, type_="text/csv")["id"],
         "track": f"m{tracks['id'][at]}",
         "frame": (tracks["first"][at] + tracks["last"][at]) // 2,
     }

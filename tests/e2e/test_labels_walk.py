@@ -255,4 +255,4 @@ def test_unknown_names_are_asked_for_before_an_import_stores_anything(page: Page
     # the answers are remembered: the same file asks no more
     dialog = to_mapping()
     dialog.get_by_role("button", name="Show the run").wait_for(timeout=90_000)
-    expect(dialog.get_by_text("otroci")).to_be_visible()  # and what was made of it is told
+    expect(dialog.get_by_text("otroci")).to_be_visible()  # and what was made of it is reported

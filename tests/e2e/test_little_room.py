@@ -304,7 +304,7 @@ def test_the_toolbar_stands_in_one_row(desk: Desk, width: int) -> None:
 
 @pytest.mark.parametrize("width", [1001, 1024, 1240])
 def test_the_run_that_is_open_can_be_told_from_the_others(desk: Desk, width: int) -> None:
-    name = "Run 1 with another tau, and none of the closer looks"
+    name = "Run 1 with another tau, and none of the window rescoring"
     other = next(
         (run for run in desk.server.call("GET", f"/videos/{desk.video}/runs")["runs"] if run["name"] == name), None
     )

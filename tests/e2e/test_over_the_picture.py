@@ -64,15 +64,15 @@ def test_where_the_camera_looks_is_drawn_for_a_predicted_sign(desk: Desk, page: 
             page.wait_for_function(f"focus => ({YELLOW})(focus) === 0", arg=focus)
     page.get_by_role("tab", name="Inspector").click()
     page.get_by_text("Run: parameters and models").click()
-    expect(page.locator(".inspector-run")).to_contain_text(f"{focus['y']:.3f} of the height, told from the drive")
+    expect(page.locator(".inspector-run")).to_contain_text(f"{focus['y']:.3f} of the height, estimated from the drive")
 
 
 def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, page: Page) -> None:
     page.keyboard.press("j")
     wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])
-    told = page.locator(".lanes-drive-flips")
+    reported = page.locator(".lanes-drive-flips")
     slider = page.get_by_role("slider", name="tau, the threshold of the gate")
-    expect(told).to_be_hidden()
+    expect(reported).to_be_hidden()
     slider.press("Home")
     for _ in range(12):
         slider.press("PageDown")
@@ -81,18 +81,18 @@ def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, 
     places = sorted((track["frame"], track["id"]) for track in found["tracks"])
     assert found["to_confident"] == 0 < found["to_rejected"]
     assert len(places) > 1
-    expect(told).to_have_text(f"Drive: {found['to_rejected']:,} verdicts flip in {len(places)} tracks")
+    expect(reported).to_have_text(f"Drive: {found['to_rejected']:,} verdicts flip in {len(places)} tracks")
     seen = []
     for _ in places:
         now = state(page)
         before = (now["selected"], now["frame"])
-        told.click()
+        reported.click()
         now = wait(page, lambda s, b=before: (s["selected"], s["frame"]) != b and s["shown"] == s["frame"])  # type: ignore[misc]
         seen.append(now["frame"])
     assert sorted(seen) == [frame for frame, _ in places]
     expect(page.locator(".lanes-flipping")).to_be_visible()
     page.get_by_role("button", name="Reset").click()
-    expect(told).to_be_hidden()
+    expect(reported).to_be_hidden()
 
 
 def test_there_is_no_tau_to_reset_before_one_was_dragged(page: Page) -> None:

@@ -87,7 +87,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     expect(mine.locator(".origin")).to_contain_text("a trial version that had not learned from")
     expect(mine.get_by_text("in use")).to_be_hidden()
 
-    mine.get_by_role("button", name="Use Mine").click()
+    mine.get_by_role("button", name="Promote Mine").click()
     dialog.get_by_role("button", name="Use it").click()
     expect(mine.get_by_text("in use")).to_be_visible(timeout=WORK)
 

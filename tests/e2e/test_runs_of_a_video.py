@@ -36,11 +36,11 @@ def exported(desk: Desk, folder: Path) -> Path:
     """The run as it is now, as a file of CVAT."""
     made = desk.server.call("POST", "/exports", {"runs": [desk.run], "format": "cvat-video", "pictures": "none"})["id"]
     end = time.monotonic() + PATIENCE
-    while (now := desk.server.call("GET", f"/artefacts/{made}"))["state"] != "complete":
+    while (now := desk.server.call("GET", f"/outputs/{made}"))["state"] != "complete":
         assert time.monotonic() < end, now
         assert now["state"] != "failed", now
         time.sleep(0.1)
-    request = urllib.request.Request(desk.server.base + f"/api/artefacts/{made}/download")
+    request = urllib.request.Request(desk.server.base + f"/api/outputs/{made}/download")
     request.add_header("Authorization", "Bearer " + (desk.server.home / "token").read_text().strip())
     with urllib.request.urlopen(request, timeout=60) as answer:
         (folder / "labels.zip").write_bytes(answer.read())
@@ -123,8 +123,8 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> N
     page.locator(".topbar-run").select_option(later)
     notice = page.locator(".banner", has_text="in an earlier run")
     notice.get_by_role("button", name="Carry them over").click()
-    told = page.get_by_role("dialog").get_by_role("status")
-    told.filter(has_text="1 track kept, 0 no longer needed").wait_for()
+    reported = page.get_by_role("dialog").get_by_role("status")
+    reported.filter(has_text="1 track kept, 0 no longer needed").wait_for()
     page.get_by_role("dialog").get_by_role("button", name="Close").last.click()
     now = wait(page, lambda s: s["run"] == later and s["docs"])
     assert [doc["class_id"] for doc in now["docs"].values()] == [13]
@@ -132,7 +132,7 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> N
     page.reload()
     wait(page, lambda s: s["run"] == later and s["docs"] and s["overlay"] is not None)
     assert notice.count() == 0
-    # more is corrected there: that is told again, and can be put away for good
+    # more is corrected there: that is reported again, and can be put away for good
     page.locator(".topbar-run").select_option(desk.run)
     wait(page, lambda s: s["run"] == desk.run and key in s["docs"])
     page.evaluate("k => { location.hash = location.hash.replace(/&track=.*|$/, '&track=' + k) }", key)
@@ -140,11 +140,11 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> N
     page.keyboard.press("l")
     edited(page, lambda: choose_label(page, "stop"))
     wait(page, lambda s: s["docs"][key]["class_id"] == 14 and s["unsaved"] == 0)
-    for told_again in (True, False):
+    for reported_again in (True, False):
         with page.expect_response(f"**/runs/{later}/earlier"):
             page.locator(".topbar-run").select_option(later)
         wait(page, lambda s: s["run"] == later and s["docs"] and s["overlay"] is not None)
-        if told_again:
+        if reported_again:
             notice.get_by_role("button", name="Hide this warning").click()
         quiet(page)
         expect(notice).to_have_count(0)

@@ -171,15 +171,15 @@ def test_a_replay_that_lacks_pixels_says_so_before_and_after(page: Page) -> None
     field.fill("100")
     expect(dialog.locator("[id$=search_radius-warning]")).to_contain_text("kept pixels up to 40 px")
     dialog.get_by_role("button", name="Replay").click()
-    told = re.compile(r"Not exact: [\d,]+ pixels? in \d+ frames?")
-    expect(dialog.locator(".whatif-result")).to_contain_text(told, timeout=WORK)
+    reported = re.compile(r"Not exact: [\d,]+ pixels? in \d+ frames?")
+    expect(dialog.locator(".whatif-result")).to_contain_text(reported, timeout=WORK)
     dialog.get_by_role("link", name="Compare in figures").click()
-    expect(page.get_by_role("region", name="Candidate")).to_contain_text(told)
-    expect(page.get_by_role("region", name="Reference")).not_to_contain_text(told)
+    expect(page.get_by_role("region", name="Candidate")).to_contain_text(reported)
+    expect(page.get_by_role("region", name="Reference")).not_to_contain_text(reported)
     page.go_back()
     page.get_by_role("button", name="Runs").click()
     item = page.locator("dialog[open] .run-item").filter(has_text="search_radius = 100")
-    expect(item).to_contain_text(told)
+    expect(item).to_contain_text(reported)
 
 
 def test_an_empty_review_says_what_became_of_its_run(page: Page) -> None:

@@ -94,7 +94,7 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
     page.keyboard.press("Escape")
     order = {"runs": [run], "format": "cvat-video", "states": ["accepted", "rejected"], "name": "corrections"}
     export = server.call("POST", "/exports", order)["id"]
-    _until(lambda: server.call("GET", f"/artefacts/{export}"))
+    _until(lambda: server.call("GET", f"/outputs/{export}"))
     step("exported")
     version = server.call("POST", "/models", {"name": "After the first drive", "exports": [export], "seed": 0})["id"]
     made = _until(lambda: next(m for m in server.call("GET", "/models")["models"] if m["id"] == version))
@@ -117,9 +117,9 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
     page.evaluate(f"location.hash = '#/compare?a=annotation:{run}&b=run:{again}'")
     _shot(page, out, "compare")
     order = {"first": middle, "stop": middle + 30, "note": "An example of a report."}
-    bundle = _until_artefact(server, f"/runs/{run}/bundles", order)
+    bundle = _until_output(server, f"/runs/{run}/bundles", order)
     place = server.home / "report.zip"
-    request = urllib.request.Request(f"{server.base}/api/artefacts/{bundle}/download")
+    request = urllib.request.Request(f"{server.base}/api/outputs/{bundle}/download")
     request.add_header("Authorization", "Bearer " + (server.home / "token").read_text().strip())
     with urllib.request.urlopen(request, timeout=120) as answer:
         place.write_bytes(answer.read())
@@ -135,9 +135,9 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
         raise SystemExit(replayed.stderr)
 
 
-def _until_artefact(server: LiveServer, path: str, order: dict[str, Any]) -> str:
+def _until_output(server: LiveServer, path: str, order: dict[str, Any]) -> str:
     made = server.call("POST", path, order)["id"]
-    return str(_until(lambda: server.call("GET", f"/artefacts/{made}"))["id"])
+    return str(_until(lambda: server.call("GET", f"/outputs/{made}"))["id"])
 
 
 def main() -> None:

@@ -58,9 +58,9 @@ def test_votes_come_from_each_frame_of_each_track(tmp_path: Path) -> None:
         path = tmp_path / f"00004_0000{frame}.png"
         cv2.imwrite(str(path), np.zeros((60, 60, 3), np.uint8))
         items.append(CropItem(path, (10, 10, 10 + side, 10 + side), 7, (7, 4), frame))
-    told: list[tuple[int, int]] = []
-    (votes,) = track_votes(items, Constant(), lambda done, total: told.append((done, total)))
-    assert told == [(1, 1)]
+    reported: list[tuple[int, int]] = []
+    (votes,) = track_votes(items, Constant(), lambda done, total: reported.append((done, total)))
+    assert reported == [(1, 1)]
     assert votes.class_id == 7
     assert votes.scales.tolist() == [20.0, 30.0]
     assert votes.probabilities.argmax(1).tolist() == [24, 36]

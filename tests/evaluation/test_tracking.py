@@ -12,8 +12,8 @@ from tsr_engine.errors import InputError
 from tsr_engine.evaluation.plots import plot_errors
 from tsr_engine.evaluation.tracking import BINS, evaluate_video, summarise
 from tsr_engine.evaluation.tracking_rows import (
+    GroundTruth,
     Results,
-    Truth,
     in_view,
     read_clip_truth,
     read_mot_truth,
@@ -23,8 +23,8 @@ from tsr_engine.evaluation.tracking_rows import (
 SIGN = np.array([100.0, 100.0, 140.0, 140.0])
 
 
-def truth(*rows: tuple[int, int, np.ndarray, int, bool]) -> Truth:
-    return Truth(
+def truth(*rows: tuple[int, int, np.ndarray, int, bool]) -> GroundTruth:
+    return GroundTruth(
         np.array([r[0] for r in rows]),
         np.array([r[1] for r in rows]),
         np.array([r[2] for r in rows]),

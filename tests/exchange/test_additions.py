@@ -9,7 +9,7 @@ import pytest
 from tests.exchange.exchange_toys import a_dataset, a_set, a_track, a_video, target_of, tracks_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.additions import Declared
-from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.relabel import united
@@ -22,16 +22,16 @@ def _labels(*, key: str, number: int = 0, attributes: tuple[Attribute, ...] = ()
     return LabelSet(key=f"set-{number}", name=f"set {number}", next_id=number + 1, labels=(label,))
 
 
-def _take(intake: Intake, name: str, *rows: dict[str, object]) -> None:
+def _take(validator: ImportValidator, name: str, *rows: dict[str, object]) -> None:
     for frame, said in enumerate(rows):
-        intake.box("a", frame, (0, 0, 9, 9), intake.label(name, "f"), file="f", said=said)
+        validator.box("a", frame, (0, 0, 9, 9), validator.label(name, "f"), file="f", said=said)
 
 
 def test_names_that_differ_by_case_alone_become_one_label() -> None:
-    intake = Intake(target_of(a_dataset(), unknown="add"))
+    validator = ImportValidator(target_of(a_dataset(), unknown="add"))
     for frame, name in enumerate(("No_Stopping", "no stopping", "停车")):
-        intake.box(name, frame, (0, 0, 9, 9), intake.label(name, "f"), file="f")
-    found = intake.finish("f")
+        validator.box(name, frame, (0, 0, 9, 9), validator.label(name, "f"), file="f")
+    found = validator.finish("f")
     assert [(label.id, label.key, label.name) for label in found.labels.labels[43:]] == [
         (43, "no-stopping", "No_Stopping"),
         (44, "停车", "停车"),
@@ -41,18 +41,18 @@ def test_names_that_differ_by_case_alone_become_one_label() -> None:
 
 @pytest.mark.parametrize("name", ["a\x00b", "x" * 300, "\u202egnorw"])
 def test_names_that_can_be_no_label_are_refused(name: str) -> None:
-    intake = Intake(target_of(a_dataset(), unknown="add"))
-    _take(intake, name, {})
+    validator = ImportValidator(target_of(a_dataset(), unknown="add"))
+    _take(validator, name, {})
     with pytest.raises(ImportFormatError, match="cannot become a label"):
-        intake.finish("f")
+        validator.finish("f")
 
 
 def test_attributes_are_told_unless_they_are_added() -> None:
-    told = Intake(target_of(a_dataset()))
-    _take(told, "stop", {"lit": True}, {"lit": False})
-    found = told.finish("f")
+    reported = ImportValidator(target_of(a_dataset()))
+    _take(reported, "stop", {"lit": True}, {"lit": False})
+    found = reported.finish("f")
     assert any(item.what.startswith("attribute 'lit'") and "unknown=add" in item.reason for item in found.skipped)
-    added = Intake(target_of(a_dataset(), unknown="add"))
+    added = ImportValidator(target_of(a_dataset(), unknown="add"))
     _take(added, "stop", {"lit": "true", "height": 3, "by": "ada"}, {"lit": "false", "height": 3, "by": "ada"})
     found = added.finish("f")
     stop = found.labels.get(14)
@@ -66,11 +66,11 @@ def test_attributes_are_told_unless_they_are_added() -> None:
 def test_an_answer_that_the_set_does_not_allow_is_told() -> None:
     asked = Attribute(name="side", kind="select", values=("left", "right"))
     data = Dataset(_labels(key="arrow", attributes=(asked,)), a_dataset().videos)
-    strict = Intake(target_of(data))
+    strict = ImportValidator(target_of(data))
     _take(strict, "arrow", {"side": "both"})
     found = strict.finish("f")
     assert any("must be one of left, right" in item.reason for item in found.skipped)
-    wide = Intake(target_of(data, unknown="add"))
+    wide = ImportValidator(target_of(data, unknown="add"))
     _take(wide, "arrow", {"side": "both"})
     found = wide.finish("f")
     assert found.labels.labels[0].attributes[0].values == ("left", "right", "both")
@@ -78,10 +78,10 @@ def test_an_answer_that_the_set_does_not_allow_is_told() -> None:
 
 
 def test_what_the_file_declares_counts_before_what_its_answers_look_like() -> None:
-    intake = Intake(target_of(a_dataset(), unknown="add"))
-    intake.declare("plate", Declared((Attribute(name="number", kind="text"),), "#00ff00"))
-    _take(intake, "plate", {"number": "0012"})
-    found = intake.finish("f")
+    validator = ImportValidator(target_of(a_dataset(), unknown="add"))
+    validator.declare("plate", Declared((Attribute(name="number", kind="text"),), "#00ff00"))
+    _take(validator, "plate", {"number": "0012"})
+    found = validator.finish("f")
     assert found.labels.labels[43].colour == "#00ff00"
     assert tracks_of(found)["a"].attributes == {"number": "0012"}
 

@@ -186,9 +186,9 @@ def test_a_box_that_is_none_is_refused_with_the_switch_or_left_out_and_told(
         read(tmp_path, kind, (GOOD, box, GOOD))
     found = read(tmp_path, kind, (GOOD, box, GOOD), bad_boxes="skip")
     assert frames_of(found) == [10, 12]
-    (told,) = [each for each in found.skipped if "bad_boxes=skip" in each.reason]
-    assert told.what == "1 boxes"
-    assert "the first: " in told.reason
+    (reported,) = [each for each in found.skipped if "bad_boxes=skip" in each.reason]
+    assert reported.what == "1 boxes"
+    assert "the first: " in reported.reason
     place = {
         "coco": "annotation 2",
         "coco with tracks": "annotation 2",
@@ -203,7 +203,7 @@ def test_a_box_that_is_none_is_refused_with_the_switch_or_left_out_and_told(
         "yolo": "frame_000011.txt, line 1",
         "gtsdb": "line 2",
     }[kind]
-    assert place in told.reason
+    assert place in reported.reason
 
 
 @pytest.mark.parametrize("kind", list(MAKERS))

@@ -288,8 +288,8 @@ def test_the_good_files_of_this_table_are_good(tmp_path: Path) -> None:
         "tracks-json": {"drive.json": json.dumps({"tracks": [TRACK]})},
     }.items():
         back = read_dataset(_zip(tmp_path, files), target_of(a_dataset()), FORMATS[name])
-        told = [sentence for sentence in back.repaired if "linked" not in sentence and "corners" not in sentence]
-        assert (len(tracks_of(back)), told, back.skipped) == (1, [], ()), name
+        reported = [sentence for sentence in back.repaired if "linked" not in sentence and "corners" not in sentence]
+        assert (len(tracks_of(back)), reported, back.skipped) == (1, [], ()), name
 
 
 def test_a_video_of_variable_rate_and_label_studio(tmp_path: Path) -> None:

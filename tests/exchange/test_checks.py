@@ -1,4 +1,4 @@
-"""What an intake refuses, repairs and skips, with file, line and rule."""
+"""What an validator refuses, repairs and skips, with file, line and rule."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import pytest
 from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.additions import UnknownLabels
-from tsr_engine.exchange.checks import Intake, check_track, read_json, read_text
+from tsr_engine.exchange.checks import ImportValidator, check_track, read_json, read_text
 from tsr_engine.exchange.dataset import UNSAID
 from tsr_engine.exchange.formats import ImportLimits
 
 
 @pytest.fixture
-def intake() -> Intake:
-    return Intake(target_of(a_dataset()))
+def validator() -> ImportValidator:
+    return ImportValidator(target_of(a_dataset()))
 
 
 @pytest.mark.parametrize(
@@ -32,41 +32,41 @@ def intake() -> Intake:
         ((5, 5, 9, 4), "positive width"),
     ],
 )
-def test_boxes_that_are_none(intake: Intake, edges: tuple[float, float, float, float], rule: str) -> None:
+def test_boxes_that_are_none(validator: ImportValidator, edges: tuple[float, float, float, float], rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"f.xml, line 7: box .*{rule}"):
-        intake.box("a", 1, edges, 0, file="f.xml", line=7)
+        validator.box("a", 1, edges, 0, file="f.xml", line=7)
 
 
 @pytest.mark.parametrize("frame", [-1, 100, 10**12])
-def test_frames_outside_of_the_video(intake: Intake, frame: int) -> None:
+def test_frames_outside_of_the_video(validator: ImportValidator, frame: int) -> None:
     with pytest.raises(ImportFormatError, match=r"f.csv, line 3: frame .* must be in 0 to 99.*counts from 0 or 1"):
-        intake.box("a", frame, (0, 0, 9, 9), 0, file="f.csv", line=3)
+        validator.box("a", frame, (0, 0, 9, 9), 0, file="f.csv", line=3)
 
 
 @pytest.mark.parametrize("frame", ["x", "1.5", math.nan, math.inf, "", None])
-def test_frames_that_are_no_numbers(intake: Intake, frame: object) -> None:
+def test_frames_that_are_no_numbers(validator: ImportValidator, frame: object) -> None:
     with pytest.raises(ImportFormatError, match="f.csv, line 3: frame"):
-        intake.frame(frame, "f.csv", 3)  # type: ignore[arg-type]
+        validator.frame(frame, "f.csv", 3)  # type: ignore[arg-type]
 
 
-def test_frames_that_count_from_one(intake: Intake) -> None:
-    assert intake.frame("100", "f", origin=1) == 99
+def test_frames_that_count_from_one(validator: ImportValidator) -> None:
+    assert validator.frame("100", "f", origin=1) == 99
     with pytest.raises(ImportFormatError, match="frame 0 must be in 1 to 100"):
-        intake.frame(0, "f", origin=1)
+        validator.frame(0, "f", origin=1)
 
 
 @pytest.mark.parametrize("score", [-0.1, 1.1, math.inf])
-def test_scores_outside_of_their_range(intake: Intake, score: float) -> None:
+def test_scores_outside_of_their_range(validator: ImportValidator, score: float) -> None:
     with pytest.raises(ImportFormatError, match="line 1: score"):
-        intake.box("a", 1, (0, 0, 9, 9), 0, file="f", line=1, score=score)
+        validator.box("a", 1, (0, 0, 9, 9), 0, file="f", line=1, score=score)
 
 
-def test_boxes_over_the_edge_are_cut(intake: Intake) -> None:
-    assert intake.box("a", 1, (-5, 10, 700, 400), 0, file="f.xml", line=4)
-    assert not intake.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=5)
+def test_boxes_over_the_edge_are_cut(validator: ImportValidator) -> None:
+    assert validator.box("a", 1, (-5, 10, 700, 400), 0, file="f.xml", line=4)
+    assert not validator.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=5)
     # Half of the last of two digits is no repair.
-    assert intake.box("a", 3, (-0.005, 0, 640.005, 360), 0, file="f.xml", line=6)
-    found = intake.finish("f.xml")
+    assert validator.box("a", 3, (-0.005, 0, 640.005, 360), 0, file="f.xml", line=6)
+    found = validator.finish("f.xml")
     track = next(found.videos[0].tracks())
     assert track.boxes.tolist() == [[0, 10, 640, 360], [0, 0, 640, 360]]
     assert found.repaired == (
@@ -75,52 +75,52 @@ def test_boxes_over_the_edge_are_cut(intake: Intake) -> None:
     assert "outside of the picture; the first: f.xml, line 5, track a" in found.skipped[0].reason
 
 
-def test_boxes_outside_are_counted_and_not_kept(intake: Intake) -> None:
+def test_boxes_outside_are_counted_and_not_kept(validator: ImportValidator) -> None:
     """A file of another video may have nothing else, as many as it likes."""
-    intake.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=1)
+    validator.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=1)
     tracemalloc.start()
     try:
         for line in range(2, 20_001):
-            intake.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=line)
+            validator.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=line)
         assert tracemalloc.get_traced_memory()[0] < 100_000, "a sentence each would be 2 MB"
     finally:
         tracemalloc.stop()
-    (skipped,) = intake.finish("f.xml").skipped
+    (skipped,) = validator.finish("f.xml").skipped
     assert skipped.what == "20000 boxes"
     assert skipped.reason == "They lie outside of the picture; the first: f.xml, line 1, track a: (-5, 10, -1, 20)."
 
 
-def test_a_second_box_in_a_frame(intake: Intake) -> None:
-    intake.box("a", 1, (0, 0, 9, 9), 0, file="f", line=1)
-    intake.box("a", 1, (0, 0, 9, 9), 0, file="f", line=2)
-    intake.box("a", 1, (0, 0, 9, 8), 0, file="f", line=3)
+def test_a_second_box_in_a_frame(validator: ImportValidator) -> None:
+    validator.box("a", 1, (0, 0, 9, 9), 0, file="f", line=1)
+    validator.box("a", 1, (0, 0, 9, 9), 0, file="f", line=2)
+    validator.box("a", 1, (0, 0, 9, 8), 0, file="f", line=3)
     with pytest.raises(ImportFormatError, match="line 3: track 'a' has a second, different box in frame 1"):
-        intake.finish("f")
+        validator.finish("f")
 
 
-def test_the_same_row_twice_is_taken_once(intake: Intake) -> None:
+def test_the_same_row_twice_is_taken_once(validator: ImportValidator) -> None:
     for _ in range(3):
-        intake.box("a", 1, (0, 0, 9, 9), 0, file="f", line=2)
-    found = intake.finish("f")
+        validator.box("a", 1, (0, 0, 9, 9), 0, file="f", line=2)
+    found = validator.finish("f")
     assert len(next(found.videos[0].tracks()).frames) == 1
     assert found.repaired == ("Boxes that were there twice were taken once: 2; the first is f, line 2.",)
 
 
-def test_names_that_no_label_has_are_refused_with_their_list(intake: Intake) -> None:
+def test_names_that_no_label_has_are_refused_with_their_list(validator: ImportValidator) -> None:
     for frame, name in enumerate(("tree", "stopp", "tree")):
-        intake.box(name, frame, (0, 0, 9, 9), intake.label(name, "f", 8), file="f", line=8)
-    intake.box("left out", 1, (900, 900, 909, 909), intake.label("of no box", "f", 8), file="f", line=8)
-    with pytest.raises(UnknownLabels, match=r"f: 2 names are no label of .*'tree' \(1 track, 2 boxes\)") as told:
-        intake.finish("f")
-    assert [(each.name, each.boxes) for each in told.value.labels] == [("tree", 2), ("stopp", 1)]
-    assert [label.key for label in told.value.labels[1].suggestions] == ["stop"]
+        validator.box(name, frame, (0, 0, 9, 9), validator.label(name, "f", 8), file="f", line=8)
+    validator.box("left out", 1, (900, 900, 909, 909), validator.label("of no box", "f", 8), file="f", line=8)
+    with pytest.raises(UnknownLabels, match=r"f: 2 names are no label of .*'tree' \(1 track, 2 boxes\)") as reported:
+        validator.finish("f")
+    assert [(each.name, each.boxes) for each in reported.value.labels] == [("tree", 2), ("stopp", 1)]
+    assert [label.key for label in reported.value.labels[1].suggestions] == ["stop"]
 
 
-def test_none_of_the_classes_is_said_and_counts_as_a_class_does(intake: Intake) -> None:
+def test_none_of_the_classes_is_said_and_counts_as_a_class_does(validator: ImportValidator) -> None:
     for frame, label in enumerate((-1, -1, -1, UNSAID, 14)):
-        intake.box("a", frame, (0, 0, 9, 9), label, file="f")
-        intake.box("b", frame, (0, 0, 9, 9), 14 if label == 14 else UNSAID, file="f")
-    first, second = intake.finish("f").videos[0].tracks()
+        validator.box("a", frame, (0, 0, 9, 9), label, file="f")
+        validator.box("b", frame, (0, 0, 9, 9), 14 if label == 14 else UNSAID, file="f")
+    first, second = validator.finish("f").videos[0].tracks()
     assert first.labels is not None
     assert (first.label, first.labels.tolist()) == (-1, [-1, -1, -1, -1, 14])
     assert first.silent is not None
@@ -128,10 +128,10 @@ def test_none_of_the_classes_is_said_and_counts_as_a_class_does(intake: Intake) 
     assert second.label == 14, "what is not said says nothing"
 
 
-def test_rows_come_in_any_order(intake: Intake) -> None:
+def test_rows_come_in_any_order(validator: ImportValidator) -> None:
     for frame in (5, 3, 9):
-        intake.box("a", frame, (frame, 0, frame + 9, 9), frame, file="f")
-    track = next(intake.finish("f").videos[0].tracks())
+        validator.box("a", frame, (frame, 0, frame + 9, 9), frame, file="f")
+    track = next(validator.finish("f").videos[0].tracks())
     assert track.frames.tolist() == [3, 5, 9]
     assert track.boxes[:, 0].tolist() == [3, 5, 9]
     assert track.label == 3
@@ -139,32 +139,32 @@ def test_rows_come_in_any_order(intake: Intake) -> None:
     assert track.labels.tolist() == [3, 5, 9]
 
 
-def test_lines_between_key_frames_stop_at_an_end(intake: Intake) -> None:
-    intake.box("a", 0, (0, 0, 10, 10), 0, file="f")
-    intake.box("a", 4, (8, 0, 18, 10), 0, file="f", occluded=True)
-    intake.end("a", 6)
-    intake.box("a", 9, (50, 0, 60, 10), 0, file="f")
-    intake.describe("a", until=11)
-    track = next(intake.finish("f", interpolate=True).videos[0].tracks())
+def test_lines_between_key_frames_stop_at_an_end(validator: ImportValidator) -> None:
+    validator.box("a", 0, (0, 0, 10, 10), 0, file="f")
+    validator.box("a", 4, (8, 0, 18, 10), 0, file="f", occluded=True)
+    validator.end("a", 6)
+    validator.box("a", 9, (50, 0, 60, 10), 0, file="f")
+    validator.describe("a", until=11)
+    track = next(validator.finish("f", interpolate=True).videos[0].tracks())
     assert track.frames.tolist() == [0, 1, 2, 3, 4, 5, 9, 10, 11]
     assert track.boxes[:, 0].tolist() == [0, 2, 4, 6, 8, 8, 50, 50, 50]
     assert np.flatnonzero(track.key).tolist() == [0, 4, 6]
     assert np.flatnonzero(track.occluded).tolist() == [4, 5]
 
 
-def test_few_rows_that_stand_for_too_many_boxes(intake: Intake) -> None:
-    intake.target = replace(intake.target, limits=ImportLimits(boxes=500))
+def test_few_rows_that_stand_for_too_many_boxes(validator: ImportValidator) -> None:
+    validator.target = replace(validator.target, limits=ImportLimits(boxes=500))
     for k in range(6):
-        intake.box(f"t{k}", 0, (0, 0, 9, 9), 0, file="f")
-        intake.box(f"t{k}", 99, (0, 0, 9, 9), 0, file="f")
+        validator.box(f"t{k}", 0, (0, 0, 9, 9), 0, file="f")
+        validator.box(f"t{k}", 99, (0, 0, 9, 9), 0, file="f")
     with pytest.raises(ImportFormatError, match="more than 500 boxes"):
-        intake.finish("f", interpolate=True)
+        validator.finish("f", interpolate=True)
 
 
-def test_a_track_that_never_shows_is_skipped(intake: Intake) -> None:
-    intake.end("a", 3)
-    intake.box("b", 1, (0, 0, 9, 9), 0, file="f")
-    found = intake.finish("f", interpolate=True)
+def test_a_track_that_never_shows_is_skipped(validator: ImportValidator) -> None:
+    validator.end("a", 3)
+    validator.box("b", 1, (0, 0, 9, 9), 0, file="f")
+    found = validator.finish("f", interpolate=True)
     assert [track.uid for track in found.videos[0].tracks()] == ["b"]
     assert found.skipped[0].what == "f: track a"
 

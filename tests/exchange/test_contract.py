@@ -1,4 +1,4 @@
-"""One contract for every format: what goes out comes in again, but for what the table of losses says."""
+"""One contract for every format: Data comes in again, but for what the table of losses says."""
 
 from __future__ import annotations
 
@@ -269,8 +269,8 @@ def test_all_sides_of_a_split_come_back(name: str, clip: Path, tmp_path: Path) -
     split = deal(dataset, {"train": 0.6, "val": 0.4}, seed=3, rule=rule)
     assert set(split.values()) == {"train", "val"}
     out = tmp_path / "export.zip"
-    told = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name], split=split), zipped=True)
-    assert set(told.counts["classes"]) == {"train", "val"}
+    reported = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name], split=split), zipped=True)
+    assert set(reported.counts["classes"]) == {"train", "val"}
     compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
 
 
@@ -303,9 +303,9 @@ def test_what_people_rejected_is_never_a_sign(name: str, clip: Path, tmp_path: P
     wrong = a_track("m2", [3, 9], label=33, boxes=[(40, 20, 60, 40)] * 2, state="rejected", notes=((9, "a lamp"),))
     dataset = Dataset(GTSRB, (_video(clip, [sign, wrong]),))
     out = tmp_path / "out"
-    told = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name]), zipped=False)
-    assert (told.counts["tracks"], told.counts["boxes"], told.counts["negatives"]) == (1, 2, 1)
-    assert set(told.counts["classes"]["default"]) == {"stop"}
+    reported = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name]), zipped=False)
+    assert (reported.counts["tracks"], reported.counts["boxes"], reported.counts["negatives"]) == (1, 2, 1)
+    assert set(reported.counts["classes"]["default"]) == {"stop"}
     compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
     manifest = json.loads((out / "manifest.json").read_text())
     assert [entry["id"] for entry in manifest["videos"][0]["negatives"]] == ["m2"]

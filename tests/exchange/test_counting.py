@@ -20,11 +20,11 @@ def _origin(least: int, largest: int, custom: Custom | None = None, asked: str =
         what="numbers",
         fail=KeyError,
     )
-    return found.origin, found.told
+    return found.origin, found.reported
 
 
 @pytest.mark.parametrize(
-    ("least", "largest", "custom", "origin", "told"),
+    ("least", "largest", "custom", "origin", "reported"),
     [
         (0, 50, None, 0, "0 is among them"),
         (0, 50, FROM_1, 0, "0 is among them"),
@@ -44,11 +44,11 @@ def _origin(least: int, largest: int, custom: Custom | None = None, asked: str =
         (5, 300, None, 0, ""),
     ],
 )
-def test_the_whole_list_decides(least: int, largest: int, custom: Custom | None, origin: int, told: str) -> None:
+def test_the_whole_list_decides(least: int, largest: int, custom: Custom | None, origin: int, reported: str) -> None:
     found, sentence = _origin(least, largest, custom)
     assert found == origin
-    assert told in sentence
-    assert bool(told) == bool(sentence)
+    assert reported in sentence
+    assert bool(reported) == bool(sentence)
     assert not sentence or "(first_frame)" in sentence
 
 

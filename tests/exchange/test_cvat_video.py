@@ -295,9 +295,9 @@ def test_an_encoding_that_the_header_lies_about(tmp_path: Path) -> None:
 
 def test_classes_that_nobody_knows_and_a_map_for_them(tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text(_file(_track(BOX.format(3, 1, 0, 20), label="Zebra")))
-    with pytest.raises(UnknownLabels, match=r"a.xml: 1 name is no label.*'Zebra' \(1 track, 1 box\)") as told:
+    with pytest.raises(UnknownLabels, match=r"a.xml: 1 name is no label.*'Zebra' \(1 track, 1 box\)") as reported:
         read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
-    assert [(each.name, each.tracks, each.boxes, each.frame) for each in told.value.labels] == [("Zebra", 1, 1, 3)]
+    assert [(each.name, each.tracks, each.boxes, each.frame) for each in reported.value.labels] == [("Zebra", 1, 1, 3)]
     found = read_dataset(tmp_path / "a.xml", target_of(a_dataset(), label_map={"Zebra": 14}))
     assert tracks_of(found)["cvat-0"].label == 14
     assert found.repaired == ()
@@ -316,8 +316,15 @@ TASK = (
 
 
 def _task(id: int, source: str, **more: object) -> str:
-    told = {"name": source.rsplit(".", 1)[0], "size": 100, "subset": "default", "start": 0, "stop": 99, "filter": ""}
-    return TASK.format(**{**told, "width": 640, "id": id, "source": source, **more})
+    reported = {
+        "name": source.rsplit(".", 1)[0],
+        "size": 100,
+        "subset": "default",
+        "start": 0,
+        "stop": 99,
+        "filter": "",
+    }
+    return TASK.format(**{**reported, "width": 640, "id": id, "source": source, **more})
 
 
 def _project(*tasks: str, tracks: dict[int, tuple[int, ...]], said: str = ' task_id="{}"') -> str:
@@ -397,7 +404,7 @@ def test_a_task_of_a_project_is_chosen_by_id_or_name(read: Read) -> None:
 
 
 @pytest.mark.parametrize(
-    ("meta", "told"),
+    ("meta", "reported"),
     [
         (_task(1, "drive.mp4"), None),
         (_task(1, "/home/django/data/drive.mp4"), None),
@@ -408,11 +415,11 @@ def test_a_task_of_a_project_is_chosen_by_id_or_name(read: Read) -> None:
         (f"<project><tasks>{_task(1, 'other.mp4')}</tasks></project>", "speaks of other.mp4"),
     ],
 )
-def test_a_file_about_another_video_says_so(read: Read, meta: str, told: str | None) -> None:
+def test_a_file_about_another_video_says_so(read: Read, meta: str, reported: str | None) -> None:
     found = read(SAMPLE.replace("<task><mode>", f"{meta}<x><mode>").replace("</task></meta>", "</x></meta>"))
     assert tracks_of(found)["t-7f3a"].frames[0] == 10
-    assert len(found.repaired) == (told is not None)
-    assert told is None or told in found.repaired[0]
+    assert len(found.repaired) == (reported is not None)
+    assert reported is None or reported in found.repaired[0]
 
 
 @pytest.mark.parametrize(

@@ -156,11 +156,11 @@ def test_the_manifest_tells_what_is_needed(tmp_path: Path) -> None:
     video = replace(video, pixel_ratio=Fraction(4, 3))
     data = Dataset(GTSRB, (video,), (Skipped("1 track", "rejected"),), ("repaired before",))
     split = deal(data, {"train": 0.5, "val": 0.5}, 11)
-    told = export_dataset(
+    reported = export_dataset(
         data, VIDEO, tmp_path / "out", ExportOptions(split=split), zipped=False, about={"states": ["open"]}
     )
     content: dict[str, Any] = json.loads((tmp_path / "out" / MANIFEST).read_text())
-    assert content == told.content == read_manifest(tmp_path / "out").content
+    assert content == reported.content == read_manifest(tmp_path / "out").content
     assert content["tool"]["name"] == "tsr"
     assert content["videos"][0]["pixel_ratio"] == "4/3"
     assert content["videos"][0]["width"] == video.width, "boxes stay in stored pixels"
@@ -197,11 +197,11 @@ def test_the_manifest_tells_what_is_needed(tmp_path: Path) -> None:
 
 def test_tracks_on_no_side_are_told(tmp_path: Path) -> None:
     data = a_dataset(a_track("m1", range(10, 20)), a_track("m2", range(50, 60)))
-    told = export_dataset(
+    reported = export_dataset(
         data, VIDEO, tmp_path / "out.zip", ExportOptions(split={("a" * 64, "m1"): "train"}), zipped=True
     )
-    assert told.skipped == [{"what": "1 tracks", "reason": "They are on no side of the split."}]
-    assert told.counts["tracks"] == 1
+    assert reported.skipped == [{"what": "1 tracks", "reason": "They are on no side of the split."}]
+    assert reported.counts["tracks"] == 1
     with zipfile.ZipFile(tmp_path / "out.zip") as archive:
         assert b"m2" not in archive.read("annotations.xml")
 

@@ -103,7 +103,7 @@ def test_a_region_that_stays_enabled_is_shown_to_the_end(tmp_path: Path) -> None
 def test_what_is_written(tmp_path: Path) -> None:
     boxes = [(64, 36, 128, 72)] * 3 + [(320, 180, 640, 360)]
     track = a_track("m1", [0, 1, 2, 50], boxes=boxes, score=np.array([0.5, 0.7, np.nan, np.nan]))
-    told = export_dataset(a_dataset(track), FORMATS["label-studio"], tmp_path / "o", zipped=False)
+    reported = export_dataset(a_dataset(track), FORMATS["label-studio"], tmp_path / "o", zipped=False)
     task = json.loads((tmp_path / "o" / "tasks.json").read_text())[0]
     assert (task["data"]["video"], task["data"]["fps"]) == ("drive.mp4", 25.0)
     region = task["predictions"][0]["result"][0]
@@ -115,7 +115,7 @@ def test_what_is_written(tmp_path: Path) -> None:
         {"frame": 3, "time": 0.12, "x": 10, "y": 10, "width": 10, "height": 10, "rotation": 0, "enabled": False},
         {"frame": 51, "time": 2.04, "x": 50, "y": 50, "width": 50, "height": 50, "rotation": 0, "enabled": False},
     ]
-    assert told.skipped[0]["what"] == "2 scores"
+    assert reported.skipped[0]["what"] == "2 scores"
     config = ET.parse(tmp_path / "o" / "label_config.xml").getroot()
     assert [label.get("value") for label in config.iter("Label")] == list(CLASS_NAMES)
     video = config.find("Video")
@@ -333,7 +333,7 @@ def _keys(*keys: tuple[int, float | None]) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "reported"),
     [
         (((11, 0.44), (41, 1.64)), ()),
         (((11, None), (41, None)), ()),
@@ -344,10 +344,10 @@ def _keys(*keys: tuple[int, float | None]) -> list[dict[str, Any]]:
     ],
 )
 def test_times_of_both_customs_are_taken(
-    tmp_path: Path, keys: tuple[tuple[int, float | None], ...], told: tuple[str, ...]
+    tmp_path: Path, keys: tuple[tuple[int, float | None], ...], reported: tuple[str, ...]
 ) -> None:
     found = _read(tmp_path, _keys(*keys))
-    assert (_first(found), found.repaired) == (10, told)
+    assert (_first(found), found.repaired) == (10, reported)
 
 
 def test_times_that_contradict_the_numbers(tmp_path: Path) -> None:
@@ -356,11 +356,12 @@ def test_times_that_contradict_the_numbers(tmp_path: Path) -> None:
         _read(tmp_path, _keys(*at_24))
     with pytest.raises(ImportFormatError, match="key frame 1: frame 13 is at 0.4 s"):
         _read(tmp_path, _keys((13, 0.4), (43, 1.6)))
-    told = _read(tmp_path, _keys((11, 0.44), (20, 0.1), (41, 1.64))).repaired
-    assert told == ("Key frames were taken by their number; their time is that of another: 1; the first is tasks.json, "
+    reported = _read(tmp_path, _keys((11, 0.44), (20, 0.1), (41, 1.64))).repaired
+    assert reported == ("Key frames were taken by their number; their time is that of another: 1; the first is "
+    "tasks.json, "
                     "task 1, region 1, key frame 2.",)  # fmt: skip
-    told = _read(tmp_path, _with("0/data/fps", 30.0)).repaired
-    assert told == ("tasks.json, task 1: says 30 frames/s, drive.mp4 has 25 frames/s.",)
+    reported = _read(tmp_path, _with("0/data/fps", 30.0)).repaired
+    assert reported == ("tasks.json, task 1: says 30 frames/s, drive.mp4 has 25 frames/s.",)
 
 
 def test_labels_that_stand_elsewhere(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from tests.exchange.exchange_toys import GTSRB, a_dataset, a_set, target_of
 from tsr_engine.errors import UsageError
-from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.labels import UNKNOWN, LabelMatcher, label_name
 
 
@@ -68,17 +68,17 @@ def test_every_class_finds_itself() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "number", "told"), [("14", False, 1), ("class 14", False, 1), ("14", True, 0), ("stop", False, 0)]
+    ("name", "number", "reported"), [("14", False, 1), ("class 14", False, 1), ("14", True, 0), ("stop", False, 0)]
 )
-def test_names_that_are_numbers_are_told(name: str, number: bool, told: int) -> None:
-    intake = Intake(target_of(a_dataset()))
-    assert intake.label(name, "a.xml", 3, number=number) == 14
-    repaired = intake.finish("a.xml").repaired
-    assert len(repaired) == told
+def test_names_that_are_numbers_are_told(name: str, number: bool, reported: int) -> None:
+    validator = ImportValidator(target_of(a_dataset()))
+    assert validator.label(name, "a.xml", 3, number=number) == 14
+    repaired = validator.finish("a.xml").repaired
+    assert len(repaired) == reported
     assert all("Label names that are numbers were taken as the tool's label numbers: 1" in each for each in repaired)
 
 
 def test_numbers_that_a_person_has_named_are_not_told() -> None:
-    intake = Intake(target_of(a_dataset(), label_map={"14": 3}))
-    assert intake.label("14", "a.xml", 3) == 3
-    assert intake.finish("a.xml").repaired == ()
+    validator = ImportValidator(target_of(a_dataset(), label_map={"14": 3}))
+    assert validator.label("14", "a.xml", 3) == 3
+    assert validator.finish("a.xml").repaired == ()

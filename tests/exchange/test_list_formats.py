@@ -157,9 +157,9 @@ def test_yolo_keeps_tracks_of_boxes_that_were_edited(tmp_path: Path) -> None:
 
 def test_yolo_leaves_out_what_is_to_be_ignored(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("m1", [1, 2], ignore=np.array([True, False])))
-    told = export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", zipped=False)
+    reported = export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", zipped=False)
     assert (tmp_path / "out/labels/train/frame_000001.txt").read_text() == ""
-    assert any("to ignore" in item["what"] for item in told.skipped)
+    assert any("to ignore" in item["what"] for item in reported.skipped)
     kept = ExportOptions(switches={"ignored": "box"})
     export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", kept, zipped=False)
     track = tracks_of(_read(tmp_path / "out", "yolo"))["m1"]
@@ -179,9 +179,9 @@ def test_yolo_leaves_out_what_is_to_be_ignored(tmp_path: Path) -> None:
 def test_yolo_with_six_columns_is_told(tmp_path: Path, sixth: tuple[str, str], kind: str) -> None:
     rows = [f"0 0.{place + 2} 0.5 0.1 0.1 {number}\n" for place, number in enumerate(sixth)]
     back = _read(_yolo(tmp_path, "".join(rows)), "yolo")
-    (told,) = [sentence for sentence in back.repaired if "5 columns" in sentence]
-    assert "labels/train/frame_000010.txt, line 1" in told
-    assert kind in told
+    (reported,) = [sentence for sentence in back.repaired if "5 columns" in sentence]
+    assert "labels/train/frame_000010.txt, line 1" in reported
+    assert kind in reported
     scores = [track.score[0] for track in tracks_of(back).values()]
     assert np.isnan(scores).all() == (kind == "track ids")
     assert len(scores) == 2
@@ -247,10 +247,10 @@ def test_yolo_says_what_six_numbers_are_and_decides_over_all_files(tmp_path: Pat
         _yolo(tmp_path, f"{lines[1]}\n", frame=3)
         lines = lines[:1]
     back = _read(_yolo(tmp_path, "\n".join(lines) + "\n", frame=10), "yolo")
-    (told,) = [sentence for sentence in back.repaired if "six numbers" in sentence]
-    assert told.startswith("labels/train/frame_0000")
-    assert kind in told
-    assert why in told
+    (reported,) = [sentence for sentence in back.repaired if "six numbers" in sentence]
+    assert reported.startswith("labels/train/frame_0000")
+    assert kind in reported
+    assert why in reported
     scores = np.concatenate([track.score for track in tracks_of(back).values()])
     assert len(scores) == 2
     assert np.isnan(scores).all() == (kind == "triangles")
@@ -296,11 +296,11 @@ def test_voc_writes_both_readings(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("m1", [10], boxes=[(10, 10, 20, 22)]))
     for kind, corner in (("cvat", "<xmin>10.00</xmin>"), ("devkit", "<xmin>11</xmin>")):
         options = ExportOptions(switches={"coordinates": kind})
-        told = export_dataset(dataset, FORMATS["voc"], tmp_path / kind, options, zipped=False)
+        reported = export_dataset(dataset, FORMATS["voc"], tmp_path / kind, options, zipped=False)
         text = (tmp_path / kind / "Annotations" / "frame_000010.xml").read_text()
         assert corner in text
         assert "<xmax>20" in text
-        assert told.content["format"]["coordinates"] == kind
+        assert reported.content["format"]["coordinates"] == kind
         assert _one(_read(tmp_path / kind, "voc")) == [10, 10, 20, 22]
 
 
@@ -339,6 +339,6 @@ def test_voc_with_classes_that_nobody_knows(tmp_path: Path) -> None:
 
 def test_voc_names_with_colons(tmp_path: Path) -> None:
     dataset = Dataset(a_set("a:b"), a_dataset(a_track("m1", [1], label=0)).videos)
-    told = export_dataset(dataset, FORMATS["voc"], tmp_path / "out", zipped=False)
+    reported = export_dataset(dataset, FORMATS["voc"], tmp_path / "out", zipped=False)
     assert not (tmp_path / "out" / "labelmap.txt").exists()
-    assert any("colon" in item["reason"] for item in told.skipped)
+    assert any("colon" in item["reason"] for item in reported.skipped)

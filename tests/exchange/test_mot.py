@@ -34,11 +34,11 @@ def _mot_rows(extra: str, *, id: str = "4", mark: str = ",", frames: range = ran
 
 
 def _quiet(dataset: Dataset) -> bool:
-    """Nothing is told but that frames 11 to 16 may count from 0 as well."""
+    """Nothing is reported but that frames 11 to 16 may count from 0 as well."""
     return all("fit both. Import with first_frame=0" in sentence for sentence in dataset.repaired)
 
 
-def _told(dataset: Dataset, *words: str) -> bool:
+def _reported(dataset: Dataset, *words: str) -> bool:
     return any(all(word in sentence for word in words) for sentence in dataset.repaired)
 
 
@@ -66,7 +66,7 @@ def test_mot_ids_count_from_zero(tmp_path: Path) -> None:
     assert {uid: len(track.frames) for uid, track in tracks_of(found).items()} == {"track0": 6, "track1": 2}
     assert _quiet(found)
     none = _mot_rows("0.9,-1,-1,-1", id="-1")
-    assert _told(_read(_file(tmp_path, "none.txt", none)), "6 boxes have no track id")
+    assert _reported(_read(_file(tmp_path, "none.txt", none)), "6 boxes have no track id")
     twice = "1,0,10,10,20,20,1,-1,-1,-1\n1,0,200,10,20,20,1,-1,-1,-1\n"
     found = _read(_file(tmp_path, "twice.txt", twice))
     assert len(tracks_of(found)) == 2, "id 0 twice in a frame is no id"
@@ -82,7 +82,7 @@ def test_visdrone_has_class_truncation_and_occlusion(tmp_path: Path) -> None:
     assert track.ignore is not None
     assert track.ignore.sum() == 2
     assert track.label == 14
-    assert _told(found, "column 8 was taken as the class of VisDrone", "column 10 as occlusion", "columns=results")
+    assert _reported(found, "column 8 was taken as the class of VisDrone", "column 10 as occlusion", "columns=results")
     plain = _read(path, columns="results")
     assert tracks_of(plain)["track4"].silent is not None
     with pytest.raises(ImportFormatError, match=r"drive.txt, line 1: has 10 columns, which columns=truth does not fit"):
@@ -94,7 +94,7 @@ def test_classes_of_ten_columns_by_the_list_beside(tmp_path: Path) -> None:
     _file(tmp_path, "gt/labels.txt", "yield\nstop\n")
     found = _read(tmp_path)
     assert tracks_of(found)["track4"].label == 14
-    assert not _told(found, "VisDrone's list")
+    assert not _reported(found, "VisDrone's list")
 
 
 @pytest.mark.parametrize("extra", ["0.9,3.25,-1.5,0", "1,0,0,0", "0.5,7,8,9", "1,40,1,1"])
@@ -103,7 +103,7 @@ def test_positions_in_space_are_no_classes(tmp_path: Path, extra: str) -> None:
     (track,) = tracks_of(found).values()
     assert track.silent is not None
     assert track.score[0] == float(extra.split(",")[0])
-    assert _told(found, "Columns 8 to 10 were taken as positions", "columns=visdrone")
+    assert _reported(found, "Columns 8 to 10 were taken as positions", "columns=visdrone")
 
 
 def test_results_of_visdrone_have_scores(tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_results_of_visdrone_have_scores(tmp_path: Path) -> None:
         _read(path)
     found = read_dataset(path, target_of(a_dataset(), label_map={"car": -1}))
     assert (tracks_of(found)["track4"].score == 0.75).all()
-    assert _told(found, "column 8 was taken as the class of VisDrone's list", "column 7 as a score")
+    assert _reported(found, "column 8 was taken as the class of VisDrone's list", "column 7 as a score")
 
 
 def test_boxmots_ninth_column_is_a_score(tmp_path: Path) -> None:
@@ -120,8 +120,8 @@ def test_boxmots_ninth_column_is_a_score(tmp_path: Path) -> None:
     found = _read(path)
     track = tracks_of(found)["track100"]
     assert (track.label, track.score.min(), track.occluded.any()) == (0, 0.412, np.False_)
-    assert _told(found, "Column 9 was taken as a score", "columns=truth")
-    assert _told(found, "counted from 0 (first_class)", ": 6;")
+    assert _reported(found, "Column 9 was taken as a score", "columns=truth")
+    assert _reported(found, "counted from 0 (first_class)", ": 6;")
     seen = _read(path, columns="truth", first_class="1")
     assert tracks_of(seen)["track100"].occluded.sum() == 3
     assert np.isnan(tracks_of(seen)["track100"].score).all()
@@ -139,7 +139,7 @@ def test_boxmots_ninth_column_is_a_score(tmp_path: Path) -> None:
 def test_a_visibility_that_hides_is_told(tmp_path: Path, name: str, extra: str, hidden: int) -> None:
     found = _read(_file(tmp_path, name, _mot_rows(extra)))
     assert tracks_of(found)["track4"].occluded.sum() == hidden
-    assert _told(found, f"Column 9 was taken as the visibility, {hidden} boxes below 0.5", "columns=boxmot")
+    assert _reported(found, f"Column 9 was taken as the visibility, {hidden} boxes below 0.5", "columns=boxmot")
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_a_visibility_that_hides_is_told(tmp_path: Path, name: str, extra: str, 
 def test_mot_classes_without_a_list_are_told(tmp_path: Path, number: str, switch: dict[str, str], label: int) -> None:
     found = _read(_file(tmp_path, "gt.txt", _mot_rows(f"1,{number},1")), **switch)
     assert tracks_of(found)["track4"].label == label
-    assert _told(found, "Rows without labels.txt took their class number", "first_class")
+    assert _reported(found, "Rows without labels.txt took their class number", "first_class")
 
 
 @pytest.mark.parametrize("info", ["", "[Sequence]\n", "[Sequence]\nname=drive\nimDir=img1\nframeRate=25\nimExt=.jpg\n",
@@ -173,28 +173,28 @@ def test_a_sequence_of_another_video_is_told(tmp_path: Path) -> None:
     _file(tmp_path, "gt/labels.txt", "stop\n")
     _file(tmp_path, "seqinfo.ini", "[Sequence]\nname=MOT17-02-FRCNN\nseqLength=600\nimWidth=640\nimHeight=360\n")
     found = _read(tmp_path)
-    assert _told(found, "seqinfo.ini: speaks of MOT17-02-FRCNN", "drive.mp4")
-    assert _told(found, "its sequence has 600 frames, drive.mp4 has 100")
+    assert _reported(found, "seqinfo.ini: speaks of MOT17-02-FRCNN", "drive.mp4")
+    assert _reported(found, "its sequence has 600 frames, drive.mp4 has 100")
     _file(tmp_path, "seqinfo.ini", "[Sequence]\nimWidth=many\n")
     with pytest.raises(ImportFormatError, match="seqinfo.ini.*whole numbers"):
         _read(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "reported"),
     [("other/gt/gt.txt", True), ("drive/gt/gt.txt", False), ("MOT17-02/gt/gt.txt", False), ("train/gt/gt.txt", False)],
 )
-def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, told: bool) -> None:
+def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, reported: bool) -> None:
     _file(tmp_path, name, _mot_rows("1,1,1"))
     _file(tmp_path, name.replace("gt.txt", "labels.txt"), "stop\n")
-    assert _told(_read(tmp_path), "speaks of other", "drive.mp4") == told
-    assert not _told(_read(tmp_path / name.split("/")[0]), "speaks of"), "a person chose the folder"
+    assert _reported(_read(tmp_path), "speaks of other", "drive.mp4") == reported
+    assert not _reported(_read(tmp_path / name.split("/")[0]), "speaks of"), "a person chose the folder"
     (tmp_path / "readme.md").write_text("")
-    assert _told(_read(tmp_path), "speaks of other", "drive.mp4") == told
+    assert _reported(_read(tmp_path), "speaks of other", "drive.mp4") == reported
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "reported"),
     [
         ("other.txt", True),
         ("uav0000013.txt", True),
@@ -203,8 +203,8 @@ def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, 
         ("my_results.txt", False),
     ],
 )
-def test_a_file_called_after_another_video_is_told(tmp_path: Path, name: str, told: bool) -> None:
-    assert _told(_read(_file(tmp_path, name, _mot_rows("0.9,-1,-1,-1"))), "speaks of ") == told
+def test_a_file_called_after_another_video_is_told(tmp_path: Path, name: str, reported: bool) -> None:
+    assert _reported(_read(_file(tmp_path, name, _mot_rows("0.9,-1,-1,-1"))), "speaks of ") == reported
 
 
 def test_the_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
@@ -223,21 +223,23 @@ def test_frame_zero_names_the_switch(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("frames", "told"), [(range(1, 5), False), (range(2, 5), True), (range(2, 101), False), (range(1, 101), False)]
+    ("frames", "reported"), [(range(1, 5), False), (range(2, 5), True), (range(2, 101), False), (range(1, 101), False)]
 )
-def test_frames_that_may_count_from_zero_are_told(tmp_path: Path, frames: range, told: bool) -> None:
+def test_frames_that_may_count_from_zero_are_told(tmp_path: Path, frames: range, reported: bool) -> None:
     path = _file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=frames))
     _file(tmp_path, "labels.txt", "stop\n")
     found = _read(path)
     assert tracks_of(found)["track4"].frames[0] == frames[0] - 1
-    assert _told(found, f"count from 1; its numbers {frames[0]} to {frames[-1]} fit both", "first_frame=0") == told
-    assert not _told(_read(path, first_frame="1"), "fit both")
+    assert (
+        _reported(found, f"count from 1; its numbers {frames[0]} to {frames[-1]} fit both", "first_frame=0") == reported
+    )
+    assert not _reported(_read(path, first_frame="1"), "fit both")
 
 
 def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
     text = _mot_rows("1,1,1", frames=range(1, 4))
-    assert _told(_read(_file(tmp_path, "gt.txt", text[:-1])), "last line does not end", "gt.txt")
-    assert not _told(_read(_file(tmp_path, "gt.txt", text)), "last line does not end")
+    assert _reported(_read(_file(tmp_path, "gt.txt", text[:-1])), "last line does not end", "gt.txt")
+    assert not _reported(_read(_file(tmp_path, "gt.txt", text)), "last line does not end")
 
 
 def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
@@ -247,18 +249,18 @@ def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
     found = _read(path, scores="drop")
     (track,) = tracks_of(found).values()
     assert np.isnan(track.score).tolist() == [True, False, True, False]
-    assert _told(found, "Scores outside of 0 to 1 were left out: 2", "line 1")
+    assert _reported(found, "Scores outside of 0 to 1 were left out: 2", "line 1")
 
 
 def test_a_column_of_zeros_hides_nothing_in_silence(tmp_path: Path) -> None:
     _file(tmp_path, "gt/gt.txt", _mot_rows("1,1,0"))
     _file(tmp_path, "gt/labels.txt", "stop\n")
-    assert _told(_read(tmp_path), "Column 9 was taken as the visibility, 6 boxes")
+    assert _reported(_read(tmp_path), "Column 9 was taken as the visibility, 6 boxes")
 
 
 def test_a_sequence_at_another_rate_is_told(tmp_path: Path) -> None:
     _file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
     _file(tmp_path, "gt/labels.txt", "stop\n")
-    for rate, told in ((14, True), (25, False)):
+    for rate, reported in ((14, True), (25, False)):
         _file(tmp_path, "seqinfo.ini", f"[Sequence]\nframeRate={rate}\n")
-        assert _told(_read(tmp_path), f"its sequence has {rate} frames/s, drive.mp4 has 25") == told
+        assert _reported(_read(tmp_path), f"its sequence has {rate} frames/s, drive.mp4 has 25") == reported

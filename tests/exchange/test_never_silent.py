@@ -66,12 +66,12 @@ class Outcome:
     """What came of an import: boxes and sentences, or the sentence of the refusal."""
 
     boxes: list[Box]
-    told: tuple[str, ...]
+    reported: tuple[str, ...]
     refused: str = ""
 
     def says_more_than(self, other: Outcome) -> bool:
         """Whether it has a sentence of a kind that the other one lacks."""
-        return bool({_kind(sentence) for sentence in self.told} - {_kind(sentence) for sentence in other.told})
+        return bool({_kind(sentence) for sentence in self.reported} - {_kind(sentence) for sentence in other.reported})
 
 
 def _kind(sentence: str) -> str:
@@ -209,7 +209,7 @@ def test_a_file_that_names_another_video_says_so(name: str, other: str, clip: Pa
     if name in PICTURES and name != "cvat-images":
         _as_others_name(name, out, "drive_")
     found = _read(out, _video(name=other, sha="b" * 64), name)
-    assert "drive" in (found.refused + " ".join(found.told)).replace(other, ""), found
+    assert "drive" in (found.refused + " ".join(found.reported)).replace(other, ""), found
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
@@ -226,7 +226,7 @@ def test_pictures_of_another_size_are_refused(name: str, clip: Path, tmp_path: P
         # Boxes that lie where this video has no picture tell even without a size.
         beyond = _video(_tracks(range(3, 9), offset=(70, 50)), big, width=wide[0], height=wide[1])
         found = _read(_exported(name, tmp_path / "beyond", beyond), _video(), name)
-        assert found.refused or "outside" in " ".join(found.told)
+        assert found.refused or "outside" in " ".join(found.reported)
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
@@ -237,7 +237,7 @@ def test_a_longer_video_is_told(name: str, tmp_path: Path) -> None:
             writer.write(np.full((HEIGHT, WIDTH, 3), 4 * k, dtype=np.uint8))
     beyond = _video(_tracks(range(FRAMES - 6, FRAMES + 6)), long, frames=2 * FRAMES)
     found = _read(_exported(name, tmp_path / "beyond", beyond), _video(), name)
-    assert found.refused or len(found.told) > 1, found
+    assert found.refused or len(found.reported) > 1, found
     if name not in SAYS_NO_LENGTH:
         inside = _video(_tracks(range(3, 9)), long, frames=2 * FRAMES)
         plain = _read(_exported(name, tmp_path / "plain", _video(_tracks(range(3, 9)))), _video(), name)
@@ -258,7 +258,7 @@ def test_numbers_that_run_over_the_end_are_refused_or_put_right(name: str, clip:
 def test_numbers_that_fit_moved_as_well_are_told(name: str, by: int, clip: Path, tmp_path: Path) -> None:
     video = _video(_tracks(range(5, 11)), clip)
     found = _read(_shifted(name, _exported(name, tmp_path / "moved", video), by), _video(), name)
-    assert found.refused or re.search(r"count|from [01]|first_frame|time", " ".join(found.told)), found
+    assert found.refused or re.search(r"count|from [01]|first_frame|time", " ".join(found.reported)), found
 
 
 @pytest.mark.parametrize("name", PICTURES)
@@ -268,7 +268,7 @@ def test_pictures_counted_from_one_are_read_right_and_told(name: str, stem: str,
     plain = _read(_exported(name, tmp_path / "plain", video), _video(), name)
     found = _read(_as_others_name(name, _exported(name, tmp_path / "moved", video), stem, 1), _video(), name)
     assert found.boxes == plain.boxes, found
-    assert "from 1" in " ".join(found.told)
+    assert "from 1" in " ".join(found.reported)
 
 
 @pytest.mark.parametrize("name", PICTURES)
@@ -279,7 +279,7 @@ def test_pictures_whose_numbers_fit_both_counts(name: str, stem: str, origin: in
     plain = _read(_exported(name, tmp_path / "plain", video), _video(), name)
     out = _as_others_name(name, _exported(name, tmp_path / "moved", video), stem, origin)
     found = _read(out, _video(), name)
-    assert "first_frame" in found.refused + " ".join(found.told), found
+    assert "first_frame" in found.refused + " ".join(found.reported), found
     assert _read(out, _video(), name, first_frame=str(origin)).boxes == plain.boxes
 
 

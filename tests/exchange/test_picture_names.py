@@ -111,16 +111,16 @@ def test_the_tool_is_told_by_the_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("base", "doubtful"),
+    ("base", "ambiguous"),
     [("frame_10_1.jpg", True), ("000030_10.png", True), ("20240501_123011_000123.jpg", True), ("drive_1.jpg", False)],
 )
-def test_of_two_numbers_one_name_does_not_tell(base: str, doubtful: bool) -> None:
-    assert _name(base).doubtful == doubtful
+def test_of_two_numbers_one_name_does_not_tell(base: str, ambiguous: bool) -> None:
+    assert _name(base).ambiguous == ambiguous
 
 
 def test_a_video_whose_name_is_a_number() -> None:
     own = OwnName(a_video(name="000030.mp4"))
-    assert not picture_name("000030_10.png", own).doubtful
+    assert not picture_name("000030_10.png", own).ambiguous
     own = OwnName(a_video(name="my_frame.mp4"))
     assert picture_name("my_frame_10.png", own).stem == "my_frame"
 

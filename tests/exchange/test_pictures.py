@@ -52,8 +52,10 @@ def _small(uid: str, frames: list[int]) -> object:
 )
 def test_pictures_of_annotated_frames(tmp_path: Path, clip: Path, format: str, pattern: str) -> None:
     data = Dataset(GTSRB, (_video(clip, _small("m1", [3, 4, 20])),))
-    told = export_dataset(data, FORMATS[format], tmp_path / "out", ExportOptions(pictures="annotated"), zipped=False)
-    table = told.content["videos"][0]["frame_table"]
+    reported = export_dataset(
+        data, FORMATS[format], tmp_path / "out", ExportOptions(pictures="annotated"), zipped=False
+    )
+    table = reported.content["videos"][0]["frame_table"]
     assert table["frame"] == [3, 4, 20]
     assert table["file"] == [pattern.format(frame) for frame in (3, 4, 20)]
     with open_video(clip) as video:

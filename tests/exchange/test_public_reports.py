@@ -52,7 +52,7 @@ class Report:
         tracks: how many tracks there must be; 0: not said.
         first: the first box; unset: ``box`` of the first frame.
         label: class of all boxes.
-        told: what the sentences must say, each.
+        reported: what the sentences must say, each.
         refused: what the refusal must say; then nothing else counts.
         video: name of the video.
         switches: of the import.
@@ -65,7 +65,7 @@ class Report:
     tracks: int = 0
     first: tuple[float, float, float, float] | None = None
     label: int = STOP
-    told: tuple[str, ...] = ()
+    reported: tuple[str, ...] = ()
     refused: str = ""
     video: str = "drive.mp4"
     switches: Mapping[str, str] = field(default_factory=dict)
@@ -94,9 +94,9 @@ REPORTS = {
         {"a.json": coco({f"drive_mp4-{f:04d}_jpg.rf.{h}.jpg": f for f, h in enumerate(HASHES, 10)})},
         (10, 11, 12),
     ),
-    "save_txt": Report("ultralytics/ultralytics#9208", save_txt(range(6)), range(6), 1, told=("from 1",)),
+    "save_txt": Report("ultralytics/ultralytics#9208", save_txt(range(6)), range(6), 1, reported=("from 1",)),
     "save_txt to the end": Report(
-        "ultralytics/ultralytics#22256", save_txt((97, 98, 99)), (97, 98, 99), told=("from 1",)
+        "ultralytics/ultralytics#22256", save_txt((97, 98, 99)), (97, 98, 99), reported=("from 1",)
     ),
     "CocoVID": Report(
         "open-mmlab/mmtracking#678",
@@ -114,12 +114,12 @@ REPORTS = {
             f'<track id="1" label="stop" task_id="2">{boxes_xml(TEN, 40)}</track></annotations>'
         },
         tracks=1,
-        told=("other.mp4",),
+        reported=("other.mp4",),
     ),
     "COCO of two videos": Report(
         "cvat-ai/cvat#4993",
         {"a.json": coco({f"{v}/frame_{f:06d}.jpg": f + 20 * (v == "other") for v in ("drive", "other") for f in TEN})},
-        told=("other",),
+        reported=("other",),
     ),
     "CVAT project of pictures": Report(
         "cvat-ai/cvat#3458", {"annotations.xml": f"<annotations>{IMAGES}</annotations>"}, refused="task 1.*task 2"
@@ -129,8 +129,10 @@ REPORTS = {
         tasks("other.mp4", "/data/upload/1/1a2b3c4d-rear-drive.mp4"),
         refused="rear-drive",
     ),
-    "one other task": Report("HumanSignal/label-studio#5749", tasks("other.mp4"), told=("other.mp4",)),
-    "one task that ends alike": Report("HumanSignal/label-studio#5749", tasks("my-drive.mp4"), told=("my-drive.mp4",)),
+    "one other task": Report("HumanSignal/label-studio#5749", tasks("other.mp4"), reported=("other.mp4",)),
+    "one task that ends alike": Report(
+        "HumanSignal/label-studio#5749", tasks("my-drive.mp4"), reported=("my-drive.mp4",)
+    ),
     "local storage": Report("HumanSignal/label-studio#1886", tasks("other.mp4", "/data/local-files/?d=drive.mp4")),
     "sanitised upload": Report(
         "HumanSignal/label-studio#878", tasks("other.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_ü.mp4"), video=SPECIAL
@@ -141,7 +143,12 @@ REPORTS = {
         refused="Export as JSON, not JSON-MIN",
     ),
     "rotation in COCO": Report(
-        "cvat-ai/cvat#4745", {"a.json": TURNED.replace("0.0}", "90.0}")}, (10,), 1, (120, 80, 240, 240), told=("urned",)
+        "cvat-ai/cvat#4745",
+        {"a.json": TURNED.replace("0.0}", "90.0}")},
+        (10,),
+        1,
+        (120, 80, 240, 240),
+        reported=("urned",),
     ),
     "MOT ids from 0": Report(
         "cheind/py-motmetrics#116",
@@ -158,7 +165,7 @@ REPORTS = {
         {"drive.txt": rows("{n},4,{x1},{y1},{w},{h},1,4,0,1")},
         tracks=1,
         label=NONE,
-        told=("VisDrone",),
+        reported=("VisDrone",),
         labels={"car": NONE},
     ),
     "numpy.savetxt": Report(
@@ -171,7 +178,7 @@ REPORTS = {
         "mikel-brostrom/boxmot#1578",
         {"drive.txt": rows("{n},9,{x1},{y1},{w},{h},1,14,0.412")},
         tracks=1,
-        told=("olumn 9",),
+        reported=("olumn 9",),
     ),
     "seqinfo.ini without a size": Report(
         "cvat-ai/cvat#3940",
@@ -220,7 +227,7 @@ REPORTS = {
         {"a.json": HOLE.replace("{}", "[112, 86, 40, 0]")},
         (10, 11),
         switches={"bad_boxes": "skip"},
-        told=("1 box",),
+        reported=("1 box",),
     ),
     "no box at all, left out": Report(
         "CVHub520/X-AnyLabeling#397", {"a.json": HOLE.replace("{}", "[]")}, (10, 11), switches={"bad_boxes": "skip"}
@@ -252,6 +259,6 @@ def test_what_was_reported_is_read_right_or_refused(name: str, tmp_path: Path) -
     assert {track.label for track in tracks} == {report.label}
     found = min((int(t.frames[0]), *t.boxes[0].tolist()) for t in tracks)
     assert found == pytest.approx((frames[0], *(report.first or box(frames[0]))), abs=0.01)
-    told = " ".join([*back.repaired, *(f"{left.what} {left.reason}" for left in back.skipped)])
-    for words in report.told:
-        assert words in told
+    reported = " ".join([*back.repaired, *(f"{left.what} {left.reason}" for left in back.skipped)])
+    for words in report.reported:
+        assert words in reported

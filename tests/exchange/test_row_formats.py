@@ -85,10 +85,10 @@ def test_mot_has_the_exact_sequence_file(tmp_path: Path) -> None:
 
 def test_mot_from_one(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("m7", [10], boxes=[(10, 20, 30, 50)]))
-    told = export_dataset(
+    reported = export_dataset(
         dataset, FORMATS["mot"], tmp_path / "out", ExportOptions(switches={"origin": "1"}), zipped=False
     )
-    assert told.content["format"]["origin"] == 1
+    assert reported.content["format"]["origin"] == 1
     assert (tmp_path / "out/gt/gt.txt").read_text() == "11,7,11.00,21.00,20.00,30.00,1,15,1\n"
     # The manifest beside tells; without it a person must.
     assert _one(_read(tmp_path / "out", "mot"))[1] == [[10, 20, 30, 50]]
@@ -147,14 +147,14 @@ def test_gtsdb_is_read_by_the_engine_as_it_was(tmp_path: Path, clip: Path) -> No
     dataset = _on(
         clip, a_track("m1", [3], boxes=[(10, 11, 30, 33)]), a_track("h2", [5], label=-1, boxes=[(1, 1, 9, 9)])
     )
-    told = export_dataset(dataset, FORMATS["gtsdb"], tmp_path / "out", ExportOptions(pictures="all"), zipped=False)
+    reported = export_dataset(dataset, FORMATS["gtsdb"], tmp_path / "out", ExportOptions(pictures="all"), zipped=False)
     assert (tmp_path / "out/gt.txt").read_text() == "00003.jpg;10;11;29;32;14\n"
     scenes = read_gtsdb(tmp_path / "out")
     assert len(scenes) == 12
     assert (tmp_path / "out/pictures.txt").read_text().splitlines() == [scene.name for scene in scenes]
     assert scenes[3].boxes.tolist() == [[10, 11, 30, 33]]
-    assert told.content["format"]["corners"] == "inclusive"
-    assert any("none of the 43 classes" in item["reason"] for item in told.skipped)
+    assert reported.content["format"]["corners"] == "inclusive"
+    assert any("none of the 43 classes" in item["reason"] for item in reported.skipped)
 
 
 def test_gtsdb_corners(tmp_path: Path) -> None:
@@ -200,7 +200,7 @@ def test_crops_are_read_by_the_engine_as_the_benchmark_is(tmp_path: Path, clip: 
         a_track("m3", [4], label=1, boxes=[(5, 5, 25, 26)]),
         a_track("m4", [4], label=-1, boxes=[(5, 5, 25, 26)]),
     )
-    told = export_dataset(
+    reported = export_dataset(
         _on(clip, *tracks), FORMATS["gtsrb"], tmp_path / "out", ExportOptions(pictures="annotated"), zipped=False
     )
     items = {item.filename: item for item in read_items(tmp_path / "out") if item.class_id == 14}
@@ -211,7 +211,7 @@ def test_crops_are_read_by_the_engine_as_the_benchmark_is(tmp_path: Path, clip: 
         assert item.roi is not None
         assert item.roi[2] + item.roi[0] == picture.shape[1]
     assert (tmp_path / "out/00001/GT-00001.csv").read_text().splitlines()[1] == "00000_00000.ppm;30;31;5;5;25;26;1"
-    assert any("none of the 43 classes" in item["reason"] for item in told.skipped)
+    assert any("none of the 43 classes" in item["reason"] for item in reported.skipped)
 
 
 def test_crops_of_one_sign_are_on_one_side(tmp_path: Path, clip: Path) -> None:

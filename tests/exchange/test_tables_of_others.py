@@ -39,7 +39,7 @@ def _is_the_track(found: Dataset, uid: str = "7") -> None:
     assert track.boxes.tolist() == [list(box) for box in BOXES]
 
 
-def _told(found: Dataset, *words: str) -> bool:
+def _reported(found: Dataset, *words: str) -> bool:
     return any(all(word in sentence for word in words) for sentence in found.repaired)
 
 
@@ -140,7 +140,7 @@ def test_what_a_table_must_say(tmp_path: Path, name: str, text: str, words: str)
 
 @pytest.mark.parametrize("name", ["rows.csv", "rows.json"])
 @pytest.mark.parametrize(
-    ("numbers", "switch", "first", "told"),
+    ("numbers", "switch", "first", "reported"),
     [
         (range(1, 101), {}, 0, "taken to count from 1, since its numbers are 1 to 100"),
         (range(100), {}, 0, ""),
@@ -151,14 +151,14 @@ def test_what_a_table_must_say(tmp_path: Path, name: str, text: str, words: str)
     ],
 )
 def test_where_frames_begin(
-    tmp_path: Path, name: str, numbers: range, switch: dict[str, str], first: int, told: str
+    tmp_path: Path, name: str, numbers: range, switch: dict[str, str], first: int, reported: str
 ) -> None:
     rows = [{"frame": k, "track_id": 7, "x1": 10, "y1": 10, "x2": 50, "y2": 50, "class": "stop"} for k in numbers]
     table = "\n".join([",".join(rows[0]), *(",".join(str(cell) for cell in row.values()) for row in rows)])
     found = _read(tmp_path, name, table + "\n" if name.endswith("csv") else rows, switches=switch)
     (track,) = tracks_of(found).values()
     assert track.frames[0] == first
-    assert (len(found.repaired), _told(found, told)) == ((1, True) if told else (0, False))
+    assert (len(found.repaired), _reported(found, reported)) == ((1, True) if reported else (0, False))
 
 
 @pytest.mark.parametrize("name", ["rows.csv", "rows.json"])
@@ -170,7 +170,7 @@ def test_a_number_beyond_the_video_names_the_switch(tmp_path: Path, name: str) -
 
 
 @pytest.mark.parametrize(
-    ("row", "label", "told"),
+    ("row", "label", "reported"),
     [
         ({"name": "stop", "class": "0"}, 14, False),
         ({"class": "0", "class_name": "stop", "name": "drive.mp4"}, 14, False),
@@ -183,17 +183,17 @@ def test_a_number_beyond_the_video_names_the_switch(tmp_path: Path, name: str) -
     ],
 )
 def test_a_name_goes_before_a_number_and_numbers_are_told(
-    tmp_path: Path, row: dict[str, str], label: int, told: bool
+    tmp_path: Path, row: dict[str, str], label: int, reported: bool
 ) -> None:
     table = f"frame,track_id,x1,y1,x2,y2,{','.join(row)}\n0,7,10,10,50,50,{','.join(row.values())}\n"
     found = _read(tmp_path, "rows.csv", table)
     assert tracks_of(found)["7"].label == label
-    assert _told(found, "took their class number as the tool's: 1", "line 2") == told
+    assert _reported(found, "took their class number as the tool's: 1", "line 2") == reported
     typed = {key: int(value) if value.lstrip("-").isdigit() else value for key, value in row.items()}
     entry = {"frame": 0, "track_id": 7, "box": [10, 10, 50, 50], **typed}
     found = _read(tmp_path, "rows.json", [entry])
     assert tracks_of(found)["7"].label == label
-    assert _told(found, "took their class number as the tool's: 1", "entry 1") == told
+    assert _reported(found, "took their class number as the tool's: 1", "entry 1") == reported
 
 
 def test_numbers_that_a_person_has_named_are_not_told(tmp_path: Path) -> None:
@@ -214,7 +214,7 @@ def test_the_rows_of_other_videos_are_left_out(tmp_path: Path, name: str) -> Non
     (track,) = tracks_of(found).values()
     assert track.boxes[0, 0] == 11
     assert "other.mp4" in found.skipped[0].reason
-    assert _told(_read(tmp_path, name, given("other.mp4")), "speaks of other.mp4", "drive.mp4")
+    assert _reported(_read(tmp_path, name, given("other.mp4")), "speaks of other.mp4", "drive.mp4")
     with pytest.raises(ImportFormatError, match=r"2 videos, none about drive\.mp4: .*task=NAME"):
         _read(tmp_path, name, given("other.mp4", "rear-drive.mp4"))
     chosen = _read(tmp_path, name, given("other.mp4", "rear-drive.mp4"), switches={"task": "rear-drive"})
@@ -224,17 +224,17 @@ def test_the_rows_of_other_videos_are_left_out(tmp_path: Path, name: str) -> Non
 def test_our_json_about_another_video_says_so(tmp_path: Path) -> None:
     about = {"name": "other.mp4", "width": 640, "height": 360}
     content = {"video": about, "tracks": [{"id": 7, "boxes": [{"frame": 3, "box": [1, 1, 30, 30]}]}]}
-    assert _told(_read(tmp_path, "rows.json", content), "speaks of other.mp4")
+    assert _reported(_read(tmp_path, "rows.json", content), "speaks of other.mp4")
     about |= {"name": "drive.mp4", "sha256": "b" * 64}
-    assert _told(_read(tmp_path, "rows.json", content), "another file called drive.mp4, by its hash")
+    assert _reported(_read(tmp_path, "rows.json", content), "another file called drive.mp4, by its hash")
     about |= {"sha256": "a" * 64}
     assert _read(tmp_path, "rows.json", content).repaired == ()
 
 
 def test_pictures_of_another_size_are_told(tmp_path: Path) -> None:
     rows = "frame,x1,y1,x2,y2,width,height\n0,10,10,50,50,{},360\n"
-    assert _told(_read(tmp_path, "rows.csv", rows.format(1280)), "pictures of 1280x360 px, drive.mp4 has 640x360")
-    assert not _told(_read(tmp_path, "rows.csv", rows.format(640)), "pictures of")
+    assert _reported(_read(tmp_path, "rows.csv", rows.format(1280)), "pictures of 1280x360 px, drive.mp4 has 640x360")
+    assert not _reported(_read(tmp_path, "rows.csv", rows.format(640)), "pictures of")
 
 
 @pytest.mark.parametrize("header", ["frame,track_id,x1,y1,x", "frame,speed", ""])
@@ -247,27 +247,27 @@ def test_a_header_is_held_to_its_rule_without_rows(tmp_path: Path, header: str) 
 
 def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
     rows = "frame,x1,y1,x2,y2\n0,10,10,50,50"
-    assert _told(_read(tmp_path, "rows.csv", rows), "last line does not end", "rows.csv")
-    assert not _told(_read(tmp_path, "rows.csv", rows + "\n"), "last line does not end")
+    assert _reported(_read(tmp_path, "rows.csv", rows), "last line does not end", "rows.csv")
+    assert not _reported(_read(tmp_path, "rows.csv", rows + "\n"), "last line does not end")
 
 
 def test_a_json_of_another_number_of_frames_is_told(tmp_path: Path) -> None:
     content = {"video": {"frames": 200}, "tracks": [{"id": 7, "boxes": [{"frame": 3, "box": [1, 1, 30, 30]}]}]}
-    assert _told(_read(tmp_path, "rows.json", content), "a video of 200 frames, drive.mp4 has 100")
+    assert _reported(_read(tmp_path, "rows.json", content), "a video of 200 frames, drive.mp4 has 100")
 
 
 @pytest.mark.parametrize("column", ["filename", "source", "path"])
 def test_any_column_that_names_a_video_counts(tmp_path: Path, column: str) -> None:
     table = f"{column},frame,x1,y1,x2,y2\n{{}},0,10,10,50,50\n"
-    assert _told(_read(tmp_path, "rows.csv", table.format("a/other.mp4")), "speaks of other.mp4")
-    assert not _told(_read(tmp_path, "rows.csv", table.format("a/drive.mp4")), "speaks of")
-    assert not _told(_read(tmp_path, "rows.csv", table.format("camera")), "speaks of")
+    assert _reported(_read(tmp_path, "rows.csv", table.format("a/other.mp4")), "speaks of other.mp4")
+    assert not _reported(_read(tmp_path, "rows.csv", table.format("a/drive.mp4")), "speaks of")
+    assert not _reported(_read(tmp_path, "rows.csv", table.format("camera")), "speaks of")
 
 
 def test_the_head_of_a_json_says_video_and_size(tmp_path: Path) -> None:
     box = {"frame": 3, "box": [1, 1, 30, 30]}
     content: dict[str, Any] = {"video": "other.mp4", "detections": [box]}
-    assert _told(_read(tmp_path, "rows.json", content), "speaks of other.mp4")
+    assert _reported(_read(tmp_path, "rows.json", content), "speaks of other.mp4")
     with pytest.raises(ImportFormatError, match="1280x720"):
         _read(tmp_path, "rows.json", {"width": 1280, "height": 720, "detections": [box]})
     scaled = _read(

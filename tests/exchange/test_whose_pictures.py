@@ -25,8 +25,8 @@ NEW = ("q9XkT2vLbN7wYc40ZpD1", "q9XkT2vLbN7wYc41ZpD2", "q9XkT2vLbN7wYc42ZpD3")
 every_format = pytest.mark.parametrize("format", LISTING_FORMATS)
 
 
-def _told(dataset: Dataset) -> str:
-    """What was told, but for the classes, corners and tracks that these files have in common."""
+def _reported(dataset: Dataset) -> str:
+    """What was reported, but for the classes, corners and tracks that these files have in common."""
     common = ("no track id", "corners")
     sentences = [sentence for sentence in dataset.repaired if not any(word in sentence for word in common)]
     return " ".join([*sentences, *(f"{item.what}: {item.reason}" for item in dataset.skipped)])
@@ -48,7 +48,7 @@ def test_roboflow_numbers_stand_before_its_hash(tmp_path: Path, format: str, has
     names = [f"drive_mp4-{frame:04d}_jpg.rf.{text}" for frame, text in zip((10, 11, 12), hashes, strict=True)]
     back = read(listing(tmp_path, format, names))
     assert found_in(back) == {10: 0, 11: 1, 12: 2}
-    assert "counted from 0: Roboflow numbers" in _told(back)
+    assert "counted from 0: Roboflow numbers" in _reported(back)
 
 
 @every_format
@@ -72,21 +72,21 @@ def test_names_that_fit_both_counts_are_refused_and_a_switch_decides(tmp_path: P
 def test_a_list_from_1_to_the_number_of_frames_counts_from_1(tmp_path: Path, format: str, pattern: str) -> None:
     back = read(listing(tmp_path, format, [pattern.format(number) for number in range(1, 101)]))
     assert found_in(back) == {frame: frame for frame in range(100)}
-    assert "counted from 1: they run from 1 to 100, the number of frames (first_frame)" in _told(back)
+    assert "counted from 1: they run from 1 to 100, the number of frames (first_frame)" in _reported(back)
 
 
 @every_format
 def test_a_zero_in_the_list_counts_from_0(tmp_path: Path, format: str) -> None:
     back = read(listing(tmp_path, format, ["drive_0012", "drive_0000"]))
     assert found_in(back) == {12: 0, 0: 1} or found_in(back) == {12: 1, 0: 0}
-    assert "counted from 0: 0 is among them" in _told(back)
+    assert "counted from 0: 0 is among them" in _reported(back)
 
 
 @every_format
 def test_names_of_cvat_and_ours_need_no_sentence(tmp_path: Path, format: str) -> None:
     for place, pattern in enumerate(("frame_{:06d}", "drive_frame_{:06d}", "1a2b3c4d-frame_{:06d}")):
         back = read(listing(tmp_path / str(place), format, [pattern.format(10)]))
-        assert (found_in(back), _told(back)) == ({10: 0}, "")
+        assert (found_in(back), _reported(back)) == ({10: 0}, "")
 
 
 @every_format
@@ -100,7 +100,7 @@ def test_numbers_beyond_the_video(tmp_path: Path, format: str) -> None:
 def test_times_of_vott_go_through_the_frame_table(tmp_path: Path, format: str) -> None:
     back = read(listing(tmp_path / "a", format, ["drive.mp4#t=0.4", "drive.mp4#t=0.506667"]))
     assert found_in(back) == {10: 0, 13: 1}
-    assert "times in names of pictures were taken as the nearest frames" in _told(back)
+    assert "times in names of pictures were taken as the nearest frames" in _reported(back)
     _refused(listing(tmp_path / "b", format, ["drive.mp4#t=9.5"]), "the time 9.5 s", "lasts 3.96 s", "right video")
 
 
@@ -127,21 +127,21 @@ def test_ultralytics_writes_labels_of_a_video_from_1(tmp_path: Path) -> None:
         (track,) = back.videos[0].tracks()
         assert (track.frames + 1).tolist() == list(frames)
         assert track.boxes[0, 0] == pytest.approx((0.18 + frames[0] / 1000) * 640 - 20)
-        assert "counted from 1: Ultralytics' save_txt" in _told(back)
+        assert "counted from 1: Ultralytics' save_txt" in _reported(back)
     (tmp_path / "begin" / "labels" / "drive_0.txt").write_text("14 0.2 0.2 0.1 0.1 1\n")
-    assert "counted from 0: 0 is among them" in _told(read(tmp_path / "begin"))
+    assert "counted from 0: 0 is among them" in _reported(read(tmp_path / "begin"))
 
 
 def test_folders_img1_count_from_1(tmp_path: Path) -> None:
     back = read(listing(tmp_path, "coco", ["drive/img1/000010", "drive/img1/000011"]))
     assert found_in(back) == {9: 0, 10: 1}
-    assert "counted from 1: pictures in folders img1" in _told(back)
+    assert "counted from 1: pictures in folders img1" in _reported(back)
 
 
 def test_the_benchmark_counts_from_0(tmp_path: Path) -> None:
     back = read(listing(tmp_path, "gtsdb", ["00010"]))
     assert found_in(back) == {10: 0}
-    assert "counted from 0: the benchmark's scenes begin with 00000" in _told(back)
+    assert "counted from 0: the benchmark's scenes begin with 00000" in _reported(back)
 
 
 @every_format
@@ -155,7 +155,7 @@ def test_of_two_numbers_the_rest_of_the_list_must_tell_which_is_the_frame(tmp_pa
     _refused(listing(tmp_path / "a", format, ["20240501_123011_000000"]), "two numbers")
     back = read(listing(tmp_path / "b", format, ["20240501_123011_000000", "20240501_123011_000007"]))
     assert sorted(found_in(back)) == [0, 7]
-    assert "speaks of '20240501_123011', not of drive.mp4" in _told(back)
+    assert "speaks of '20240501_123011', not of drive.mp4" in _reported(back)
 
 
 # ---------------------------------------------------------------------------------------------------- several videos
@@ -167,11 +167,11 @@ def test_of_two_videos_only_the_own_pictures_come_in(tmp_path: Path, format: str
     path = listing(tmp_path, format, [pattern.format(name) for name in ("other", "Drive")])
     back = read(path)
     assert sorted(found_in(back)) == [10]
-    assert "1 pictures: They are of another video than drive.mp4: 'other' (1)." in _told(back)
+    assert "1 pictures: They are of another video than drive.mp4: 'other' (1)." in _reported(back)
     chosen = read(path, video="other")
     assert sorted(found_in(chosen)) == [10]
     assert found_in(chosen) != found_in(back)
-    assert "speaks of 'other', not of drive.mp4" in _told(chosen)
+    assert "speaks of 'other', not of drive.mp4" in _reported(chosen)
 
 
 @every_format
@@ -188,7 +188,7 @@ def test_a_single_other_video_comes_in_with_a_sentence(tmp_path: Path, format: s
     for place, name in enumerate(("other_frame_000010", "other/frame_000010")):
         back = read(listing(tmp_path / str(place), format, [name]))
         assert found_in(back) == {10: 0}
-        assert "speaks of 'other', not of drive.mp4" in _told(back)
+        assert "speaks of 'other', not of drive.mp4" in _reported(back)
 
 
 @every_format
@@ -196,7 +196,7 @@ def test_a_twin_of_the_same_name_is_another_video(tmp_path: Path, format: str) -
     names = ["drive-bbbbbbbb_frame_000010", "drive-aaaaaaaa_frame_000010"]
     back = read(listing(tmp_path / "a", format, names))
     assert sorted(found_in(back)) == [10]
-    assert "another video than drive.mp4: 'drive-bbbbbbbb' (1)" in _told(back)
+    assert "another video than drive.mp4: 'drive-bbbbbbbb' (1)" in _reported(back)
     _refused(listing(tmp_path / "b", format, names[:1]), "has pictures of 'drive-bbbbbbbb' (1)")
 
 
@@ -206,15 +206,15 @@ def test_pictures_that_name_nothing_are_left_out_beside_those_of_the_video(tmp_p
     names = [f"drive_mp4-0010_jpg.rf.{OLD[0]}", f"75_jpg.rf.{OLD[1]}", f"cat_jpg.rf.{OLD[2]}"]
     back = read(listing(tmp_path, format, names))
     assert sorted(found_in(back)) == [10]
-    assert "1 pictures: They are of another video" in _told(back)
-    assert "1 pictures: Their names have no frame number" in _told(back)
+    assert "1 pictures: They are of another video" in _reported(back)
+    assert "1 pictures: Their names have no frame number" in _reported(back)
 
 
 @every_format
 def test_subsets_are_no_videos(tmp_path: Path, format: str) -> None:
     back = read(listing(tmp_path, format, ["train/frame_000010", "val/images/frame_000011", "default/frame_000012"]))
     assert sorted(found_in(back)) == [10, 11, 12]
-    assert _told(back) == ""
+    assert _reported(back) == ""
 
 
 @every_format
@@ -241,7 +241,7 @@ def test_our_own_exports_come_back_without_a_sentence(tmp_path: Path, format: st
 def test_an_export_of_ours_in_the_benchmarks_format_is_known_by_its_manifest(tmp_path: Path) -> None:
     data = a_dataset(a_track("m1", range(95, 100)))
     export_dataset(data, FORMATS["gtsdb"], tmp_path / "out", zipped=False)
-    assert _told(read_dataset(tmp_path / "out", target_of(data))) == ""
+    assert _reported(read_dataset(tmp_path / "out", target_of(data))) == ""
 
 
 # ------------------------------------------------------------------------------------------ folders as tools make them
@@ -272,7 +272,7 @@ def test_files_of_coco_in_one_folder_that_are_called_after_videos(tmp_path: Path
         (made / "instances.json").rename(tmp_path / "in" / f"{name}.json")
     back = read(tmp_path / "in")
     assert found_in(back) == {10: 0, 11: 1}
-    assert "'other' (2)" in _told(back)
+    assert "'other' (2)" in _reported(back)
     for name in ("instances_other", "instances_drive"):
         (tmp_path / "in" / f"{name}.json").rename(tmp_path / "in" / f"{name.replace('instances_', '')}s.json")
     _refused(tmp_path / "in", "has pictures of 'drives' (2), 'others' (2)")
@@ -283,7 +283,7 @@ def test_a_picture_that_several_files_of_coco_list(tmp_path: Path) -> None:
         made = listing(tmp_path / name, "coco", ["frame_000010"])
         (tmp_path / "in").mkdir(exist_ok=True)
         (made / "instances.json").rename(tmp_path / "in" / f"{name}.json")
-    assert "1 pictures are listed by several files" in _told(read(tmp_path / "in"))
+    assert "1 pictures are listed by several files" in _reported(read(tmp_path / "in"))
 
 
 @pytest.mark.parametrize(
@@ -302,7 +302,7 @@ def test_addresses_of_pictures(tmp_path: Path, address: str) -> None:
     content["images"][0]["file_name"] = address
     path.write_text(json.dumps(content))
     back = read(path)
-    assert (found_in(back), _told(back)) == ({10: 0}, "")
+    assert (found_in(back), _reported(back)) == ({10: 0}, "")
 
 
 def test_voc_that_names_another_frame_inside_is_told(tmp_path: Path) -> None:
@@ -312,8 +312,9 @@ def test_voc_that_names_another_frame_inside_is_told(tmp_path: Path) -> None:
         file.write_text(file.read_text().replace("<annotation>", f"<annotation><filename>{inside}</filename>"))
     back = read(path)
     assert sorted(found_in(back)) == [10, 13]
-    assert "taken by their own name: 1; the first is frame_000010.xml, 'frame_000010.xml' frame_000012.jpg" in _told(
-        back
+    assert (
+        "taken by their own name: 1; the first is frame_000010.xml, 'frame_000010.xml' frame_000012.jpg"
+        in _reported(back)
     )
 
 
@@ -327,7 +328,7 @@ def test_voc_whose_folder_names_a_video(tmp_path: Path, element: str) -> None:
         file.write_text(file.read_text().replace("<annotation>", f"<annotation>{element.format(inside)}"))
     back = read(path)
     assert sorted(found_in(back)) == [11]
-    assert "'other' (1)" in _told(back)
+    assert "'other' (1)" in _reported(back)
 
 
 def test_pictures_of_another_video_may_have_another_size(tmp_path: Path) -> None:
@@ -348,7 +349,7 @@ def test_a_list_of_all_pictures_tells_where_numbers_begin(tmp_path: Path, format
     (path / list_file).write_text("".join(f"data/drive_{number:06d}.jpg\n" for number in range(1, 101)))
     back = read(path)
     assert found_in(back) == {9: 0}
-    assert "they run from 1 to 100" in _told(back)
+    assert "they run from 1 to 100" in _reported(back)
     (path / list_file).write_text("data/drive_000000.jpg\ndata/other_000500.jpg -1\n")
     assert found_in(read(path)) == {10: 0}
     (path / list_file).write_text("data/drive_000300.jpg\n")
@@ -379,7 +380,7 @@ def test_what_macos_leaves_behind_is_no_data(tmp_path: Path, format: str) -> Non
     (tmp_path / ".DS_Store").write_bytes(b"\xff")
     back = read(tmp_path)
     assert sorted(found_in(back)) == [10, 11]
-    assert _told(back) == ""
+    assert _reported(back) == ""
 
 
 def test_a_file_of_classes_with_a_name_of_its_own(tmp_path: Path) -> None:
@@ -399,4 +400,4 @@ def test_a_frame_that_the_file_states_against_the_name_is_told(tmp_path: Path) -
     path.write_text(json.dumps(content))
     back = read(path)
     assert found_in(back) == {11: 0, 12: 1}
-    assert "whose frame the file states were taken so, against their names: 1" in _told(back)
+    assert "whose frame the file states were taken so, against their names: 1" in _reported(back)

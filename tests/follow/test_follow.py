@@ -7,12 +7,12 @@ import pytest
 
 from tests.follow import drives
 from tests.follow.drives import Drive, covered, drive
-from tsr_engine.follow import Anchor, Ending, FollowerParts, Proposal, follow
+from tsr_engine.follow import Anchor, Ending, FollowerModels, Proposal, follow
 from tsr_engine.geometry.boxes import clip, iou_each
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_online
 
-PARTS = FollowerParts(load_online(Params()))
+PARTS = FollowerModels(load_online(Params()))
 """Without the offline detector, which knows none of these boards."""
 
 

@@ -1,4 +1,4 @@
-"""Outputs by two processes at a time, by one that is killed, and on the disk before anybody is told of them."""
+"""Outputs by two processes at a time, by one that is killed, and on the disk before anybody is informed of them."""
 
 from __future__ import annotations
 
@@ -73,20 +73,20 @@ def test_what_a_killed_writer_left_goes_with_the_next_one(tmp_path: Path) -> Non
 @pytest.fixture
 def steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names that were brought to the disk or given, in order."""
-    told: list[str] = []
+    reported: list[str] = []
     fsync, replace = os.fsync, Path.replace
 
     def watched_fsync(handle: int) -> None:
         fsync(handle)
-        told.append("folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "file")
+        reported.append("folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "file")
 
     def watched_replace(path: Path, target: Path) -> Path:
-        told.append("name")
+        reported.append("name")
         return replace(path, target)
 
     monkeypatch.setattr(os, "fsync", watched_fsync)
     monkeypatch.setattr(Path, "replace", watched_replace)
-    return told
+    return reported
 
 
 def test_content_name_and_folder_reach_the_disk_in_this_order(tmp_path: Path, steps: list[str]) -> None:

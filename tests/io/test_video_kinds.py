@@ -1,4 +1,4 @@
-"""Kinds of video are told by their first bytes; what only looks a little like one is refused."""
+"""Kinds of video are reported by their first bytes; what only looks a little like one is refused."""
 
 from __future__ import annotations
 

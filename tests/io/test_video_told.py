@@ -1,4 +1,4 @@
-"""What is odd about a video is told in a sentence of its own; its frames are right all the same."""
+"""What is odd about a video is reported in a sentence of its own; its frames are right all the same."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tsr_engine.io.video_decoder import Decoder
 Get = Callable[[str], Any]
 
 
-def told(corpus: Any, path: Path, codes: list[int], times: list[Fraction] | None = None) -> tuple[str, ...]:
+def reported(corpus: Any, path: Path, codes: list[int], times: list[Fraction] | None = None) -> tuple[str, ...]:
     """The warnings about a file whose frames must show these codes, in sequence and in any order."""
     with open_video(path) as video:
         frames = list(video.frames())
@@ -55,30 +55,30 @@ def told(corpus: Any, path: Path, codes: list[int], times: list[Fraction] | None
     ],
 )
 def test_nothing_is_told_of_a_plain_video(corpus: Any, made: Get, kind: str) -> None:
-    assert told(corpus, made(kind).path, made(kind).codes, made(kind).times) == ()
+    assert reported(corpus, made(kind).path, made(kind).codes, made(kind).times) == ()
 
 
 def test_a_raw_stream_says_its_rate_or_gets_one(corpus: Any, made: Get, tmp_path: Path) -> None:
-    (warning,) = told(corpus, made("raw_h264").path, made("raw_h264").codes, made("raw_h264").times)
+    (warning,) = reported(corpus, made("raw_h264").path, made("raw_h264").codes, made("raw_h264").times)
     assert "stores no times: its frames are timed at 25 frames a second, as its header says." in warning
     recipe = corpus.RECIPES["raw_hevc"]
     options = {**recipe.options, "x265-params": recipe.options["x265-params"] + ":vui-timing-info=0"}
     silent = corpus.make(corpus.Recipe(".hevc", "libx265", options, count=30), tmp_path, "silent")
-    (warning,) = told(corpus, silent.path, silent.codes, silent.times)
+    (warning,) = reported(corpus, silent.path, silent.codes, silent.times)
     assert "at 25 frames a second, which is assumed, because it says no rate." in warning
 
 
 def test_packets_without_times_are_no_damage(corpus: Any, made: Get) -> None:
     """V14: the first pictures of an MKV have no times (PyAV-Org/PyAV#1105)."""
     truth = made("untimed_start")
-    (warning,) = told(corpus, truth.path, truth.codes, truth.times)
+    (warning,) = reported(corpus, truth.path, truth.codes, truth.times)
     assert "has 30 frames without a time of their own, timed at 25 frames a second" in warning
 
 
 def test_h264_in_a_program_stream_has_few_times(corpus: Any, tmp_path: Path) -> None:
     recipe = corpus.Recipe(".vob", options=corpus.x264(bf="2"), format="vob")
     truth = corpus.make(recipe, tmp_path, "recorder")
-    (warning,) = told(corpus, truth.path, truth.codes)
+    (warning,) = reported(corpus, truth.path, truth.codes)
     assert "without a time of their own" in warning
     with open_video(truth.path) as video:
         assert set(np.diff(video.confirm().pts)) == {3600}
@@ -99,7 +99,7 @@ def test_h264_in_a_program_stream_has_few_times(corpus: Any, tmp_path: Path) -> 
 def test_pixels_that_are_not_square(corpus: Any, made: Get, kind: str, ratio: Fraction, words: str) -> None:
     """V04 (opencv/opencv#4921, JuliaIO/VideoIO.jl#185)."""
     truth = made(kind)
-    (warning,) = told(corpus, truth.path, truth.codes, truth.times)
+    (warning,) = reported(corpus, truth.path, truth.codes, truth.times)
     assert words in warning
     with open_video(truth.path) as video:
         assert video.pixel_ratio == ratio
@@ -111,7 +111,7 @@ def test_times_that_begin_anew_go_on(corpus: Any, made: Get, tmp_path: Path, kin
     """V31: segments joined by ``cat``."""
     part = made(kind)
     both = corpus.joined(tmp_path / f"both{part.path.suffix}", part, part)
-    (warning,) = told(corpus, both.path, both.codes, both.times if kind != "matroska_variable" else None)
+    (warning,) = reported(corpus, both.path, both.codes, both.times if kind != "matroska_variable" else None)
     assert "has times that run back at frame 50 (from " in warning
     with open_video(both.path) as video:
         table = video.confirm()
@@ -140,7 +140,7 @@ def test_a_third_matroska_video_is_not_read(corpus: Any, made: Get, tmp_path: Pa
     """FFmpeg goes on to a second one only."""
     part = made("matroska_variable")
     three = corpus.joined(tmp_path / "three.mkv", part, part, part)
-    first, second = told(corpus, three.path, three.codes[:100])
+    first, second = reported(corpus, three.path, three.codes[:100])
     assert "holds 3 videos joined end to end, of which only the first 2 are read (100 frames)." in first
     assert "has times that run back at frame 50" in second
 
@@ -149,27 +149,27 @@ def test_a_third_matroska_video_is_not_read(corpus: Any, made: Get, tmp_path: Pa
 def test_a_second_video_that_is_not_read_is_told(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
     part = made(kind)
     both = corpus.joined(tmp_path / f"both{part.path.suffix}", part, part)
-    (warning,) = told(corpus, both.path, part.codes)
+    (warning,) = reported(corpus, both.path, part.codes)
     assert "holds 2 videos joined end to end, of which only the first is read (50 frames)." in warning
 
 
 def test_joined_avi_files_are_read_on(corpus: Any, made: Get, tmp_path: Path) -> None:
     part = made("avi_mjpeg")
     both = corpus.joined(tmp_path / "both.avi", part, part)
-    (warning,) = told(corpus, both.path, both.codes, both.times)
+    (warning,) = reported(corpus, both.path, both.codes, both.times)
     assert "all 24 frames are read, though it announces 12." in warning
 
 
 def test_a_joined_raw_stream_just_goes_on(corpus: Any, made: Get, tmp_path: Path) -> None:
     part = made("raw_h264")
     both = corpus.joined(tmp_path / "both.h264", part, part)
-    assert len(told(corpus, both.path, both.codes, both.times)) == 1
+    assert len(reported(corpus, both.path, both.codes, both.times)) == 1
 
 
 def test_empty_chunks_are_repeats(corpus: Any, made: Get, tmp_path: Path) -> None:
     """V34: an AVI with dropped frames (FFMS/ffms2#3) is not cut short; one that is, is."""
     truth = made("avi_repeats")
-    (warning,) = told(corpus, truth.path, truth.codes, truth.times)
+    (warning,) = reported(corpus, truth.path, truth.codes, truth.times)
     assert "announces 20 frames, of which 8 are repeats of the picture before" in warning
     path = corpus.cut(truth, tmp_path / "cut.avi", 0.8)
     with open_video(path) as video:
@@ -228,7 +228,7 @@ def test_pictures_of_another_size_are_scaled(corpus: Any, made: Get, tmp_path: P
 @pytest.mark.parametrize("suffix", [".mp4", ".ts", ".mkv"])
 def test_the_first_of_several_streams_is_read(corpus: Any, tmp_path: Path, suffix: str) -> None:
     path = corpus.make_two_streams(tmp_path / f"twin{suffix}")
-    (warning,) = told(corpus, path, list(range(10)))
+    (warning,) = reported(corpus, path, list(range(10)))
     assert "has 2 video streams: the first is read (96x64 h264), not 128x64 h264." in warning
 
 
@@ -270,7 +270,7 @@ def test_pictures_for_no_time_are_told(corpus: Any, made: Get, tmp_path: Path, k
             struct.pack_into(">I", content, at + 30, zlib.crc32(content[at : at + 30]))
     path = tmp_path / f"still{made(kind).path.suffix}"
     path.write_bytes(content)
-    (warning,) = told(corpus, path, made(kind).codes)
+    (warning,) = reported(corpus, path, made(kind).codes)
     assert "has 50 pictures that stay for no time: each gets a short one, as in players." in warning
     with open_video(path) as video:
         assert (np.diff(video.confirm().pts) > 0).all()
@@ -278,4 +278,4 @@ def test_pictures_for_no_time_are_told(corpus: Any, made: Get, tmp_path: Path, k
 
 def test_a_gif_of_one_picture_is_a_video_of_one_frame(corpus: Any, tmp_path: Path) -> None:
     truth = corpus.make(corpus.Recipe(".gif", "gif", pix_fmt="rgb8", count=1), tmp_path, "one")
-    assert told(corpus, truth.path, [0]) == ()
+    assert reported(corpus, truth.path, [0]) == ()

@@ -88,7 +88,7 @@ def test_names_that_make_one_key_get_two() -> None:
 
 
 @pytest.mark.parametrize(
-    ("facts", "field", "told"),
+    ("facts", "field", "reported"),
     [
         ({"name": "Stop"}, "name", "The name 'Stop' belongs to 'stop' (label 1, key stop)."),
         ({"name": "HALT"}, "name", "The name 'HALT' belongs to 'stop' (label 1, key stop)."),
@@ -97,18 +97,18 @@ def test_names_that_make_one_key_get_two() -> None:
         ({"name": "x", "pinned": 1}, "pinned", "The digit 1 is that of 'stop' (label 1)."),
     ],
 )
-def test_what_another_label_has_is_told_with_that_label(facts: dict[str, Any], field: str, told: str) -> None:
+def test_what_another_label_has_is_told_with_that_label(facts: dict[str, Any], field: str, reported: str) -> None:
     changes = [lambda: add_label(MINE, facts), lambda: update_label(a_set(*MINE, a_label(3, "y")), 3, facts)]
     for change in changes[: 1 if field == "key" else 2]:
         with pytest.raises(TakenError) as refused:
             change()
-        assert str(refused.value).startswith(told)
+        assert str(refused.value).startswith(reported)
         assert refused.value.field == field
         assert refused.value.label in (STOP, YIELD)
 
 
 @pytest.mark.parametrize(
-    ("facts", "field", "told"),
+    ("facts", "field", "reported"),
     [
         ({}, "name", "Name: Field required."),
         ({"name": ""}, "name", "Name: "),
@@ -121,8 +121,8 @@ def test_what_another_label_has_is_told_with_that_label(facts: dict[str, Any], f
         ({"name": "a", "size_mm": -1}, "size_mm", "greater than 0"),
     ],
 )
-def test_a_wrong_field_is_one_sentence(facts: dict[str, Any], field: str, told: str) -> None:
-    with pytest.raises(ChangeError, match=told) as refused:
+def test_a_wrong_field_is_one_sentence(facts: dict[str, Any], field: str, reported: str) -> None:
+    with pytest.raises(ChangeError, match=reported) as refused:
         add_label(MINE, facts)
     assert refused.value.field == field
     assert str(refused.value).endswith(".")

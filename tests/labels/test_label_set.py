@@ -46,7 +46,7 @@ def test_a_set_comes_back_from_its_file() -> None:
 
 
 @pytest.mark.parametrize(
-    ("labels", "told"),
+    ("labels", "reported"),
     [
         ((a_label(1, "a"), a_label(1, "b")), "one id: 1"),
         ((a_label(1, "Stop"), a_label(2, "stop")), "one key"),
@@ -57,8 +57,8 @@ def test_a_set_comes_back_from_its_file() -> None:
         ((a_label(100, "a"),), "next_id"),
     ],
 )
-def test_what_collides_is_refused(labels: tuple[Label, ...], told: str) -> None:
-    with pytest.raises(ValidationError, match=told):
+def test_what_collides_is_refused(labels: tuple[Label, ...], reported: str) -> None:
+    with pytest.raises(ValidationError, match=reported):
         a_set(*labels)
 
 
@@ -69,7 +69,7 @@ def test_names_are_one_line_of_plain_text(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("facts", "told"),
+    ("facts", "reported"),
     [
         ({"kind": "select"}, "a select has values"),
         ({"kind": "text", "values": ("a",)}, "nothing else has"),
@@ -80,8 +80,8 @@ def test_names_are_one_line_of_plain_text(name: str) -> None:
         ({"kind": "text", "low": 0.0}, "only a number"),
     ],
 )
-def test_an_attribute_that_contradicts_itself_is_refused(facts: dict[str, Any], told: str) -> None:
-    with pytest.raises(ValidationError, match=told):
+def test_an_attribute_that_contradicts_itself_is_refused(facts: dict[str, Any], reported: str) -> None:
+    with pytest.raises(ValidationError, match=reported):
         Attribute(name="a", **facts)
 
 
@@ -113,7 +113,7 @@ def test_words_find_labels() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "reported"),
     [
         ("{", "it is no JSON"),
         ('{"key": "a", "key": "b"}', "an object has 'key' twice"),
@@ -126,8 +126,8 @@ def test_words_find_labels() -> None:
         ),
     ],
 )
-def test_a_file_that_is_no_set_is_told(text: str, told: str) -> None:
-    with pytest.raises(InputError, match=told):
+def test_a_file_that_is_no_set_is_told(text: str, reported: str) -> None:
+    with pytest.raises(InputError, match=reported):
         parse_set(text, "mine.json")
 
 

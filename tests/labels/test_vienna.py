@@ -156,7 +156,7 @@ def test_numbers_in_words_are_kept_apart() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "reported"),
     [
         (("\n44,", "\n45,"), "44 is next"),
         (("\n14,stop,", "\n14,halt,"), "must be 'stop'"),
@@ -165,11 +165,11 @@ def test_numbers_in_words_are_kept_apart() -> None:
     ],
 )
 def test_a_row_that_breaks_a_rule_is_refused(
-    change: tuple[str, str], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    change: tuple[str, str], reported: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = (TARGET.with_suffix(".csv")).read_text(encoding="utf-8")
     assert change[0] in text
     (tmp_path / "vienna.csv").write_text(text.replace(*change), encoding="utf-8")
     monkeypatch.setattr(making, "_SETS", tmp_path)
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=reported):
         make_vienna()

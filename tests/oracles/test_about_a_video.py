@@ -38,7 +38,7 @@ def _frames_of(back: Dataset) -> list[list[int]]:
     return sorted(track.frames.tolist() for track in back.videos[0].tracks())
 
 
-def _told(back: Dataset) -> str:
+def _reported(back: Dataset) -> str:
     return " ".join([*back.repaired, *(f"{left.what} {left.reason}" for left in back.skipped)])
 
 
@@ -60,10 +60,10 @@ def test_sinks_of_supervision_that_know_numbers_of_classes_only(
     path = tmp_path / f"rows.{kind}"
     ask("supervision", "sink", f"{kind} frame_index", path, _sent(dataset))
     back = read_dataset(path, target(dataset))
-    # The numbers are the model's; that they are taken for the tool's must be told.
+    # The numbers are the model's; that they are taken for the tool's must be reported.
     same_boxes(boxes_of(dataset), boxes_of(back), 0.001)
-    assert "class" in _told(back)
-    assert "number" in _told(back)
+    assert "class" in _reported(back)
+    assert "number" in _reported(back)
 
 
 @pytest.mark.parametrize("asked", ["txt", "conf", "track", "conf track"])
@@ -73,7 +73,7 @@ def test_label_files_of_ultralytics(dataset: Dataset, ask: Ask, tmp_path: Path, 
     assert {int(re.findall(r"\d+", name)[-1]) for name in found["files"]} == {frame + 1 for frame in range(3, 11)}
     back = read_dataset(tmp_path / "predict", target(dataset), FORMATS["yolo"])
     same_boxes(boxes_of(dataset), boxes_of(back), 0.001)
-    assert "from 1" in _told(back)
+    assert "from 1" in _reported(back)
     if "track" in asked:
         assert _frames_of(back) == TRACKS
     if "conf" in asked:
@@ -103,7 +103,7 @@ def test_results_that_pycocotools_loaded(dataset: Dataset, ask: Ask, tmp_path: P
     back = read_dataset(tmp_path / "out" / "loaded.json", target(dataset), FORMATS["coco"])
     same_boxes(boxes_of(dataset), boxes_of(back), 0.001)
     if kind == "list":
-        assert "counted from 1" in _told(back)
+        assert "counted from 1" in _reported(back)
 
 
 @pytest.mark.parametrize("kind", ["json", "predictions", "frames"])
@@ -112,7 +112,7 @@ def test_tasks_of_label_studio(dataset: Dataset, ask: Ask, tmp_path: Path, kind:
     back = read_dataset(tmp_path / "tasks.json", target(dataset))
     same_boxes(boxes_of(dataset), boxes_of(back), 1e-6)
     assert _frames_of(back) == TRACKS
-    assert "other" not in _told(back)
+    assert "other" not in _reported(back)
 
 
 @pytest.mark.parametrize(("kind", "ours", "px"), [("COCO", "coco", 1e-6), ("YOLO", "yolo", 1e-6), ("VOC", "voc", 1.01)])
@@ -167,7 +167,7 @@ def test_frames_of_fiftyone_count_from_one(dataset: Dataset, tmp_path: Path, lay
     given = {"first_frame": "1"} if layout == "yolov5" else {}
     back = read_dataset(tmp_path / "out", target(dataset, **given), FORMATS[ours])
     same_boxes(boxes_of(dataset), boxes_of(back), px)
-    assert given or "from 1" in _told(back)
+    assert given or "from 1" in _reported(back)
 
 
 def test_the_expected_tracks_are_those_of_the_data_set(dataset: Dataset) -> None:

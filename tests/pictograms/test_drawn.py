@@ -1,4 +1,4 @@
-"""Drawings by name: all there, told apart, as pictures and as SVG."""
+"""Drawings by name: all there, distinguished, as pictures and as SVG."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_svg_holds_every_drawing() -> None:
 def test_svg_keeps_order_colours_and_places() -> None:
     canvas = Canvas()
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
-    canvas.outline(square)
+    canvas.box_refinement(square)
     canvas.fill(square, (255, 0, 16))
     canvas.fill(square / 3, (0, 10, 255))
     assert canvas.svg() == (

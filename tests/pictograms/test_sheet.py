@@ -32,7 +32,7 @@ def test_the_command_writes_png_and_webp(tmp_path: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "reported"),
     [
         (["a.xyz", *SMALL], "must end in .png or .webp"),
         (["no/folder/a.png", *SMALL], "cannot be written"),
@@ -42,9 +42,13 @@ def test_the_command_writes_png_and_webp(tmp_path: Path, capsys: pytest.CaptureF
     ],
 )
 def test_what_is_wrong_is_told(
-    arguments: list[str], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arguments: list[str],
+    reported: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit):
         main(arguments)
-    assert told in capsys.readouterr().err
+    assert reported in capsys.readouterr().err

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tsr_engine.geometry.boxes import to_xyxy
 from tsr_engine.params import Params
 from tsr_engine.params.tracking import TrackingParams
-from tsr_engine.protocols import WHOLE, Edges, MotionModel, Sight
+from tsr_engine.protocols import WHOLE, Edges, MeasurementQuality, MotionModel
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.motion import make_motion
 from tsr_engine.tracking.motion_constant_velocity import ConstantVelocityMotion
@@ -47,9 +47,11 @@ def prediction_errors(motion: MotionModel, boxes: list[np.ndarray], dts: list[fl
 
 def test_noise_by_hand() -> None:
     # 7 % of 100 and 50, 14 % of 100 and 50, doubled.
-    assert np.diag(NOISE.covariance(100, 50, Sight(2.0, 2.0))) == pytest.approx([14.0**2, 7.0**2, 28.0**2, 14.0**2])
+    assert np.diag(NOISE.covariance(100, 50, MeasurementQuality(2.0, 2.0))) == pytest.approx(
+        [14.0**2, 7.0**2, 28.0**2, 14.0**2]
+    )
     # The centre doubled, the size eight times; then both halved.
-    unsure = Sight(2.0, 8.0)
+    unsure = MeasurementQuality(2.0, 8.0)
     assert np.diag(NOISE.covariance(100, 50, unsure)) == pytest.approx([14.0**2, 7.0**2, 112.0**2, 56.0**2])
     assert np.diag(NOISE.covariance(100, 50, unsure.times(0.5))) == pytest.approx([7.0**2, 3.5**2, 56.0**2, 28.0**2])
 
@@ -67,7 +69,7 @@ class TestPaper:
         for x, ahead in ((104.0, 100.0), (110.0, 108.0), (118.0, 115.0)):
             state = motion.predict(state, 1.0, STILL)
             assert motion.box_of(state)[0] == pytest.approx(ahead)
-            state = motion.update(state, np.array([x, 50.0, 20.0, 20.0]), Sight(1e-6, 1e-6))
+            state = motion.update(state, np.array([x, 50.0, 20.0, 20.0]), MeasurementQuality(1e-6, 1e-6))
         # Mean of the last two displacements, 6 and 8: 118 + 7.
         assert motion.box_of(motion.predict(state, 1.0, STILL))[0] == pytest.approx(125.0, abs=1e-4)
         # Half the time, half the way.
@@ -185,7 +187,7 @@ class TestLooming:
         motion = model("looming")
         state = motion.initiate(np.array([300.0, 200.0, 20.0, 20.0]), 720, 576)
         for z in ([300.0, 200.0, 500.0, 3.0], [0.0, 0.0, 1.0, 400.0], [300.0, 200.0, 20.0, 20.0]):
-            state = motion.update(motion.predict(state, 1.0, STILL), np.array(z), Sight(0.01, 0.01))
+            state = motion.update(motion.predict(state, 1.0, STILL), np.array(z), MeasurementQuality(0.01, 0.01))
             box = motion.box_of(state)
             assert np.isfinite(box).all()
             assert (box[2:] > 0).all()
@@ -210,7 +212,7 @@ def test_state_stays_sound(name: str, seed: int) -> None:
         state = motion.predict(state, float(rng.choice([0.5, 1.0, 2.0])), tuple(rng.normal(0, 5, 2)))
         if rng.random() < 0.6:
             z = looming_box(k) + rng.normal(0, 3, 4)
-            state = motion.update(state, z, Sight(*rng.uniform(0.5, 2, 2).tolist()))
+            state = motion.update(state, z, MeasurementQuality(*rng.uniform(0.5, 2, 2).tolist()))
         innovation = motion.innovation(state)
         assert np.allclose(innovation, innovation.T, rtol=1e-6, atol=1e-6)
         assert np.linalg.eigvalsh(innovation).min() > 0
@@ -229,7 +231,7 @@ def test_an_edge_that_was_not_seen_says_nothing(name: str) -> None:
 
     def after(left: float, right: float, cut: Edges) -> FloatArray:
         z = np.array([(left + right) / 2, 200.0, right - left, 30.0])
-        return motion.box_of(motion.update(state, z, Sight(cut=cut)))
+        return motion.box_of(motion.update(state, z, MeasurementQuality(cut=cut)))
 
     assert after(285.0, 300.0, hidden) == pytest.approx(after(285.0, 315.0, hidden), abs=0.2)
     assert after(285.0, 300.0, WHOLE)[2] < after(285.0, 315.0, WHOLE)[2] - 1.0

@@ -108,7 +108,7 @@ def test_the_result_follows_the_detection_more_closely_than_the_state_does() -> 
     assert after[0.35] == pytest.approx(after[1.0], abs=0)
 
 
-def test_a_doubtful_detection_moves_a_track_less() -> None:
+def test_a_uncertain_detection_moves_a_track_less() -> None:
     """By as much as its score lies below that of a clear one, and not at all where the paper knows no such thing."""
 
     def moved(score: float, **changed: float) -> float:
@@ -124,8 +124,8 @@ def test_a_doubtful_detection_moves_a_track_less() -> None:
     assert moved(PARAMS.clear_score + 5) == clear
     assert clear > moved(4.0) > moved(0.0) > 0
     assert moved(0.0, noise_score=0.0) == pytest.approx(clear)
-    assert PARAMS.doubt(PARAMS.clear_score - 1) == pytest.approx(np.exp(PARAMS.noise_score))
-    # However doubtful: a measurement that moves next to nothing, not a number that doubles cannot hold.
+    assert PARAMS.noise_scale(PARAMS.clear_score - 1) == pytest.approx(np.exp(PARAMS.noise_score))
+    # However uncertain: a measurement that moves next to nothing, not a number that doubles cannot hold.
     assert 0 <= moved(0.0, clear_score=1e308) < 1e-6
 
 

@@ -18,7 +18,7 @@ from tsr_engine.exchange.registry import format_named
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, is_reviewed, verdict
 from tsr_engine.training.exports import open_export
-from tsr_engine.training.heldout import part, worse
+from tsr_engine.training.heldout import part, regressions
 from tsr_engine.training.retrain import Recipe, retrain
 
 
@@ -78,12 +78,12 @@ def test_frames_hold_signs_rejected_and_ignored_places(scenes: list[CorrectedSce
 def test_pictures_are_decoded_once(tmp_path: Path) -> None:
     one = track()
     there = Dataset(shipped_set(DEFAULT), (video([one], film(tmp_path / "a.mp4", [one])),))
-    told: list[str] = []
-    first = corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: told.append(stage))
-    count = len(told)
+    reported: list[str] = []
+    first = corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: reported.append(stage))
+    count = len(reported)
     assert count == len(first) > 5
-    corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: told.append(stage))
-    assert len(told) == count
+    corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: reported.append(stage))
+    assert len(reported) == count
 
 
 def test_a_video_that_is_too_short_is_told(tmp_path: Path) -> None:
@@ -113,37 +113,37 @@ def test_of_too_many_signs_some_are_drawn_classes_alike(tmp_path: Path) -> None:
 
 def test_whole_videos_are_held_out_where_there_are_several(scenes: list[CorrectedScene]) -> None:
     every = _three_videos(scenes)
-    parting = part(every, 4, 0.25)
-    assert parting.by == "video"
-    assert len({s.video for s in parting.held}) == 1
-    assert not {s.video for s in parting.held} & {s.video for s in parting.training}
-    assert _signs(parting.held) | _signs(parting.training) == _signs(every)
-    assert part(every, 4, 0.25).signs == parting.signs
+    holdout = part(every, 4, 0.25)
+    assert holdout.by == "video"
+    assert len({s.video for s in holdout.held}) == 1
+    assert not {s.video for s in holdout.held} & {s.video for s in holdout.training}
+    assert _signs(holdout.held) | _signs(holdout.training) == _signs(every)
+    assert part(every, 4, 0.25).signs == holdout.signs
 
 
 def test_signs_of_one_video_are_ignored_on_the_other_side(scenes: list[CorrectedScene]) -> None:
     two = [replace(s, signs=tuple(f"{n}{i % 2}" for n in s.signs)) for i, s in enumerate(scenes)]
-    parting = part(two, 0, 0.25)
-    assert parting.by == "sign"
-    assert len(parting.signs) == 1
-    assert _signs(parting.held) == parting.signs
-    assert not _signs(parting.training) & parting.signs
+    holdout = part(two, 0, 0.25)
+    assert holdout.by == "sign"
+    assert len(holdout.signs) == 1
+    assert _signs(holdout.held) == holdout.signs
+    assert not _signs(holdout.training) & holdout.signs
 
 
 def test_the_split_of_an_export_is_kept_and_one_sign_is_never_held_out(scenes: list[CorrectedScene]) -> None:
     every = _three_videos(scenes)
     names = sorted(_signs(every))
-    parting = part(every, 0, 0.25, {names[0]: "val", names[1]: "train", names[2]: "test"})
-    assert (parting.by, parting.signs) == ("export", frozenset({names[0], names[2]}))
-    assert _signs(parting.held) == parting.signs
+    holdout = part(every, 0, 0.25, {names[0]: "val", names[1]: "train", names[2]: "test"})
+    assert (holdout.by, holdout.signs) == ("export", frozenset({names[0], names[2]}))
+    assert _signs(holdout.held) == holdout.signs
     alone = part(scenes, 0, 0.25)
     assert (alone.by, alone.held, alone.training) == ("none", [], scenes)
 
 
 def test_what_gets_worse_is_said() -> None:
     before = {"ap50": 0.9, "crops_right": 0.8, "mean_eq7": 0.1}
-    assert worse({"ap50": 0.897, "crops_right": 0.9, "mean_eq7": 0.1}, before, "Here") == []
-    said = worse({"ap50": 0.85, "crops_right": 0.8, "mean_eq7": 0.12}, before, "Here")
+    assert regressions({"ap50": 0.897, "crops_right": 0.9, "mean_eq7": 0.1}, before, "Here") == []
+    said = regressions({"ap50": 0.85, "crops_right": 0.8, "mean_eq7": 0.12}, before, "Here")
     assert said == [
         "Here: average precision at IoU 0.5 falls from 0.900 to 0.850.",
         "Here: the mean of Eq. 7 rises from 0.100 to 0.120.",

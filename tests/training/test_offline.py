@@ -13,12 +13,12 @@ from tsr_engine.geometry.boxes import non_overlap
 from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import OfflineDetector
+from tsr_engine.training.box_refinement import BoxRefinementPlan
 from tsr_engine.training.classifier_network import NetworkSettings
 from tsr_engine.training.detector import DetectorPlan
-from tsr_engine.training.likeness import LikenessPlan
 from tsr_engine.training.offline import split_scenes, train_detector, train_prior
-from tsr_engine.training.outline import OutlinePlan
 from tsr_engine.training.refinement import RefinementPlan
+from tsr_engine.training.sign_verifier import SignVerifierPlan
 
 PLAN = DetectorPlan(
     rounds=(24, 48),
@@ -26,8 +26,10 @@ PLAN = DetectorPlan(
     feature_share=1 / 4,
     jittered=8,
     per_scene=30,
-    likeness=LikenessPlan(steps=80, batch=48, network=NetworkSettings(filters=8, hidden=24, warm_up=10)),
-    outline=OutlinePlan(steps=40, batch=32, network=NetworkSettings(filters=8, hidden=16, warm_up=10, loss="huber")),
+    sign_verifier=SignVerifierPlan(steps=80, batch=48, network=NetworkSettings(filters=8, hidden=24, warm_up=10)),
+    box_refinement=BoxRefinementPlan(
+        steps=40, batch=32, network=NetworkSettings(filters=8, hidden=16, warm_up=10, loss="huber")
+    ),
     refinement=RefinementPlan(views=1, starts=4, candidates=20, boosting=BoostingPlan(32, 3, 1 / 8, 0.5)),
 )
 

@@ -12,7 +12,7 @@ from tests.training.corrected_toys import corrected
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
 from tsr_engine.detection.prior import parzen
-from tsr_engine.detection.tightness import Tightness
+from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.geometry.boxes import to_cxcywh, to_xyxy
 from tsr_engine.io.models import SHIPPED, Component, load_component
 from tsr_engine.params.detector import DetectorParams
@@ -90,7 +90,7 @@ class TestBoosting:
 
 def test_loosened_boxes_are_tightened_back_by_the_detector() -> None:
     boxes = np.array([[10.0, 20, 50, 70], [3, 4, 30, 28]])
-    np.testing.assert_allclose(Tightness.of(DetectorParams()).apply(loosened(boxes)), boxes)
+    np.testing.assert_allclose(BoxInset.of(DetectorParams()).apply(loosened(boxes)), boxes)
 
 
 def _raw(model: AcfModel, scenes: list[CorrectedScene]) -> np.ndarray:
@@ -108,7 +108,7 @@ def test_a_detector_learns_a_look_and_keeps_its_level_of_false_alarms(
     level = [np.quantile(remembered[1].raw(m), 0.97) for m in (model, refined)]
     assert level[1] < level[0] + 0.5
     assert (notes.signs, notes.windows, notes.rejected) == (7, 7 * 6, 0)
-    assert len(refined.second_look.verifier) == len(model.second_look.verifier) + 24
+    assert len(refined.refine_stage.verifier) == len(model.refine_stage.verifier) + 24
     assert refined.cascade.features is model.cascade.features
 
 
@@ -121,7 +121,7 @@ def test_the_seed_decides_and_a_stored_model_is_the_same(
     assert first[1] == second[1]
     for name, array in first[0].items():
         np.testing.assert_array_equal(array, second[0][name])
-    assert not np.array_equal(one.outline.weights, other.outline.weights)
+    assert not np.array_equal(one.box_refinement.weights, other.box_refinement.weights)
     stored = AcfModel.from_arrays(*first)
     np.testing.assert_array_equal(_raw(stored, scenes[:2]), _raw(one, scenes[:2]))
 
@@ -135,7 +135,7 @@ def test_the_outline_follows_how_people_draw(
         return replace(scene, scene=replace(scene.scene, boxes=to_xyxy(boxes)))
 
     def width(model: AcfModel, scene: CorrectedScene) -> float:
-        boxes = model.outline.refine(read_picture(scene.scene), loosened(scene.scene.boxes))
+        boxes = model.box_refinement.refine(read_picture(scene.scene), loosened(scene.scene.boxes))
         return float(to_cxcywh(boxes)[:, 2].mean())
 
     as_drawn = refine_detector(model, scenes[:7], remembered, DetectorRefinement(), 0, quiet)[0]
@@ -202,11 +202,11 @@ def test_lambda_is_high_where_the_prior_tells_signs_from_the_rest() -> None:
     inside, outside = np.tile([0.75, 0.5], (40, 1)), rng.uniform(0, 0.4, (40, 2))
     raw = rng.normal(0, 1, 80) + np.repeat([0.5, -0.5], 40)
     labels = np.repeat([1.0, -1.0], 40)
-    told = refined_lambda(table, {}, (1, 1), (np.concatenate([inside, outside]), raw, labels))
+    reported = refined_lambda(table, {}, (1, 1), (np.concatenate([inside, outside]), raw, labels))
     blind = refined_lambda(table, {}, (1, 1), (rng.uniform(0, 1, (80, 2)), raw, labels))
-    assert told is not None
+    assert reported is not None
     assert blind is not None
-    assert told > blind + 1
+    assert reported > blind + 1
     assert refined_lambda(table, {}, (1, 1), (inside, raw[:40], labels[:40])) is None
 
 

@@ -69,7 +69,7 @@ def _named(text: str) -> list[Path]:
             p for p in path.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file() and not _hidden(p, path)
         )
         if not inside:
-            raise InputError(f"{path} holds no video. Its files are told by their suffixes, such as .mp4 or .mkv.")
+            raise InputError(f"{path} holds no video. Its files are reported by their suffixes, such as .mp4 or .mkv.")
         return inside
     if path.exists():
         return [path]

@@ -104,7 +104,7 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
         orders: what to do.
         address: ``HOST:PORT`` of a cluster's client server; None: the cluster that this machine is part of, or one of
             this machine alone.
-        at: progress; frames are told when a drive ends.
+        at: progress; frames are informed when a drive ends.
         stop: as for :func:`on_this_machine`.
 
     Raises:

@@ -71,12 +71,12 @@ def _track(order: Order) -> dict[str, Any]:
         lock = _lock(work)
     except OSError as error:
         raise StorageError(f"{work} cannot be written: {error.strerror}.") from None
-    told = 0.0
+    reported = 0.0
 
     def tell(at: Progress) -> None:
-        nonlocal told
-        if time.monotonic() - told >= _TELL:
-            told = time.monotonic()
+        nonlocal reported
+        if time.monotonic() - reported >= _TELL:
+            reported = time.monotonic()
             _say({"at": at.done, "of": at.total})
 
     request = RunRequest(

@@ -364,7 +364,7 @@ class _Maker:
 
 
 def _write_frames(path: Path, clip: Clip, seconds: Mapping[int, float]) -> None:
-    """The frames, with the times that the engine was told: an imported clip has times of its own."""
+    """The frames, with the times that the engine was reported: an imported clip has times of its own."""
     with path.open("w", encoding="utf-8", newline="") as out:
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(["frame", "clip_frame", "seconds", "picture_sha256"])

@@ -39,7 +39,7 @@ def write_slice(
     with EvidenceWriter.create(folder, header, chunk=64, overwrite=True) as writer:
         for frame, (_, entry) in zip(reader.frames(start, stop), reader.frame_table(start, stop), strict=True):
             again = moved(frame, offset) if offset else frame
-            # Pictures of a clip have times of their own; what the engine was told stays in ``seconds``.
+            # Pictures of a clip have times of their own; what the engine was reported stays in ``seconds``.
             writer.append(again, replace(entry, pts=None) if offset else entry)
             seen(again)
             count += 1

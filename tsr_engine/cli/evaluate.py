@@ -347,7 +347,7 @@ def _check_out(out: Path | None) -> None:
     """Refuse a folder for figures that cannot be written or plots that cannot be drawn, before they are computed."""
     if out is None:
         return
-    import tsr_engine.evaluation.plots  # noqa: F401 - a missing extra is told now
+    import tsr_engine.evaluation.plots  # noqa: F401 - a missing extra is reported now
     from tsr_engine.io.atomic import refuse_unwritable
 
     refuse_unwritable(out)

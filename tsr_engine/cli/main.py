@@ -113,8 +113,8 @@ def run(arguments: list[str] | None = None) -> int:
     except TsrError as error:
         return _failed(str(error), error.exit_code)
     except (BrokenPipeError, SystemExit) as error:
-        # The reader of a pipe went away, as `head` does: nobody is left to be told. The parser and the tables end the
-        # process themselves then, with the exit code of what is unexpected.
+        # The reader of a pipe went away, as `head` does: nobody is left to be reported. The parser and the tables end
+        # the process themselves then, with the exit code of what is unexpected.
         if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
             raise
         sys.stdout = _nowhere()

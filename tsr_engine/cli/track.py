@@ -145,7 +145,7 @@ def print_report(report: RunReport, timing: bool) -> None:
     )
     if report.focus is not None:
         console.print(
-            f"The camera's focus of expansion lies at {report.focus.y:.3f} of the picture's height (told from "
+            f"The camera's focus of expansion lies at {report.focus.y:.3f} of the picture's height (distinguished from "
             f"{report.focus.frames} frames in {report.focus_seconds:.1f} s).",
             soft_wrap=True,
         )

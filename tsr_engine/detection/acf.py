@@ -1,7 +1,7 @@
 """``M_off``: the offline detector on aggregated channel features (section III-A, Eq. 1 and 2).
 
-Pyramid, cascade over all windows, suppression, second look at the few that are left, likeness to a class of sign,
-calibration to log-odds, outline of what is likely to be one, prior.
+Pyramid, cascade over all windows, suppression, refine-and-verify stage at the few that are left, sign verifier score to
+a class of sign, calibration to log-odds, outline of what is likely to be one, prior.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 from tsr_engine.channels.compute import check_picture
 from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
 from tsr_engine.channels.scratch import Scratch
-from tsr_engine.detection.likeness import Likeness
 from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.merging import merge
 from tsr_engine.detection.nms import suppress
-from tsr_engine.detection.outline import Outline
 from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
+from tsr_engine.detection.refine.box_inset import BoxInset
+from tsr_engine.detection.refine.box_refinement import BoxRefinement
+from tsr_engine.detection.refine.sign_verifier import SignVerifier
+from tsr_engine.detection.refine.stage import RefineStage
 from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
-from tsr_engine.detection.second_look import SecondLook
-from tsr_engine.detection.tightness import Tightness
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side
@@ -48,18 +48,18 @@ class AcfModel:
         window: the cascade's window.
         plan: the pyramid that it was trained on.
         cascade: trees with rejection thresholds.
-        second_look: refinement and verification.
-        likeness: what tells signs from things of a sign's outline.
-        outline: where exactly a sign's edges lie.
+        refine_stage: refinement and verification.
+        sign_verifier: what tells signs from things of a sign's outline.
+        box_refinement: where exactly a sign's edges lie.
         calibration: from the three scores to log-odds of being a sign.
     """
 
     window: Window
     plan: PyramidPlan
     cascade: TreeEnsemble
-    second_look: SecondLook
-    likeness: Likeness
-    outline: Outline
+    refine_stage: RefineStage
+    sign_verifier: SignVerifier
+    box_refinement: BoxRefinement
     calibration: LogOdds
 
     @classmethod
@@ -78,29 +78,29 @@ class AcfModel:
             lambdas=tuple(float(v) for v in settings["lambdas"]),
         )
         calibration = LogOdds(*(float(v) for v in settings["calibration"]))
-        look = SecondLook(
+        look = RefineStage(
             arrays["step_weights"].astype(np.float32),
             arrays["step_biases"].astype(np.float32),
             _ensemble(arrays, "verifier", int(settings["verifier_window"])),
         )
         cascade = _ensemble(arrays, "cascade", window.cells)
-        likeness, outline = Likeness.from_arrays(arrays), Outline.from_arrays(arrays)
-        return cls(window, plan, cascade, look, likeness, outline, calibration)
+        sign_verifier, box_refinement = SignVerifier.from_arrays(arrays), BoxRefinement.from_arrays(arrays)
+        return cls(window, plan, cascade, look, sign_verifier, box_refinement, calibration)
 
     def look(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Candidates (n, 4) and their cascade scores (n,) -> refined boxes (n, 4) and log-odds of being a sign (n,)."""
-        refined, verified = self.second_look.look(picture, boxes)
-        return refined, self.calibration.of(verified, cascade, self.likeness.scores(picture, refined))
+        refined, verified = self.refine_stage.look(picture, boxes)
+        return refined, self.calibration.of(verified, cascade, self.sign_verifier.scores(picture, refined))
 
     def to_arrays(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays and JSON settings from which :meth:`from_arrays` makes the same model."""
         arrays: dict[str, NDArray[Any]] = {
-            "step_weights": self.second_look.weights.astype(np.float16),
-            "step_biases": self.second_look.biases,
-            **self.likeness.to_arrays(),
-            **self.outline.to_arrays(),
+            "step_weights": self.refine_stage.weights.astype(np.float16),
+            "step_biases": self.refine_stage.biases,
+            **self.sign_verifier.to_arrays(),
+            **self.box_refinement.to_arrays(),
         }
-        for name, ensemble in (("cascade", self.cascade), ("verifier", self.second_look.verifier)):
+        for name, ensemble in (("cascade", self.cascade), ("verifier", self.refine_stage.verifier)):
             arrays[f"{name}_features"] = ensemble.features.astype(np.uint16)
             arrays[f"{name}_thresholds"] = ensemble.thresholds
             arrays[f"{name}_leaves"] = ensemble.leaves
@@ -116,7 +116,7 @@ class AcfModel:
             "computed_per_octave": self.plan.computed_per_octave,
             "lambdas": list(self.plan.lambdas),
             "calibration": self.calibration.to_list(),
-            "verifier_window": self.second_look.verifier.window,
+            "verifier_window": self.refine_stage.verifier.window,
         }
         return arrays, settings
 
@@ -147,7 +147,7 @@ class AcfDetector:
         self.prior = prior
         self.params = params or DetectorParams()
         self.prior_params = prior_params or PriorParams()
-        self.tightness = Tightness.of(self.params)
+        self.box_inset = BoxInset.of(self.params)
         self.window = model.window.reaching(self.params.beyond_edge)
         self._prepared: dict[tuple[int, int, int], ScanNodes] = {}
         self._own = local()
@@ -196,8 +196,8 @@ class AcfDetector:
         height, width = picture.shape[:2]
         refined, raw = self.model.look(picture, *self._candidates(picture, pool))
         likely = raw >= self.params.keep_score
-        refined = self.model.outline.refine(picture, refined[likely], self.params.refine_passes)
-        refined = self.tightness.apply(refined)
+        refined = self.model.box_refinement.refine(picture, refined[likely], self.params.refine_passes)
+        refined = self.box_inset.apply(refined)
         refined, raw = clip(refined, width, height), raw[likely]
         sane = shorter_side(refined) >= LEAST_SIDE
         refined, raw = refined[sane], raw[sane]

@@ -15,23 +15,23 @@ class LogOdds:
     Attributes:
         verifier: weight of the verifier's score, >= 0.
         cascade: weight of the cascade's score, >= 0; 0 unless the model is of an earlier training.
-        likeness: weight of the likeness, >= 0.
+        sign_verifier: weight of the sign verifier score, >= 0.
         offset: log-odds where all three are 0.
     """
 
     verifier: float
     cascade: float
-    likeness: float
+    sign_verifier: float
     offset: float
 
-    def of(self, verifier: FloatArray, cascade: FloatArray, likeness: FloatArray) -> FloatArray:
+    def of(self, verifier: FloatArray, cascade: FloatArray, sign_verifier: FloatArray) -> FloatArray:
         """Log-odds of candidates; all arrays of shape (n,)."""
-        return self.verifier * verifier + self.cascade * cascade + self.likeness * likeness + self.offset
+        return self.verifier * verifier + self.cascade * cascade + self.sign_verifier * sign_verifier + self.offset
 
     def scaled(self, factor: float, shift: float) -> LogOdds:
         """The regression whose answers are ``factor`` times these plus ``shift``."""
         return LogOdds(
-            factor * self.verifier, factor * self.cascade, factor * self.likeness, factor * self.offset + shift
+            factor * self.verifier, factor * self.cascade, factor * self.sign_verifier, factor * self.offset + shift
         )
 
     def to_list(self) -> list[float]:
@@ -40,4 +40,7 @@ class LogOdds:
 
 
 UNFITTED: Final = LogOdds(1.0, 0.0, 1.0, 0.0)
-"""Sum of verifier and likeness in their own units, where no scenes are there to fit on or they tell nothing."""
+"""Sum of verifier and sign verifier score in their own units.
+
+Where no scenes are there to fit on or they tell nothing.
+"""

@@ -1,7 +1,7 @@
 """Merges the windows that pass the cascade to candidates: one per place, at their weighted mean.
 
 A sign is found by dozens of windows, none of which lies exactly on it, since they stand on a grid of cells and scales.
-Their mean lies nearer than the best of them, and costs nothing beside a second look that starts there.
+Their mean lies nearer than the best of them, and costs nothing beside a refine-and-verify stage that starts there.
 """
 
 from __future__ import annotations

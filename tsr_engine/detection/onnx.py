@@ -1,6 +1,6 @@
 """Any YOLO-style network in ONNX form as the offline detector.
 
-Two layouts of the one output are understood, told apart by the caller:
+Two layouts of the one output are understood, distinguished by the caller:
 
 * ``"v8"``: ``(1, 4 + classes, n)``: centre and size in input px, class probabilities;
 * ``"v5"``: ``(1, n, 5 + classes)``: centre and size, objectness, class probabilities.

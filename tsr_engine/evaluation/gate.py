@@ -18,7 +18,7 @@ from tsr_engine.params.gate import GateParams
 from tsr_engine.records import FloatArray, GateVerdict, Picture
 from tsr_engine.tracking.camera_shift import CameraShift
 
-Truth = Mapping[int, Mapping[int, FloatArray]]
+GroundTruth = Mapping[int, Mapping[int, FloatArray]]
 """Frame -> sign -> box, shape (4,)."""
 
 
@@ -82,12 +82,12 @@ class CollectionCurve:
 
 def gate_trials(
     frames: Iterable[tuple[int, Picture]],
-    truth: Truth,
+    truth: GroundTruth,
     params: GateParams,
     candidates: Candidates | None = None,
     seed: int = 0,
 ) -> list[Trial]:
-    """Judge all candidates of one video.
+    """Bulk review candidates of one video.
 
     Args:
         frames: ordinal and picture, in order.

@@ -64,7 +64,7 @@ class _Rule:
     Attributes:
         broken: shape (n,): rows that do not.
         text: the rule.
-        columns: whose values are told with it.
+        columns: whose values are reported with it.
     """
 
     broken: BoolArray

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from tsr_engine.evaluation.tracking_rows import Results, Truth, in_view
+from tsr_engine.evaluation.tracking_rows import GroundTruth, Results, in_view
 from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
 
 BINS = 20
@@ -105,7 +105,7 @@ class TrackingSummary:
 
 def evaluate_video(
     name: str,
-    truth: Truth,
+    truth: GroundTruth,
     results: Results,
     frames: int,
     min_width: float = 20.0,
@@ -258,7 +258,7 @@ def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -
 
 
 def _match_frame(
-    truth: Truth, results: Results, counted: Any, rows: Any, held: dict[int, int], match_iou: float
+    truth: GroundTruth, results: Results, counted: Any, rows: Any, held: dict[int, int], match_iou: float
 ) -> list[tuple[int, int]]:
     """(truth row, result row) of one frame; pairs of the last frame are kept while they overlap enough."""
     if not len(counted) or not len(rows):
@@ -274,7 +274,9 @@ def _match_frame(
     return [(int(counted[i]), int(rows[j])) for i, j in pairs if gain[i, j] > 0]
 
 
-def _sign_report(sign: int, truth: Truth, results: Results, matches: list[tuple[int, int]], wanted: Any) -> SignReport:
+def _sign_report(
+    sign: int, truth: GroundTruth, results: Results, matches: list[tuple[int, int]], wanted: Any
+) -> SignReport:
     own = sorted(((t, r) for t, r in matches if truth.track_id[t] == sign), key=lambda pair: int(truth.frame[pair[0]]))
     sequence = [int(results.track_id[r]) for _, r in own]
     mine = np.flatnonzero(wanted & (truth.track_id == sign))
@@ -296,7 +298,7 @@ def _sign_report(sign: int, truth: Truth, results: Results, matches: list[tuple[
     )
 
 
-def _followed(truth: Truth, results: Results, matches: list[tuple[int, int]], wanted: Any) -> tuple[float, ...]:
+def _followed(truth: GroundTruth, results: Results, matches: list[tuple[int, int]], wanted: Any) -> tuple[float, ...]:
     """Eq. 7 of each row against the sign that its track matched most often, in the frames where that is wanted."""
     votes: dict[int, Counter[int]] = {}
     for t, r in matches:

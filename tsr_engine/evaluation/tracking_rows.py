@@ -20,7 +20,7 @@ BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class GroundTruth:
     """Annotated boxes of one video, one row a sign and frame.
 
     Attributes:
@@ -75,7 +75,7 @@ class Results:
         )
 
 
-def in_view(truth: Truth, results: Results, width: int, height: int) -> tuple[Truth, Results]:
+def in_view(truth: GroundTruth, results: Results, width: int, height: int) -> tuple[GroundTruth, Results]:
     """Both, cut to the picture: annotators of real drives stop at its edge, exact truth and a tracker's boxes do not.
 
     What lies wholly beyond the picture keeps its row, without area.
@@ -92,14 +92,14 @@ def in_view(truth: Truth, results: Results, width: int, height: int) -> tuple[Tr
     )
 
 
-def thinned(truth: Truth, step: int) -> Truth:
+def thinned(truth: GroundTruth, step: int) -> GroundTruth:
     """The rows of every ``step``-th frame, from the first on, with the frames counted anew."""
     here = truth.frame % step == 0
     rows = {column.name: getattr(truth, column.name)[here] for column in fields(truth)}
-    return Truth(**rows | {"frame": rows["frame"] // step})
+    return GroundTruth(**rows | {"frame": rows["frame"] // step})
 
 
-def read_clip_truth(path: Path) -> Truth:
+def read_clip_truth(path: Path) -> GroundTruth:
     """Truth from a CSV with the columns ``frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore``.
 
     Raises:
@@ -107,7 +107,7 @@ def read_clip_truth(path: Path) -> Truth:
     """
     with _named(path):
         table = read_truth_table(_content(path))
-    return Truth(
+    return GroundTruth(
         table[:, 0].astype(np.int64),
         table[:, 1].astype(np.int64),
         table[:, 2:6].copy(),
@@ -117,7 +117,7 @@ def read_clip_truth(path: Path) -> Truth:
     )
 
 
-def read_mot_truth(path: Path) -> Truth:
+def read_mot_truth(path: Path) -> GroundTruth:
     """Truth from MOTChallenge rows ``frame,id,left,top,width,height,flag,class_id,visibility``, frames from 1.
 
     A flag of 0 marks a row to ignore.
@@ -128,7 +128,7 @@ def read_mot_truth(path: Path) -> Truth:
     with _named(path):
         table = read_mot_table(_content(path))
     boxes = np.concatenate([table[:, 2:4], table[:, 2:4] + table[:, 4:6]], axis=1)
-    return Truth(
+    return GroundTruth(
         table[:, 0].astype(np.int64) - 1,
         table[:, 1].astype(np.int64),
         boxes,

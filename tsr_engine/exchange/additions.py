@@ -212,7 +212,7 @@ def attributed(
     Returns:
         The set, and what was left out.
     """
-    told = _Tellings()
+    reported = _Tellings()
     by_label: dict[int, dict[str, list[list[Any]]]] = {}
     for place, said in rows.items():
         questions = by_label.setdefault(tracks[place].label, {})
@@ -239,8 +239,8 @@ def attributed(
     for place, said in rows.items():
         track = tracks[place]
         label = labels.get(track.label)
-        tracks[place] = _given(track, said, known.get(track.label, {}), None if label is None else label.name, told)
-    return labels, told.skipped()
+        tracks[place] = _given(track, said, known.get(track.label, {}), None if label is None else label.name, reported)
+    return labels, reported.skipped()
 
 
 def _columns(said: Sequence[Said]) -> dict[str, list[Any]]:
@@ -313,7 +313,7 @@ def _answer(attribute: Attribute, value: Any) -> AttributeValue:
 
 
 def _given(
-    track: Track, said: Sequence[Said], known: Mapping[str, Attribute], label: str | None, told: _Tellings
+    track: Track, said: Sequence[Said], known: Mapping[str, Attribute], label: str | None, reported: _Tellings
 ) -> Track:
     """The track with the answers that rows give."""
     whole: dict[str, AttributeValue] = {}
@@ -326,7 +326,7 @@ def _given(
                 if track.label != NONE and label is not None
                 else "Tracks without label have none."
             )
-            told.count(f"attribute {name[:80]!r}", why)
+            reported.count(f"attribute {name[:80]!r}", why)
             continue
         answers = np.full(len(track.frames), None, object)
         for k, row in enumerate(said):
@@ -334,7 +334,7 @@ def _given(
                 try:
                     answers[k] = _answer(attribute, row[name])
                 except ValueError as error:
-                    told.count(f"answers to {name[:80]!r} of {label!r}", f"The set says: {str(error)[:200]}.")
+                    reported.count(f"answers to {name[:80]!r} of {label!r}", f"The set says: {str(error)[:200]}.")
         given = [answer for answer in answers.tolist() if answer is not None]
         if not given:
             continue
@@ -343,7 +343,7 @@ def _given(
             continue
         if any(answer != given[0] for answer in given):
             reason = f"{label!r} has one answer for a whole track; the first was taken."
-            told.count(f"answers to {name[:80]!r} that change within a track", reason)
+            reported.count(f"answers to {name[:80]!r} that change within a track", reason)
         whole[name] = given[0]
     return replace(track, attributes=whole, changing=changing)
 

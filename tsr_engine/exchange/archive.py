@@ -17,7 +17,7 @@ from typing import BinaryIO
 from tsr_engine.errors import ImportFormatError, ImportProblem
 from tsr_engine.exchange.files_below import files_below, is_rubbish
 from tsr_engine.exchange.opened_zip import ArchiveLimits, opened
-from tsr_engine.exchange.spool import Spool
+from tsr_engine.exchange.small_file_store import SmallFileStore
 from tsr_engine.exchange.zip_writer import ZipWriter
 from tsr_engine.io.pictures import SUFFIXES
 
@@ -60,7 +60,7 @@ def unpack(
     *,
     limits: ArchiveLimits | None = None,
     pictures: bool = True,
-    spool: Spool | None = None,
+    store: SmallFileStore | None = None,
 ) -> list[str]:
     """Unpack a ZIP archive into an empty folder.
 
@@ -69,7 +69,7 @@ def unpack(
         folder: exists and is empty.
         limits: what it may unfold to; unset: ``ArchiveLimits()``.
         pictures: False: leave pictures out, as an import of annotations does not look at them.
-        spool: takes most of many small files, which are then not in ``folder``.
+        store: takes most of many small files, which are then not in ``folder``.
 
     Returns:
         names of the unpacked files, relative to ``folder``.
@@ -80,7 +80,7 @@ def unpack(
     """
     limits = ArchiveLimits() if limits is None else limits
     with opened(path, limits) as archive:
-        return _unpack(archive, path, folder, limits, pictures, spool)
+        return _unpack(archive, path, folder, limits, pictures, store)
 
 
 def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: None) -> None:
@@ -103,7 +103,7 @@ def _unpack(
     folder: Path,
     limits: ArchiveLimits,
     pictures: bool,
-    spool: Spool | None,
+    store: SmallFileStore | None,
 ) -> list[str]:
     entries = archive.infolist()
     taken: set[str] = set()
@@ -120,11 +120,11 @@ def _unpack(
     made: set[str] = set()
     for entry, name in chosen:
         try:
-            if spool is not None and spool.takes(name, entry.file_size):
+            if store is not None and store.takes(name, entry.file_size):
                 waiting = io.BytesIO()
                 with archive.open(entry) as source:
                     total += _copy(path, entry, source, waiting, total, limits)
-                spool.put(name, waiting.getvalue())
+                store.put(name, waiting.getvalue())
                 continue
             # Plain names: with 100,000 entries, Path objects and a look at each folder take a third of the time.
             home = name.rpartition("/")[0]
@@ -137,8 +137,8 @@ def _unpack(
             raise _refuse(path, entry, "is a file and a folder at once") from None
         except RuntimeError:
             raise _refuse(path, entry, "is encrypted") from None
-    if spool is not None:
-        spool.seal()
+    if store is not None:
+        store.seal()
     return [name for _, name in chosen]
 
 

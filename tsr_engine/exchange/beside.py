@@ -17,12 +17,20 @@ from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.manifest import MANIFEST, VERSION
 from tsr_engine.exchange.names import is_name_of, video_names
 
-__all__ = ["Told", "is_called", "is_wrapper", "prefix_in_export", "seen_in", "told_beside", "told_by_manifest"]
+__all__ = [
+    "ManifestFacts",
+    "is_called",
+    "is_wrapper",
+    "manifest_beside",
+    "prefix_in_export",
+    "seen_in",
+    "stated_by_manifest",
+]
 
 _INNER = frozenset({"annotations", "Annotations", "gt", "det", "train", "val", "test"})
 
 
-class Told:
+class ManifestFacts:
     """The part of a manifest that readers need.
 
     Attributes:
@@ -55,7 +63,7 @@ class Told:
         return video_names([_bare(other) for other in self.videos])[self.videos.index(entry)]
 
 
-def told_beside(folder: Path) -> Told | None:
+def manifest_beside(folder: Path) -> ManifestFacts | None:
     """The manifest of the export that a folder belongs to; None: there is none, or it is not one of ours."""
     place = folder
     while not (place / MANIFEST).is_file():
@@ -65,26 +73,26 @@ def told_beside(folder: Path) -> Told | None:
         place = place.parent
     path = place / MANIFEST
     found = path.stat()
-    return _told(path, found.st_mtime_ns, found.st_size)
+    return _reported(path, found.st_mtime_ns, found.st_size)
 
 
-def told_by_manifest(folder: Path, key: str) -> str:
+def stated_by_manifest(folder: Path, key: str) -> str:
     """What our manifest beside a file says of its format; empty: there is none, or it says nothing."""
-    told = told_beside(folder)
-    return "" if told is None else str(told.format.get(key, ""))
+    reported = manifest_beside(folder)
+    return "" if reported is None else str(reported.format.get(key, ""))
 
 
 def prefix_in_export(folder: Path, video: DatasetVideo) -> str:
     """What names of the video's pictures begin with, if a manifest tells of several videos; else empty."""
-    told = told_beside(folder)
-    name = told.name_of(video) if told is not None and len(told.videos) > 1 else ""
+    reported = manifest_beside(folder)
+    name = reported.name_of(video) if reported is not None and len(reported.videos) > 1 else ""
     return f"{name}_" if name else ""
 
 
 def is_called(folder: Path, video: DatasetVideo, name: str) -> bool:
     """Whether a file or folder of an import is named after a video: as our manifest says, else by its own name."""
-    told = told_beside(folder)
-    said = told.name_of(video) if told is not None else ""
+    reported = manifest_beside(folder)
+    said = reported.name_of(video) if reported is not None else ""
     return name.casefold() == said.casefold() if said else is_name_of(name, video)
 
 
@@ -102,7 +110,7 @@ def is_wrapper(path: Path) -> bool:
 
 
 @lru_cache(maxsize=8)
-def _told(path: Path, _changed: int, _size: int) -> Told | None:
+def _reported(path: Path, _changed: int, _size: int) -> ManifestFacts | None:
     about: Mapping[str, Any] = {}
     videos: list[Mapping[str, Any]] = []
     version: Any = None
@@ -117,7 +125,7 @@ def _told(path: Path, _changed: int, _size: int) -> Told | None:
                 videos.append(value)
     except ImportFormatError:
         return None
-    return Told(about, tuple(videos)) if version == VERSION else None
+    return ManifestFacts(about, tuple(videos)) if version == VERSION else None
 
 
 def _bare(entry: Mapping[str, Any]) -> DatasetVideo:

@@ -1,7 +1,7 @@
 """The rules that every import and export obeys, in one place.
 
-A reader hands each row to an ``Intake``, which refuses or repairs it with a sentence that names file, line and rule,
-and makes the tracks. ``check_track`` guards the writers.
+A reader hands each row to an ``ImportValidator``, which refuses or repairs it with a sentence that names file, line and
+rule, and makes the tracks. ``check_track`` guards the writers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = [
     "MAX_JSON_BYTES",
     "NO_BOX",
     "SIZE_SWITCH",
-    "Intake",
+    "ImportValidator",
     "check_track",
     "read_json",
     "read_text",
@@ -42,7 +42,7 @@ Edges = tuple[float, float, float, float]
 Numbers = TypeVar("Numbers", bound=tuple[float, ...])
 
 NO_BOX: Edges = (math.nan, math.nan, math.nan, math.nan)
-"""What ``Intake.edges`` gives for a box that is left out; told by its identity."""
+"""What ``ImportValidator.edges`` gives for a box that is left out; told by its identity."""
 
 SIZE_SWITCH = Switch("size", ("refuse", "scale"), "What to do when the file is about pictures of another size.")
 
@@ -83,7 +83,7 @@ def check_track(track: Track, video: DatasetVideo, labels: Collection[int]) -> N
         raise fail(f"has the label {strange[0]}, which its set has never given out.")
 
 
-class Intake:
+class ImportValidator:
     """Takes rows of a file in any order, checks them, and makes the data set.
 
     Refused (``ImportFormatError``): frames outside of the video, two different boxes of one track in one frame, and,
@@ -119,7 +119,7 @@ class Intake:
     def label(self, name: str, file: str, line: int | str | None = None, *, number: bool = False) -> int:
         """The id of a name's label, -1 for "unknown sign"; below ``UNSAID``: no label has it, which ``finish`` settles.
 
-        A name that is a number is told, unless the file has a ``number`` there, of which the reader tells itself.
+        A name that is a number is reported, unless the file has a ``number`` there, of which the reader tells itself.
         """
         found = self.matcher(name)
         if found is None:
@@ -171,9 +171,9 @@ class Intake:
         if (width, height) == (video.width, video.height):
             return 1.0, 1.0
         if self.target.switches.get("size") == "scale" and 0 < width < 1e6 and 0 < height < 1e6:
-            told = f"{file}: boxes were scaled from {width:g}x{height:g} to {video.width}x{video.height} px."
-            if told not in self._repaired:
-                self._repaired.append(told)
+            reported = f"{file}: boxes were scaled from {width:g}x{height:g} to {video.width}x{video.height} px."
+            if reported not in self._repaired:
+                self._repaired.append(reported)
             return video.width / width, video.height / height
         raise refuse(
             file,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.ids import id_of, real_of, whole_of
@@ -128,18 +128,18 @@ def _key_of(value: Any, file: str, where: str) -> int | str:
     return found
 
 
-def take_images(heads: Sequence[Head], intake: Intake, folder: Path) -> None:
+def take_images(heads: Sequence[Head], validator: ImportValidator, folder: Path) -> None:
     """Find the frames of the images of all files, once all of them are known.
 
     Args:
         heads: of the files; their ``images`` are filled, their ``listed`` emptied.
-        intake: is told.
+        validator: is reported.
         folder: of the import.
 
     Raises:
         ImportFormatError: a size that is not the video's, or as ``frames_of_pictures``.
     """
-    video = intake.target.video
+    video = validator.target.video
     hashes = {str(image.get("video_sha256") or "") for head in heads for image in head.listed} - {""}
     listed = [
         _listed(image, f"image {place}", head, hashes, video, len(heads) > 1)
@@ -147,13 +147,15 @@ def take_images(heads: Sequence[Head], intake: Intake, folder: Path) -> None:
         for place, image in enumerate(head.listed, start=1)
     ]
     if hashes and video.sha256 and video.sha256 not in hashes:
-        intake.repair(f"{heads[0].file}: speaks of another file than {video.name}, by its hash. It was taken anyway.")
-    frames = iter(frames_of_pictures(listed, intake, folder))
+        validator.repair(
+            f"{heads[0].file}: speaks of another file than {video.name}, by its hash. It was taken anyway."
+        )
+    frames = iter(frames_of_pictures(listed, validator, folder))
     for head in heads:
         for place, image in enumerate(head.listed, start=1):
             frame = next(frames)
             if frame is not None:
-                scale = _scale(image, head, f"image {place}", intake)
+                scale = _scale(image, head, f"image {place}", validator)
                 head.images[id_of(image["id"])] = Image(frame, scale)
         head.listed.clear()
 
@@ -203,12 +205,12 @@ def _video_of(image: dict[str, Any], head: Head, where: str) -> str:
     return parts[-1] if parts else ""
 
 
-def _scale(image: dict[str, Any], head: Head, where: str, intake: Intake) -> tuple[float, float]:
+def _scale(image: dict[str, Any], head: Head, where: str, validator: ImportValidator) -> tuple[float, float]:
     """Factors from the size of an image, or else that of its video in the file."""
     key = id_of(image.get("video_id"))
     for sized in (image, head.videos.get(key, {})):
         size = sized.get("width"), sized.get("height")
         if size not in ((None, None), (0, 0)):
             width, height = (real_of(side, "width and height", head.file, where) for side in size)
-            return intake.scale(width, height, head.file, where)
+            return validator.scale(width, height, head.file, where)
     return 1.0, 1.0

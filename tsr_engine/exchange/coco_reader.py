@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.coco_images import Head, head_of, no_list, take_images
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.files_below import json_files
@@ -35,23 +35,23 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
     Raises:
         ImportFormatError: a broken rule.
     """
-    intake = Intake(target)
+    validator = ImportValidator(target)
     files = json_files(path)
     if not files:
         raise refuse(path.name, None, "has no annotations/*.json. Export as COCO again.")
     folder = path if path.is_dir() else path.parent
-    loose = LooseBoxes(intake, files[0].name)
+    loose = LooseBoxes(validator, files[0].name)
     heads = {file: head_of(file, _called(file, folder)) for file in files}
     known = [head for head in heads.values() if head is not None]
-    take_images(known, intake, folder)
+    take_images(known, validator, folder)
     for file, head in heads.items():
         if head is not None:
-            _Annotations(file, head, intake, loose).read()
+            _Annotations(file, head, validator, loose).read()
     for file, head in heads.items():
         if head is None:
-            _Results(file, known, intake, loose, folder).read()
+            _Results(file, known, validator, loose, folder).read()
     loose.settle()
-    return intake.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
+    return validator.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
 
 
 def _called(file: Path, folder: Path) -> str:
@@ -62,11 +62,11 @@ def _called(file: Path, folder: Path) -> str:
 class _Annotations:
     """The annotations of a file whose head is known."""
 
-    def __init__(self, path: Path, head: Head, intake: Intake, loose: LooseBoxes) -> None:
+    def __init__(self, path: Path, head: Head, validator: ImportValidator, loose: LooseBoxes) -> None:
         self._path = path
         self._name = head.file
         self._head = head
-        self._intake = intake
+        self._validator = validator
         self._loose = loose
         self._seen: set[Any] = set()
 
@@ -84,14 +84,14 @@ class _Annotations:
         key = id_of(note.get("id"))
         if key is not None:
             if key in self._seen:
-                self._intake.count("Annotation ids that were there twice were passed over", self._name, where)
+                self._validator.count("Annotation ids that were there twice were passed over", self._name, where)
             self._seen.add(key)
         image = _look_up(self._head.images, note.get("image_id"), "image", self._name, where)
         if image is None:
             return
         label = _look_up(self._head.categories, note.get("category_id"), "category", self._name, where)
         if note.get("bbox") is None:
-            self._intake.skip(f"{self._name}, {where}", "It has no bbox.")
+            self._validator.skip(f"{self._name}, {where}", "It has no bbox.")
             return
         said = note.get("attributes")
         said = said if isinstance(said, dict) else {}
@@ -106,18 +106,18 @@ class _Annotations:
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
             "said": attributes_in(said_in(said, _OWN), self._name, where),
         }
-        edges = self._intake.edges(lambda: self._edges(note["bbox"], said.get("rotation"), image.scale, where))
-        number = self._intake.label(label, self._name, where)
+        edges = self._validator.edges(lambda: self._edges(note["bbox"], said.get("rotation"), image.scale, where))
+        number = self._validator.label(label, self._name, where)
         uid = str(said.get("uid", "")) or self._track(note, said, where)
         if not uid:
             self._loose.add(image.frame, edges, number, **given)
             return
         if said.get("outside", False) in _TRUE:
-            self._intake.end(uid, image.frame)
+            self._validator.end(uid, image.frame)
             return
-        known = uid in self._intake
-        if self._intake.box(uid, image.frame, edges, number, **given) and not known:
-            self._intake.describe(
+        known = uid in self._validator
+        if self._validator.box(uid, image.frame, edges, number, **given) and not known:
+            self._validator.describe(
                 uid,
                 state=str(ours.get("state", "open")),
                 source=str(ours.get("source", "imported")),
@@ -129,13 +129,13 @@ class _Annotations:
         edges = _edges(box, self._name, where)
         if turn:
             degrees = real_of(turn, "rotation", self._name, where, in_text=True)
-            edges = upright(edges, degrees, self._intake, self._name, where)
+            edges = upright(edges, degrees, self._validator, self._name, where)
         return _scaled(edges, scale)
 
     def _track(self, note: dict[str, Any], said: dict[str, Any], where: str) -> str:
         """A name for the track of an annotation, by the id that CVAT, or CocoVID, gives it; empty: it has none."""
-        for name, told in (("track_id", said), ("track_id", note), ("instance_id", note)):
-            found = track_of(told.get(name), name, self._name, where)
+        for name, reported in (("track_id", said), ("track_id", note), ("instance_id", note)):
+            found = track_of(reported.get(name), name, self._name, where)
             if found is not None:
                 return f"track{found}"
         return ""
@@ -144,17 +144,19 @@ class _Annotations:
 class _Results:
     """A flat list of results; without the images that it belongs to, ids are counted."""
 
-    def __init__(self, path: Path, heads: list[Head], intake: Intake, loose: LooseBoxes, folder: Path) -> None:
+    def __init__(
+        self, path: Path, heads: list[Head], validator: ImportValidator, loose: LooseBoxes, folder: Path
+    ) -> None:
         self._path = path
         self._name = path.name
-        self._intake = intake
+        self._validator = validator
         self._loose = loose
         self._folder = folder
         self._alone = not any(head.images for head in heads)
         self._images = _merged([head.images for head in heads])
         self._names = _merged([head.categories for head in heads])
         self._frames: dict[str, int | None] = {}
-        self._first = int(intake.target.switches.get("first_id", "1"))
+        self._first = int(validator.target.switches.get("first_id", "1"))
 
     def read(self) -> None:
         """Take all results, one in memory at a time."""
@@ -169,7 +171,7 @@ class _Results:
                 raise refuse(self._name, where, "must be an object. Correct it.")
             self._result(result, where)
         if self._alone and number:
-            self._intake.repair(
+            self._validator.repair(
                 f"{self._name}: comes without images and categories; image and category ids were taken as frames and "
                 f"class numbers, counted from {self._first} (first_id)."
             )
@@ -181,7 +183,7 @@ class _Results:
             key = id_of(result.get("image_id")) if place and isinstance(result, dict) else None
             if isinstance(key, str) and not key.isdigit():
                 listed.setdefault(key, Listed(key, self._name, f"result {place}"))
-        frames = frames_of_pictures(list(listed.values()), self._intake, self._folder)
+        frames = frames_of_pictures(list(listed.values()), self._validator, self._folder)
         self._frames = dict(zip(listed, frames, strict=True))
 
     def _result(self, result: dict[str, Any], where: str) -> None:
@@ -195,21 +197,21 @@ class _Results:
                 frame = found
             else:
                 number = int(key) if isinstance(key, str) else whole_of(key, "image_id", self._name, where)
-                frame = self._intake.frame(number, self._name, where, origin=self._first)
+                frame = self._validator.frame(number, self._name, where, origin=self._first)
             number = whole_of(category, "category_id", self._name, where) - self._first
-            label = self._intake.label(str(number), self._name, where, number=True)
+            label = self._validator.label(str(number), self._name, where, number=True)
         else:
             image = _look_up(self._images, key, "image", self._name, where)
             if image is None:
                 return
             frame, scale = image.frame, image.scale
-            label = self._intake.label(
+            label = self._validator.label(
                 _look_up(self._names, category, "category", self._name, where), self._name, where
             )
         score = result.get("score")
         self._loose.add(
             frame,
-            self._intake.edges(lambda: _scaled(_edges(result.get("bbox"), self._name, where), scale)),
+            self._validator.edges(lambda: _scaled(_edges(result.get("bbox"), self._name, where), scale)),
             label,
             file=self._name,
             line=where,

@@ -24,7 +24,7 @@ class Custom:
 
     Attributes:
         origin: number of its first frame.
-        why: the end of the sentence that tells it; empty: nothing is told.
+        why: the end of the sentence that tells it; empty: nothing is reported.
         before: the whole text before the number, as a pattern.
         digits: how many digits numbers are filled up to with zeros; 1: not at all.
     """
@@ -52,11 +52,11 @@ class Counted:
 
     Attributes:
         origin: number of the first frame.
-        told: the sentence that says so, without the file; empty: there is nothing to tell.
+        reported: the sentence that says so, without the file; empty: there is nothing to tell.
     """
 
     origin: int
-    told: str = ""
+    reported: str = ""
 
 
 def origin_of(
@@ -87,13 +87,13 @@ def origin_of(
         return Counted(int(asked))
     fits = [origin for origin in (0, 1) if origin <= least and largest - origin < frames]
     if custom is not None and custom.origin in fits:
-        return Counted(custom.origin, _told(what, custom.origin, custom.why) if custom.why else "")
+        return Counted(custom.origin, _reported(what, custom.origin, custom.why) if custom.why else "")
     if fits == [0] and not least:
-        return Counted(0, _told(what, 0, "0 is among them"))
+        return Counted(0, _reported(what, 0, "0 is among them"))
     whole = least == 1 and largest == frames
     if fits == [1] and (custom is None or whole):
         why = f"they run from 1 to {frames}, the number of frames" if whole else f"frame {frames} is among them"
-        return Counted(1, _told(what, 1, why))
+        return Counted(1, _reported(what, 1, why))
     if len(fits) == 2:
         raise fail(
             f"{what} ({_span(least, largest)}) fit a count from 0 and one from 1, and nothing says which it is. Import "
@@ -106,5 +106,5 @@ def _span(least: int, largest: int) -> str:
     return str(least) if least == largest else f"{least} to {largest}"
 
 
-def _told(what: str, origin: int, why: str) -> str:
+def _reported(what: str, origin: int, why: str) -> str:
     return f"{what} were counted from {origin}: {why} (first_frame)."

@@ -15,12 +15,12 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.additions import Declared
 from tsr_engine.exchange.attributes import as_text, restored, written
 from tsr_engine.exchange.beside import is_called
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.split import SUBSETS
-from tsr_engine.exchange.subject import likeness
+from tsr_engine.exchange.subject import name_similarity
 from tsr_engine.exchange.turned import upright
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted, text
 from tsr_engine.io.plain_numbers import real_number
@@ -100,15 +100,15 @@ def _declaration(attribute: Attribute, name: str, mutable: bool) -> str:
     )
 
 
-def declare_labels(meta: Node, intake: Intake) -> None:
-    """Tell an intake what the ``<meta>`` of a file says of its labels."""
+def declare_labels(meta: Node, validator: ImportValidator) -> None:
+    """Tell an validator what the ``<meta>`` of a file says of its labels."""
     for place in (meta, *meta.children, *(task for node in meta.children for task in _tasks_in(node))):
         listed = place.child("labels")
         for node in () if listed is None else listed.all("label"):
             asked = node.child("attributes")
             found = [] if asked is None else [_attribute(each) for each in asked.all("attribute")]
             colour = node.value("color").strip().lower()
-            intake.declare(
+            validator.declare(
                 node.value("name"),
                 Declared(
                     tuple(each for each in found if each is not None), colour if _COLOUR.fullmatch(colour) else None
@@ -213,19 +213,25 @@ def flag(node: Node, name: str, file: str, default: str | None = None) -> bool:
     return str(value).lower() in ("1", "true")
 
 
-def box_edges(node: Node, file: str, intake: Intake, scale: tuple[float, float]) -> tuple[float, float, float, float]:
-    """Edges of a ``<box>`` in px, for ``Intake.box``; a turned box becomes the upright one around it, with a sentence.
+def box_edges(
+    node: Node, file: str, validator: ImportValidator, scale: tuple[float, float]
+) -> tuple[float, float, float, float]:
+    """Edges of a ``<box>`` in px, for ``ImportValidator.box``.
+
+    A turned box becomes the upright one around it, with a sentence.
 
     Raises:
         ImportFormatError: an edge is missing or no number, or the turn is not finite.
     """
-    return intake.edges(lambda: _edges(node, file, intake, scale))
+    return validator.edges(lambda: _edges(node, file, validator, scale))
 
 
-def _edges(node: Node, file: str, intake: Intake, scale: tuple[float, float]) -> tuple[float, float, float, float]:
+def _edges(
+    node: Node, file: str, validator: ImportValidator, scale: tuple[float, float]
+) -> tuple[float, float, float, float]:
     x1, y1, x2, y2 = (number(node, name, file) for name in ("xtl", "ytl", "xbr", "ybr"))
     if "rotation" in node.attrib:
-        x1, y1, x2, y2 = upright((x1, y1, x2, y2), number(node, "rotation", file), intake, file, node.line)
+        x1, y1, x2, y2 = upright((x1, y1, x2, y2), number(node, "rotation", file), validator, file, node.line)
     return x1 * scale[0], y1 * scale[1], x2 * scale[0], y2 * scale[1]
 
 
@@ -261,7 +267,7 @@ def find_files(path: Path, video: DatasetVideo) -> list[tuple[Path, str]]:
 
 
 def _is_about(path: Path, called: str, video: DatasetVideo) -> bool:
-    if called in SUBSETS or is_called(path, video, called) or likeness(called, video):
+    if called in SUBSETS or is_called(path, video, called) or name_similarity(called, video):
         return True
     name, _, subset = called.rpartition("_")
     return subset in SUBSETS and is_called(path, video, name)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.attributes import ours_in, said_in
-from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
+from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
 from tsr_engine.exchange.cvat import (
     OWN_NAMES,
     SHAPES,
@@ -30,7 +30,7 @@ from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, picture_lists, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
 from tsr_engine.exchange.rounding import rounded
@@ -45,7 +45,7 @@ _DECIMALS = 2
 _OWN = OWN_NAMES | {"track_id"}
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options)
@@ -110,10 +110,10 @@ def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: 
 
 
 def _read(path: Path, target: ImportTarget) -> Dataset:
-    intake = Intake(target)
+    validator = ImportValidator(target)
     files = find_files(path, target.video)
-    listed, sizes = _listed(files, intake)
-    frames = iter(frames_of_pictures(listed, intake, path if path.is_dir() else path.parent))
+    listed, sizes = _listed(files, validator)
+    frames = iter(frames_of_pictures(listed, validator, path if path.is_dir() else path.parent))
     for file, name in files:
         tags = shapes = 0
         for node in elements(file, "annotations", ("image",), name=name):
@@ -123,17 +123,19 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
             tags += sum(child.tag == "tag" for child in node.children)
             shapes += sum(child.tag in SHAPES for child in node.children)
             if any(child.tag == "box" for child in node.children):
-                _read_image(node, frame, sizes.get((name, node.attrib.get("task_id", ""))), name, intake)
+                _read_image(node, frame, sizes.get((name, node.attrib.get("task_id", ""))), name, validator)
         for count, what, reason in (
             (tags, "tags", "They are about whole pictures."),
             (shapes, "shapes", "They are no boxes."),
         ):
             if count:
-                intake.skip(f"{name}: {count} {what}", reason)
-    return intake.finish(files[0][1])
+                validator.skip(f"{name}: {count} {what}", reason)
+    return validator.finish(files[0][1])
 
 
-def _listed(files: list[tuple[Path, str]], intake: Intake) -> tuple[list[Listed], dict[tuple[str, str], Node]]:
+def _listed(
+    files: list[tuple[Path, str]], validator: ImportValidator
+) -> tuple[list[Listed], dict[tuple[str, str], Node]]:
     """The pictures of all files, and the ``<original_size>`` of each task, the only one without its id too."""
     listed: list[Listed] = []
     sizes: dict[tuple[str, str], Node] = {}
@@ -144,7 +146,7 @@ def _listed(files: list[tuple[Path, str]], intake: Intake) -> tuple[list[Listed]
             if node.tag == "track":
                 raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it as that.")
             if node.tag == "meta":
-                declare_labels(node, intake)
+                declare_labels(node, validator)
                 tasks = _tasks(node)
                 sizes |= {(name, key): size for key, task in tasks.items() if (size := task.child("original_size"))}
                 size = node.child("original_size")
@@ -175,22 +177,22 @@ def _tasks(meta: Node) -> dict[str, Node]:
     return found
 
 
-def _scale(node: Node, size: Node | None, file: str, intake: Intake) -> tuple[float, float]:
+def _scale(node: Node, size: Node | None, file: str, validator: ImportValidator) -> tuple[float, float]:
     # Datumaro leaves the size out where it does not know the picture.
     if "width" in node.attrib or "height" in node.attrib:
-        return intake.scale(number(node, "width", file), number(node, "height", file), file, node.line)
+        return validator.scale(number(node, "width", file), number(node, "height", file), file, node.line)
     if size is None:
         return 1.0, 1.0
     try:
         width, height = real_number(size.value("width")), real_number(size.value("height"))
     except ValueError:
         raise refuse(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
-    return intake.scale(width, height, file, size.line)
+    return validator.scale(width, height, file, size.line)
 
 
-def _read_image(node: Node, frame: int, size: Node | None, file: str, intake: Intake) -> None:
+def _read_image(node: Node, frame: int, size: Node | None, file: str, validator: ImportValidator) -> None:
     """Takes the boxes of one picture."""
-    scale = _scale(node, size, file, intake)
+    scale = _scale(node, size, file, validator)
     for count, child in enumerate(node.all("box")):
         if flag(child, "outside", file, "0"):
             # Datumaro carries CVAT's marks of the end of a track into pictures.
@@ -200,18 +202,18 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, intake: In
         said = (values.get("uid", "") or values.get("track_id", "")).strip()
         uid = said or f"frame{frame}-{count + 1}"
         if not said:
-            uid = intake.unique(uid, file, child.line)
-        label = intake.label(attribute(child, "label", file), file, child.line)
+            uid = validator.unique(uid, file, child.line)
+        label = validator.label(attribute(child, "label", file), file, child.line)
         score = values.get("score", "").strip()
         try:
             value = real_number(score) if score else math.nan
         except ValueError:
             raise refuse(file, child.line, f"the attribute score must be a number. Got {score[:40]!r}.") from None
-        known = uid in intake
-        taken = intake.box(
+        known = uid in validator
+        taken = validator.box(
             uid,
             frame,
-            box_edges(child, file, intake, scale),
+            box_edges(child, file, validator, scale),
             label,
             file=file,
             line=child.line,
@@ -221,7 +223,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, intake: In
             said=said_in(values, _OWN),
         )
         if taken and not known:
-            intake.describe(
+            validator.describe(
                 uid,
                 state=ours.get("state", "").strip() or "open",
                 source=ours.get("source", "").strip() or "imported",

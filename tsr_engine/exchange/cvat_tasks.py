@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.subject import Part, choose
 from tsr_engine.exchange.xml import Node
 from tsr_engine.io.plain_numbers import real_number, whole_number
@@ -68,8 +68,8 @@ def tasks_of(meta: Node, file: str) -> list[Task]:
         stride = max(int(step[1]), 1) if step else 1
         if node.value("subset") != subset:
             subset, begin = node.value("subset"), 0
-        told = common["source"]
-        source = node.value("source") or (told.text if told is not None else "")
+        reported = common["source"]
+        source = node.value("source") or (reported.text if reported is not None else "")
         size = node.child("original_size") or common["original_size"]
         tasks.append(
             Task(node.value("id"), node.value("name"), source, stride, _stop(node), begin, size, inside is not None)
@@ -82,8 +82,8 @@ def tasks_of(meta: Node, file: str) -> list[Task]:
 class TaskOfVideo:
     """The one task of a file that is about the video of an import."""
 
-    def __init__(self, meta: Node, intake: Intake, file: str) -> None:
-        """Choose it; what is left out is told.
+    def __init__(self, meta: Node, validator: ImportValidator, file: str) -> None:
+        """Choose it; what is left out is reported.
 
         Raises:
             ImportFormatError: no task is about the video, two are, or its pictures have another size.
@@ -93,16 +93,18 @@ class TaskOfVideo:
             Part(task, (task.source or task.name,), ids=tuple(filter(None, (task.id, task.name))))
             for task in self._known
         ]
-        found = choose(parts, intake, file, "task")
+        found = choose(parts, validator, file, "task")
         self._task = found[0].content if found else None
-        frames, stop = intake.target.video.frames, None if self._task is None else self._task.stop
+        frames, stop = validator.target.video.frames, None if self._task is None else self._task.stop
         if stop is not None and stop >= frames:
-            intake.repair(f"{file}: its task ends with frame {stop}, {intake.target.video.name} with {frames - 1}.")
+            validator.repair(
+                f"{file}: its task ends with frame {stop}, {validator.target.video.name} with {frames - 1}."
+            )
         self._said = ""
         self.others = 0
         """Elements of other tasks."""
         size = self._task.size if self._task is not None else meta.child("original_size")
-        self.scale = (1.0, 1.0) if size is None else _scale(size, intake, file)
+        self.scale = (1.0, 1.0) if size is None else _scale(size, validator, file)
 
     @property
     def offset(self) -> int:
@@ -138,12 +140,12 @@ class TaskOfVideo:
         return True
 
 
-def _scale(size: Node, intake: Intake, file: str) -> tuple[float, float]:
+def _scale(size: Node, validator: ImportValidator, file: str) -> tuple[float, float]:
     try:
         width, height = real_number(size.value("width")), real_number(size.value("height"))
     except ValueError:
         raise refuse(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
-    return intake.scale(width, height, file, size.line)
+    return validator.scale(width, height, file, size.line)
 
 
 def _stop(node: Node) -> int | None:

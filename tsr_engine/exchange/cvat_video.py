@@ -15,7 +15,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from tsr_engine.exchange.attributes import at_row, ours_in, said_in
-from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
+from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
 from tsr_engine.exchange.cvat import (
     OWN_NAMES,
     SHAPES,
@@ -37,7 +37,7 @@ from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Swi
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.pictures import WrittenPicture, frames_of, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.split import SUBSETS, subset_of
@@ -52,7 +52,7 @@ _DECIMALS = 2
 _ROUNDING = 0.5 * 10**-_DECIMALS
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels = class_map(dataset, options.used_labels)
     extra = [*(["ignore"] if labels.ignore else []), *(["frame_label"] if labels.changes else [])]
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
@@ -86,8 +86,8 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
             parts.append({"folder": name, "video": place, "subset": subset, "tracks": number})
         prefix = next(folders[place, subset] for subset in subsets)
         pictures += _pictures(video, place, out, prefix if len(subsets) == 1 else _stem(folders, place), options)
-    told = {"origin": 0, "decimals": _DECIMALS, "key_frames": keys, "parts": parts, "pictures": pictures}
-    return [], told
+    reported = {"origin": 0, "decimals": _DECIMALS, "key_frames": keys, "parts": parts, "pictures": pictures}
+    return [], reported
 
 
 def _folders(dataset: Dataset, subsets: list[str]) -> dict[tuple[int, str], str]:
@@ -109,7 +109,7 @@ def _stem(folders: dict[tuple[int, str], str], place: int) -> str:
 
 
 def _pictures(
-    video: DatasetVideo, place: int, out: Outlet, home: str, options: ExportOptions
+    video: DatasetVideo, place: int, out: OutputSink, home: str, options: ExportOptions
 ) -> Iterator[WrittenPicture]:
     if options.pictures == "none":
         return
@@ -165,32 +165,32 @@ def _write_track(
 
 
 def _read(path: Path, target: ImportTarget) -> Dataset:
-    intake = Intake(target)
+    validator = ImportValidator(target)
     files = find_files(path, target.video)
     for file, name in files:
-        task = TaskOfVideo(Node("meta", {}, 1), intake, name)
+        task = TaskOfVideo(Node("meta", {}, 1), validator, name)
         for node in elements(file, "annotations", ("meta", "track", "image"), name=name):
             if node.tag == "meta":
-                task = TaskOfVideo(node, intake, name)
-                declare_labels(node, intake)
+                task = TaskOfVideo(node, validator, name)
+                declare_labels(node, validator)
             elif node.tag == "image":
                 raise refuse(name, node.line, "has <image> elements: it is CVAT for images. Import it as that.")
             elif task.has(node, name):
-                _read_track(node, name, intake, task)
+                _read_track(node, name, validator, task)
         if task.others:
-            intake.skip(f"{name}: {task.others} tracks", "They are of other tasks.")
-    return intake.finish(files[0][1], interpolate=True)
+            validator.skip(f"{name}: {task.others} tracks", "They are of other tasks.")
+    return validator.finish(files[0][1], interpolate=True)
 
 
-def _read_track(node: Node, file: str, intake: Intake, task: TaskOfVideo) -> None:
+def _read_track(node: Node, file: str, validator: ImportValidator, task: TaskOfVideo) -> None:
     shapes = {child.tag for child in node.children} & SHAPES
     if shapes:
-        intake.skip(f"{file}, line {node.line}: track", f"It consists of {', '.join(sorted(shapes))}, not boxes.")
+        validator.skip(f"{file}, line {node.line}: track", f"It consists of {', '.join(sorted(shapes))}, not boxes.")
         return
-    label = intake.label(attribute(node, "label", file), file, node.line)
+    label = validator.label(attribute(node, "label", file), file, node.line)
     rows = [(child, attributes_of(child)) for child in node.all("box")]
     said = next((values["uid"] for _, values in rows if values.get("uid", "").strip()), "").strip()
-    uid = intake.unique(said or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
+    uid = validator.unique(said or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
     first: Mapping[str, str] = {}
     last_row = -1
     # FiftyOne says which boxes are key frames only of labels that know it. Its others are boxes of their own.
@@ -198,22 +198,22 @@ def _read_track(node: Node, file: str, intake: Intake, task: TaskOfVideo) -> Non
     for child, values in rows:
         is_key = flag(child, "keyframe", file, str(int(not says)))
         outside = flag(child, "outside", file, "0")
-        frame = _frame(child, file, intake, task, outside=outside)
+        frame = _frame(child, file, validator, task, outside=outside)
         if not outside:
             last_row = max(last_row, frame)
         if not is_key and "keyframe" in child.attrib:
             continue
         if outside:
-            intake.end(uid, frame)
+            validator.end(uid, frame)
             continue
         ours = ours_in(values)
         first = first or ours
         own = values.get("frame_label", "").strip()
-        intake.box(
+        validator.box(
             uid,
             frame,
-            box_edges(child, file, intake, task.scale),
-            intake.label(own, file, child.line) if own else label,
+            box_edges(child, file, validator, task.scale),
+            validator.label(own, file, child.line) if own else label,
             file=file,
             line=child.line,
             key=is_key,
@@ -222,7 +222,7 @@ def _read_track(node: Node, file: str, intake: Intake, task: TaskOfVideo) -> Non
             score=_score(values.get("score", "").strip(), file, child),
             said=said_in(values, OWN_NAMES),
         )
-    intake.describe(
+    validator.describe(
         uid,
         state=first.get("state", "").strip() or "open",
         source=first.get("source", "").strip() or "imported",
@@ -231,12 +231,12 @@ def _read_track(node: Node, file: str, intake: Intake, task: TaskOfVideo) -> Non
     )
 
 
-def _frame(node: Node, file: str, intake: Intake, task: TaskOfVideo, *, outside: bool) -> int:
-    value, count = attribute(node, "frame", file), intake.target.video.frames
+def _frame(node: Node, file: str, validator: ImportValidator, task: TaskOfVideo, *, outside: bool) -> int:
+    value, count = attribute(node, "frame", file), validator.target.video.frames
     # The mark of the end may lie one step of the task behind the last frame.
     if outside and value in {str(task.offset + count + more) for more in range(task.step)}:
         return count
-    return intake.frame(value, file, node.line, origin=task.offset)
+    return validator.frame(value, file, node.line, origin=task.offset)
 
 
 def _score(value: str, file: str, node: Node) -> float:

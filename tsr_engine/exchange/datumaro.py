@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.exchange.attributes import attributes_in, inner, ours_in, said_in, written
-from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
+from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
@@ -23,7 +23,7 @@ from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.json_stream import heads, members
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
 from tsr_engine.exchange.rounding import rounded
@@ -43,7 +43,7 @@ _CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
 """Older versions, and CVAT's, do not name the format; categories are an object in no other."""
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
@@ -133,12 +133,12 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
 
 
 def _read(path: Path, target: ImportTarget) -> Dataset:
-    intake = Intake(target)
+    validator = ImportValidator(target)
     files = json_files(path)
     if not files:
         raise refuse(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
     listed = [picture for file in files for picture in _listed(file, len(files) > 1)]
-    frames = iter(frames_of_pictures(listed, intake, path if path.is_dir() else path.parent))
+    frames = iter(frames_of_pictures(listed, validator, path if path.is_dir() else path.parent))
     shapes = 0
     for file in files:
         content = heads(file, ("categories",))
@@ -152,12 +152,12 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
             if frame is None:
                 continue
             where = f"item {place}"
-            scale = _scale(item, file.name, where, intake)
+            scale = _scale(item, file.name, where, validator)
             for count, note in enumerate(item.get("annotations", [])):
-                shapes += not _annotation(note, names, frame, scale, intake, file.name, f"{where}, box {count + 1}")
+                shapes += not _annotation(note, names, frame, scale, validator, file.name, f"{where}, box {count + 1}")
     if shapes:
-        intake.skip(f"{shapes} annotations", "They are no boxes.")
-    return intake.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
+        validator.skip(f"{shapes} annotations", "They are no boxes.")
+    return validator.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
 
 
 def _listed(file: Path, several: bool) -> Iterator[Listed]:
@@ -187,21 +187,27 @@ def _label_names(content: dict[str, Any], file: str) -> list[str]:
         raise refuse(file, None, "has no categories.label.labels with names. Export as Datumaro again.") from None
 
 
-def _scale(item: dict[str, Any], file: str, where: str, intake: Intake) -> tuple[float, float]:
+def _scale(item: dict[str, Any], file: str, where: str, validator: ImportValidator) -> tuple[float, float]:
     image = item.get("image")
     size = image.get("size") if isinstance(image, dict) else None
     if size is None:
         return 1.0, 1.0
-    video = intake.target.video
+    video = validator.target.video
     if size == [video.height, video.width]:
         return 1.0, 1.0
     if not (isinstance(size, list) and len(size) == 2 and all(isinstance(side, int | float) for side in size)):
         raise refuse(file, where, f"image.size must be [height, width]. Got {str(size)[:60]}.")
-    return intake.scale(float(size[1]), float(size[0]), file, where)
+    return validator.scale(float(size[1]), float(size[0]), file, where)
 
 
 def _annotation(
-    note: Any, names: list[str], frame: int, scale: tuple[float, float], intake: Intake, file: str, where: str
+    note: Any,
+    names: list[str],
+    frame: int,
+    scale: tuple[float, float],
+    validator: ImportValidator,
+    file: str,
+    where: str,
 ) -> bool:
     """Takes one annotation; False: it is no box."""
     if not isinstance(note, dict):
@@ -217,20 +223,20 @@ def _annotation(
     track = track_of(said.get("track_id"), "track_id", file, where)
     uid = str(said.get("uid", "")).strip() or (f"datumaro-{track}" if track is not None else "")
     if not uid:
-        uid = intake.unique(f"{frame}-{where.rsplit(' ', 1)[1]}", file, where)
+        uid = validator.unique(f"{frame}-{where.rsplit(' ', 1)[1]}", file, where)
     if said.get("outside") in (True, "true", "True"):
         # Datumaro keeps CVAT's marks of the end as boxes.
-        intake.end(uid, frame)
+        validator.end(uid, frame)
         return True
     score = said.get("score")
     if score is not None and type(score) not in (int, float):
         raise refuse(file, where, f"score must be a number. Got {str(score)[:40]!r}.")
-    known = uid in intake
-    taken = intake.box(
+    known = uid in validator
+    taken = validator.box(
         uid,
         frame,
-        intake.edges(lambda: _edges(note.get("bbox"), said.get("rotation"), scale, intake, file, where)),
-        intake.label(names[label], file, where),
+        validator.edges(lambda: _edges(note.get("bbox"), said.get("rotation"), scale, validator, file, where)),
+        validator.label(names[label], file, where),
         file=file,
         line=where,
         key=said.get("keyframe", True) not in (False, "false", "False"),
@@ -240,7 +246,7 @@ def _annotation(
         said=attributes_in(said_in(said, _OWN), file, where),
     )
     if taken and not known:
-        intake.describe(
+        validator.describe(
             uid,
             state=str(ours.get("state", "open")),
             source=str(ours.get("source", "imported")),
@@ -249,14 +255,14 @@ def _annotation(
     return True
 
 
-def _edges(box: Any, turn: Any, scale: tuple[float, float], intake: Intake, file: str, where: str) -> Edges:
+def _edges(box: Any, turn: Any, scale: tuple[float, float], validator: ImportValidator, file: str, where: str) -> Edges:
     """Edges in px of the video; a turned box becomes the upright one around it."""
     if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
         raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
     edges = (x, y, x + width, y + height)
     if turn:
-        edges = upright(edges, real_of(turn, "rotation", file, where, in_text=True), intake, file, where)
+        edges = upright(edges, real_of(turn, "rotation", file, where, in_text=True), validator, file, where)
     return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
 
 

@@ -16,7 +16,7 @@ from tsr_engine.exchange.filters import inside_pictures
 from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.manifest import MANIFEST, Manifest, describe, survey
 from tsr_engine.exchange.negatives import signs_alone
-from tsr_engine.exchange.outlet import FolderOutlet, Outlet, ZipOutlet
+from tsr_engine.exchange.output_sink import FolderSink, OutputSink, ZipSink
 from tsr_engine.exchange.publish import fsync_tree, publish, workshop
 from tsr_engine.exchange.registry import switches_of
 from tsr_engine.exchange.relabel import merged_resolved
@@ -76,24 +76,24 @@ def export_dataset(
     try:
         with workshop(out) as shop, seldom_collected():
 
-            def write_into(outlet: Outlet) -> Manifest:
-                skipped, extra = write(signs, outlet, options)
+            def write_into(sink: OutputSink) -> Manifest:
+                skipped, extra = write(signs, sink, options)
                 lost = without(signs, all_of_them=format.attributes == "none", title=format.title) if limited else []
                 everything = [*dataset.skipped, *found.skipped, *skipped, *lost]
-                manifest = describe(signs, format, options, found, everything, extra, outlet.files, about or {})
-                outlet.put(MANIFEST, manifest.encoded())
+                manifest = describe(signs, format, options, found, everything, extra, sink.files, about or {})
+                sink.put(MANIFEST, manifest.encoded())
                 return manifest
 
             if zipped:
                 made = shop / "export.zip"
                 with made.open("xb") as stream:
                     pulse = partial(options.progress, found.tracks, found.tracks)
-                    with ZipOutlet(stream, shop, pulse) as archive:
+                    with ZipSink(stream, shop, pulse) as archive:
                         manifest = write_into(archive)
             else:
                 made = shop / "export"
                 made.mkdir()
-                manifest = write_into(FolderOutlet(made))
+                manifest = write_into(FolderSink(made))
             fsync_tree(made)
             publish(made, out)
     except OSError as error:

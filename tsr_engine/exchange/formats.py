@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
-from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.spool import Spool
+from tsr_engine.exchange.output_sink import OutputSink
+from tsr_engine.exchange.small_file_store import SmallFileStore
 from tsr_engine.labels.model import LabelSet
 
 __all__ = ["BAD_BOXES", "ExportOptions", "Format", "ImportLimits", "ImportTarget", "Switch", "UnknownNames", "Writer"]
@@ -96,7 +96,7 @@ class ImportTarget:
         unknown: what becomes of names that no label has: ``refuse`` the file with their list, ``add`` them to the set
             with the attributes that the file declares, or ``skip`` their boxes.
         wrapper: name of the folder in which the format begins, where that is not what a person chose; else empty.
-        spool: small files of an unpacked archive that are not on the disk; readers of such ask it.
+        store: small files of an unpacked archive that are not on the disk; readers of such ask it.
         limits: what the import may hold.
     """
 
@@ -107,14 +107,16 @@ class ImportTarget:
     remembered: Mapping[str, int] = field(default_factory=dict)
     unknown: UnknownNames = "refuse"
     wrapper: str = ""
-    spool: Spool | None = field(default=None, repr=False, compare=False)
+    store: SmallFileStore | None = field(default=None, repr=False, compare=False)
     limits: ImportLimits = field(default_factory=ImportLimits)
 
 
 class Writer(Protocol):
     """Writes the files of a data set and says what it left out, and what the manifest should know."""
 
-    def __call__(self, dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    def __call__(
+        self, dataset: Dataset, out: OutputSink, options: ExportOptions
+    ) -> tuple[list[Skipped], dict[str, Any]]:
         """Raises ``ExportError`` with one sentence where the format cannot hold the data (variable frame rate...)."""
         ...
 

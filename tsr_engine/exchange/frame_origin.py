@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.formats import Switch
 
 __all__ = ["FIRST_FRAME_SWITCH", "FrameOrigin"]
@@ -23,17 +23,17 @@ class FrameOrigin:
         settled: nothing is left to decide.
     """
 
-    def __init__(self, intake: Intake, usual: int | None = None, *, sure: bool = False) -> None:
+    def __init__(self, validator: ImportValidator, usual: int | None = None, *, sure: bool = False) -> None:
         """Take the video and the switch ``first_frame``.
 
         Args:
-            intake: of the import.
+            validator: of the import.
             usual: where the tool counts from; None: not known.
             sure: the file is one of ours, which counts from ``usual``.
         """
-        self._intake = intake
+        self._validator = validator
         self._usual = usual
-        said = intake.target.switches.get("first_frame", "auto")
+        said = validator.target.switches.get("first_frame", "auto")
         self.settled = said != "auto" or sure
         self.origin = int(said) if said != "auto" else usual or 0
         self._numbers: set[float] = set()
@@ -43,8 +43,8 @@ class FrameOrigin:
         self._numbers.add(number)
 
     def decide(self, file: str, *, documented: bool = False) -> None:
-        """Settle the origin by all numbers; what they leave open is told, unless the layout is ``documented``."""
-        frames = self._intake.target.video.frames
+        """Settle the origin by all numbers; what they leave open is reported, unless the layout is ``documented``."""
+        frames = self._validator.target.video.frames
         self.settled = True
         if not self._numbers:
             return
@@ -52,9 +52,9 @@ class FrameOrigin:
         # Two rows may name two frames by mistake; half of all frames do not.
         if self._usual is None and (least, most) == (1, frames) and 2 * len(self._numbers) >= frames:
             self.origin = 1
-            self._intake.repair(f"{file}: frames were taken to count from 1, since its numbers are 1 to {frames}.")
+            self._validator.repair(f"{file}: frames were taken to count from 1, since its numbers are 1 to {frames}.")
         elif 1 <= least <= most < frames and not documented and (self._usual is None or least > 1):
-            self._intake.repair(
+            self._validator.repair(
                 f"{file}: frames were taken to count from {self.origin}; its numbers {least:g} to {most:g} fit both. "
                 f"Import with first_frame={1 - self.origin} if they count from {1 - self.origin}."
             )
@@ -66,7 +66,7 @@ class FrameOrigin:
             ImportFormatError: not a whole number, or not a frame of the video.
         """
         try:
-            return self._intake.frame(number, file, line, origin=self.origin)
+            return self._validator.frame(number, file, line, origin=self.origin)
         except ImportFormatError as error:
             hint = f" Import with first_frame={1 - self.origin} if it counts from there."
             raise ImportFormatError(f"{error}{hint if 'whole number' not in str(error) else ''}", error.kind) from None

@@ -10,15 +10,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tsr_engine.exchange.beside import is_wrapper, told_by_manifest
-from tsr_engine.exchange.checks import Intake, read_text, refuse
+from tsr_engine.exchange.beside import is_wrapper, stated_by_manifest
+from tsr_engine.exchange.checks import ImportValidator, read_text, refuse
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.labels import benchmark_keys, benchmark_numbers
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LINK_SWITCH, LooseBoxes
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed, names_in
 from tsr_engine.exchange.whole_pixels import whole_pixels
@@ -32,7 +32,7 @@ LIST = "pictures.txt"
 _BENCHMARK = Custom(0, "the benchmark's scenes begin with 00000", before="", digits=5)
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     suffix = options.switches.get("image", "jpg")
     corners = options.switches.get("corners", "inclusive")
     numbers = benchmark_numbers(dataset.labels)
@@ -80,36 +80,36 @@ def _name(part: PictureList, frame: int, suffix: str) -> str:
 
 
 def _read(path: Path, target: ImportTarget) -> Dataset:
-    intake = Intake(target)
+    validator = ImportValidator(target)
     files = _files(path)
     if not files:
         raise refuse(path.name, None, f"has no {TRUTH}. Name the folder that has it.")
     home = path if path.is_dir() else path.parent
     corners = target.switches.get("corners", "auto")
     if corners == "auto":
-        corners = told_by_manifest(home, "corners") or "inclusive"
+        corners = stated_by_manifest(home, "corners") or "inclusive"
     rows = [
         (file.relative_to(home).as_posix(), line, content)
         for file in files
         for line, content in enumerate(read_text(file).splitlines(), start=1)
         if content.strip()
     ]
-    tell_open_ends(((file.relative_to(home).as_posix(), last_of(file)) for file in files), intake)
+    tell_open_ends(((file.relative_to(home).as_posix(), last_of(file)) for file in files), validator)
     listed: dict[tuple[str, str], Listed] = {}
     for name, line, content in rows:
         picture = _cells(content, name, line)[0]
         if (name, picture) not in listed:
             listed[name, picture] = Listed(picture, name, line, custom=_BENCHMARK)
     more = [picture for file in files for picture in names_in(file.parent / LIST)]
-    frames = dict(zip(listed, frames_of_pictures(list(listed.values()), intake, home, more), strict=True))
-    loose = LooseBoxes(intake, files[0].name)
+    frames = dict(zip(listed, frames_of_pictures(list(listed.values()), validator, home, more), strict=True))
+    loose = LooseBoxes(validator, files[0].name)
     for name, line, content in rows:
         cells = _cells(content, name, line)
         frame = frames[name, cells[0]]
         if frame is not None:
-            _read_row(cells, frame, name, line, corners, intake, loose)
+            _read_row(cells, frame, name, line, corners, validator, loose)
     loose.settle()
-    return intake.finish(files[0].name)
+    return validator.finish(files[0].name)
 
 
 def _cells(content: str, file: str, line: int) -> list[str]:
@@ -120,13 +120,13 @@ def _cells(content: str, file: str, line: int) -> list[str]:
 
 
 def _read_row(
-    cells: list[str], frame: int, file: str, line: int, corners: str, intake: Intake, loose: LooseBoxes
+    cells: list[str], frame: int, file: str, line: int, corners: str, validator: ImportValidator, loose: LooseBoxes
 ) -> None:
     label = _whole(cells[5], cells, file, line)
     if not 0 <= label < len(benchmark_keys()):
         raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
-    edges = intake.edges(lambda: _edges(cells, 1 if corners == "inclusive" else 0, file, line))
-    loose.add(frame, edges, intake.label(benchmark_keys()[label], file, line), file=file, line=line)
+    edges = validator.edges(lambda: _edges(cells, 1 if corners == "inclusive" else 0, file, line))
+    loose.add(frame, edges, validator.label(benchmark_keys()[label], file, line), file=file, line=line)
 
 
 def _edges(cells: list[str], extra: int, file: str, line: int) -> tuple[float, float, float, float]:

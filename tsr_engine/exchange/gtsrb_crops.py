@@ -23,7 +23,7 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.gtsrb_reader import OWN, SIDE, read_crops, sniff_crops
 from tsr_engine.exchange.labels import benchmark_numbers
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.pictures import encode, picture_sha256, stream_frames
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.sidecar import ATTRIBUTES, COLUMNS, SideText, csv_text
@@ -74,7 +74,7 @@ def border_of(side: int) -> int:
     return max(LEAST_BORDER, int(BORDER * side + 0.5))
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     writer = _Writer(dataset, out, options)
     with out.text(SIDE, errors="replace") as side:
         side.write(csv_text([*OWN, *COLUMNS, ATTRIBUTES]) + "\n")
@@ -90,19 +90,19 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
         )
         if count
     ]
-    told = {
+    reported = {
         "roi": "edges within the crop, right and lower one exclusive",
         "border": f"{BORDER:.0%} of the side, at least {LEAST_BORDER} px, the picture's edge repeated outside",
         "crops": writer.crops,
         "tracks": SIDE,
     }
-    return skipped, told
+    return skipped, reported
 
 
 class _Writer:
     """Cuts out one frame after the other; tables are written when all crops are."""
 
-    def __init__(self, dataset: Dataset, out: Outlet, options: ExportOptions) -> None:
+    def __init__(self, dataset: Dataset, out: OutputSink, options: ExportOptions) -> None:
         self._out = out
         self._numbers = benchmark_numbers(dataset.labels)
         self._options = options
@@ -120,7 +120,7 @@ class _Writer:
         subsets = [subset_of(video, info.uid, self._options.split) or "" for info in rows.tracks]
         boxes = whole_pixels(rows.boxes, video.width, video.height)
         running = [0] * len(rows.tracks)
-        told = SideText(rows)
+        reported = SideText(rows)
         places = {frame: at for frame, at in rows.by_frame() if chosen[at].any()}
         frames = np.array(list(places), dtype=np.int64)
         for frame in stream_frames(video, frames):
@@ -136,7 +136,7 @@ class _Writer:
                 crop, roi = crop_with_border(frame.picture, (x1, y1, x2, y2))
                 path = self._put(subsets[number], self._numbers[rows.tracks[number].label], name, crop, roi)
                 own = [path, video.name, video.sha256, frame.ordinal, x1 - roi[0], y1 - roi[1], digest]
-                side.write(f"{csv_text(own)},{told(k)}\n")
+                side.write(f"{csv_text(own)},{reported(k)}\n")
                 self.crops += 1
                 self._options.progress(self.crops, max(self._total, self.crops))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tsr_engine.exchange.beside import is_wrapper
-from tsr_engine.exchange.checks import Intake, read_text, refuse
+from tsr_engine.exchange.checks import ImportValidator, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.labels import benchmark_keys
@@ -39,7 +39,7 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
     tables: dict[str, tuple[str, int, tuple[int, ...]]] = {}
     for table in sorted(root.rglob("GT-*.csv")):
         _read_table(table, root, tables)
-    intake = Intake(target)
+    validator = ImportValidator(target)
     video = target.video
     side = list(read_side(root / SIDE, OWN))
     names = {(entry.own["video"], entry.own["video_sha256"]): None for entry in side}
@@ -47,10 +47,10 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         Part(key, (key[0],), ids=(key[0],), known=key[1] == video.sha256 if key[1] and video.sha256 else None)
         for key in names
     ]
-    own = {part.content for part in choose(parts, intake, SIDE, "video", merge=True)}
+    own = {part.content for part in choose(parts, validator, SIDE, "video", merge=True)}
     tell_open_ends(
         ((path.relative_to(root).as_posix(), last_of(path)) for path in (root / SIDE, *sorted(root.rglob("GT-*.csv")))),
-        intake,
+        validator,
     )
     others = missing = 0
     for entry in side:
@@ -64,14 +64,14 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         file, line, (x1, y1, x2, y2, label) = found
         if not 0 <= label < len(benchmark_keys()):
             raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
-        frame = intake.frame(entry.own["frame"], SIDE, entry.line)
+        frame = validator.frame(entry.own["frame"], SIDE, entry.line)
         left, top = (_whole(entry.own[name], name, SIDE, entry.line) for name in ("left", "top"))
-        known = entry.uid in intake
-        taken = intake.box(
+        known = entry.uid in validator
+        taken = validator.box(
             entry.uid,
             frame,
             (left + x1, top + y1, left + x2, top + y2),
-            intake.label(benchmark_keys()[label], file, line),
+            validator.label(benchmark_keys()[label], file, line),
             file=file,
             line=line,
             key=entry.key,
@@ -80,14 +80,14 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
             said=entry.said,
         )
         if taken and (entry.note or not known):
-            entry.tell(intake, frame)
+            entry.tell(validator, frame)
     if others:
-        intake.skip(f"{others} crops", f"They are of another video than {video.name}.")
+        validator.skip(f"{others} crops", f"They are of another video than {video.name}.")
     if missing:
-        intake.skip(f"{missing} crops of {SIDE}", "No table GT-*.csv lists them any more.")
+        validator.skip(f"{missing} crops of {SIDE}", "No table GT-*.csv lists them any more.")
     if len(names) == 1 and tables:
-        intake.skip(f"{len(tables)} crops", f"{SIDE} does not say where they were cut out.")
-    return intake.finish(SIDE)
+        validator.skip(f"{len(tables)} crops", f"{SIDE} does not say where they were cut out.")
+    return validator.finish(SIDE)
 
 
 def _read_table(table: Path, root: Path, out: dict[str, tuple[str, int, tuple[int, ...]]]) -> None:

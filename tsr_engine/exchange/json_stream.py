@@ -14,7 +14,7 @@ from tsr_engine.exchange.reading import MAX_JSON_BYTES, refuse
 __all__ = ["OPENED", "heads", "members"]
 
 OPENED = 0
-"""The place that is told when a list begins; its elements count from 1."""
+"""The place that is informed when a list begins; its elements count from 1."""
 _CHUNK = 4 << 20
 _AFTER = frozenset(" \t\n\r,:]}")
 _SPACE = re.compile(r"[ \t\n\r]*")

@@ -22,7 +22,7 @@ from tsr_engine.exchange.label_studio_reader import read_label_studio, sniff_lab
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.thinning import key_frames, runs_of
@@ -34,7 +34,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 6
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     if options.pictures != "none":
         raise ExportError("Label Studio shows the video itself. Export without pictures.")
     for video in dataset.videos:
@@ -83,8 +83,8 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
         Skipped(f"{ignored} boxes to ignore", "Label Studio has no such mark.") if ignored else None,
         Skipped("Labels of single frames", "A region of Label Studio has one label.") if labels.changes else None,
     ]
-    told = {"origin": 1, "unit": "percent of the picture", "decimals": _DECIMALS, "key_frames": keys}
-    return [item for item in skipped if item is not None], told
+    reported = {"origin": 1, "unit": "percent of the picture", "decimals": _DECIMALS, "key_frames": keys}
+    return [item for item in skipped if item is not None], reported
 
 
 def _constant_rate(video: DatasetVideo) -> float:
@@ -102,7 +102,7 @@ def _constant_rate(video: DatasetVideo) -> float:
 
 
 def _task_head(video: DatasetVideo, called: str, rate: float, subset: str | None, options: ExportOptions) -> str:
-    # Label Studio finds a video by this name alone, so two of one name must be told apart.
+    # Label Studio finds a video by this name alone, so two of one name must be distinguished.
     file = video.name if called == safe_stem(video.name) else called + Path(video.name).suffix
     data: dict[str, Any] = {"video": file, "fps": rate, "sha256": video.sha256}
     if subset is not None:

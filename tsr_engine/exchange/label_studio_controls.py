@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.additions import Declared
 from tsr_engine.exchange.attributes import as_text, restored, written
-from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.labels import ClassMap
 from tsr_engine.exchange.xml import elements, quoted
@@ -93,8 +93,8 @@ def _answer(kind: str, value: Mapping[str, Any]) -> AttributeValue | None:
     return None
 
 
-def declare_controls(folder: Path, intake: Intake) -> None:
-    """Tell an intake what the labelling configuration beside the tasks asks about every label; it may be missing."""
+def declare_controls(folder: Path, validator: ImportValidator) -> None:
+    """Tell an validator what the labelling configuration beside the tasks asks about every label; it may be missing."""
     path = folder / CONFIG
     if not path.is_file():
         return
@@ -108,4 +108,4 @@ def declare_controls(folder: Path, intake: Intake) -> None:
                 about |= {"kind": "checkbox"} if set(values) == set(_TRUTH) else {"kind": "select", "values": values}
             with suppress(ValidationError):
                 attributes.append(Attribute(**about))
-    intake.declare("", Declared(tuple(attributes)))
+    validator.declare("", Declared(tuple(attributes)))

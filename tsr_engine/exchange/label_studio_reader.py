@@ -9,13 +9,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tsr_engine.exchange.checks import Intake, read_json, refuse
+from tsr_engine.exchange.checks import ImportValidator, read_json, refuse
 from tsr_engine.exchange.dataset import UNSAID, Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.label_studio_controls import answers_of, declare_controls
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.split import SUBSETS
-from tsr_engine.exchange.subject import Part, choose, likeness, name_in
+from tsr_engine.exchange.subject import Part, choose, name_in, name_similarity
 
 __all__ = ["FILES", "read_label_studio", "sniff_label_studio"]
 
@@ -40,18 +40,22 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
             None,
             f"counts frames by time, but {video.name} has a variable frame rate, so its frames are others. Use CVAT.",
         )
-    intake = Intake(target)
+    validator = ImportValidator(target)
     files = _files(path)
     if not files:
         raise refuse(path.name, None, "has no JSON file. Export as JSON from Label Studio again.")
     parts = [part for file in files for part in _tasks(file, video)]
-    declare_controls(path if path.is_dir() else path.parent, intake)
-    for part in choose(parts, intake, files[0].name if len(files) == 1 else path.name, "task", merge=_are_ours(parts)):
+    declare_controls(path if path.is_dir() else path.parent, validator)
+    for part in choose(
+        parts, validator, files[0].name if len(files) == 1 else path.name, "task", merge=_are_ours(parts)
+    ):
         task, file_name, where = part.content
         if not part.name and part.known is None:
-            intake.repair(f"{file_name}, {where}: does not say which video it is about. It was taken for {video.name}.")
-        _read_task(task, intake, file_name, where)
-    return intake.finish(files[0].name, interpolate=True)
+            validator.repair(
+                f"{file_name}, {where}: does not say which video it is about. It was taken for {video.name}."
+            )
+        _read_task(task, validator, file_name, where)
+    return validator.finish(files[0].name, interpolate=True)
 
 
 def _files(path: Path) -> list[Path]:
@@ -123,13 +127,13 @@ def _drawn_on(region: Any) -> str:
     return name if isinstance(name, str) else ""
 
 
-def _read_task(task: dict[str, Any], intake: Intake, file: str, where: str) -> None:
+def _read_task(task: dict[str, Any], validator: ImportValidator, file: str, where: str) -> None:
     answers = _answers(task)
     if not answers:
         raise refuse(file, where, "has neither annotations nor predictions with a result. Export as JSON again.")
     if len(answers) > 1:
-        intake.skip(f"{file}, {where}: {len(answers) - 1} annotations", _left(answers))
-    elsewhere = _others(task, answers[0]["result"], intake.target.video)
+        validator.skip(f"{file}, {where}: {len(answers) - 1} annotations", _left(answers))
+    elsewhere = _others(task, answers[0]["result"], validator.target.video)
     labels = {
         region.get("id"): _list(region["value"].get("labels"))
         for region in answers[0]["result"]
@@ -140,7 +144,7 @@ def _read_task(task: dict[str, Any], intake: Intake, file: str, where: str) -> N
     }
     answers_by_region = answers_of(answers[0]["result"])
     drawn = {region.get("id") for region in answers[0]["result"] if _is_rectangle(region)}
-    times = _Times(intake, file, where)
+    times = _Times(validator, file, where)
     other = 0
     for place, region in enumerate(answers[0]["result"]):
         spot = f"{where}, region {place + 1}"
@@ -151,13 +155,13 @@ def _read_task(task: dict[str, Any], intake: Intake, file: str, where: str) -> N
             other += not (known and region.get("id") in drawn)
             continue
         if _drawn_on(region) in elsewhere:
-            intake.skip(f"{file}, {spot}", f"It is drawn on {elsewhere[_drawn_on(region)]}.")
+            validator.skip(f"{file}, {spot}", f"It is drawn on {elsewhere[_drawn_on(region)]}.")
             continue
         said = answers_by_region.get(str(region.get("id")), {})
-        _read_region(region, labels.get(str(region.get("id")), []), said, times, intake, file, spot)
+        _read_region(region, labels.get(str(region.get("id")), []), said, times, validator, file, spot)
     times.settle((task.get("data") or {}).get("fps") if isinstance(task.get("data"), dict) else None)
     if other:
-        intake.skip(f"{file}, {where}: {other} results", "They are no video rectangles.")
+        validator.skip(f"{file}, {where}: {other} results", "They are no video rectangles.")
 
 
 def _is_rectangle(region: Any) -> bool:
@@ -167,11 +171,11 @@ def _is_rectangle(region: Any) -> bool:
 class _Times:
     """Holds the times of key frames against their numbers, which Label Studio makes of them at its own rate."""
 
-    def __init__(self, intake: Intake, file: str, where: str) -> None:
-        self._intake = intake
+    def __init__(self, validator: ImportValidator, file: str, where: str) -> None:
+        self._validator = validator
         self._file = file
         self._where = where
-        self._rate = float(intake.target.video.rate or 0)
+        self._rate = float(validator.target.video.rate or 0)
         self._seen = 0
         self._wrong: list[str] = []
         self._first = ""
@@ -194,7 +198,7 @@ class _Times:
         Raises:
             ImportFormatError: most times are those of other frames.
         """
-        video, rate = self._intake.target.video, f"{self._rate:g} frames/s"
+        video, rate = self._validator.target.video, f"{self._rate:g} frames/s"
         if len(self._wrong) * 2 > self._seen:
             raise refuse(
                 self._file,
@@ -203,12 +207,14 @@ class _Times:
                 'rate. Set framerate="$fps" in the labelling configuration.',
             )
         if self._early * 2 > self._seen:
-            told = "key frames were taken by their number, from 1; their times begin at 0"
-            self._intake.repair(f"{self._file}, {self._where}: {told}.")
+            reported = "key frames were taken by their number, from 1; their times begin at 0"
+            self._validator.repair(f"{self._file}, {self._where}: {reported}.")
         for spot in self._wrong:
-            self._intake.count("Key frames were taken by their number; their time is that of another", self._file, spot)
+            self._validator.count(
+                "Key frames were taken by their number; their time is that of another", self._file, spot
+            )
         if type(fps) in (int, float) and abs(fps - self._rate) > 0.01 * self._rate:
-            self._intake.repair(f"{self._file}, {self._where}: says {fps:g} frames/s, {video.name} has {rate}.")
+            self._validator.repair(f"{self._file}, {self._where}: says {fps:g} frames/s, {video.name} has {rate}.")
 
 
 def _others(task: dict[str, Any], regions: list[Any], video: DatasetVideo) -> dict[str, str]:
@@ -216,7 +222,7 @@ def _others(task: dict[str, Any], regions: list[Any], video: DatasetVideo) -> di
     data = task.get("data")
     known = {name for region in regions if (name := _drawn_on(region))}
     found = {name: data[name] for name in known if isinstance(data, dict) and isinstance(data.get(name), str)}
-    about = {name for name, address in found.items() if likeness(address, video)}
+    about = {name for name, address in found.items() if name_similarity(address, video)}
     return {name: name_in(address) for name, address in found.items() if about and name not in about}
 
 
@@ -229,40 +235,40 @@ def _read_region(
     labels: list[Any],
     said: Mapping[str, Any],
     times: _Times,
-    intake: Intake,
+    validator: ImportValidator,
     file: str,
     where: str,
 ) -> None:
     value = region.get("value")
     if not isinstance(value, dict) or not isinstance(value.get("sequence"), list):
         raise refuse(file, where, "must have a value with a sequence. Export as JSON again.")
-    _check_count(value.get("framesCount"), intake, file, where)
+    _check_count(value.get("framesCount"), validator, file, where)
     names = _list(value.get("labels")) or labels
-    label = intake.label(str(names[0]), file, where) if names else UNSAID
+    label = validator.label(str(names[0]), file, where) if names else UNSAID
     if len(names) != 1:
         kind = "Regions of several labels have the first one" if names else "Regions have no label"
-        intake.count(kind, file, where)
+        validator.count(kind, file, where)
     meta = _meta(region)
-    uid = intake.unique((meta.get("uid") or [str(region.get("id", ""))])[0].strip() or where, file, where)
-    video = intake.target.video
+    uid = validator.unique((meta.get("uid") or [str(region.get("id", ""))])[0].strip() or where, file, where)
+    video = validator.target.video
     enabled_at: dict[int, bool] = {}
     for place, key in enumerate(value["sequence"]):
         spot = f"{where}, key frame {place + 1}"
         if not isinstance(key, dict):
             raise refuse(file, spot, "must be an object. Correct it.")
-        frame = intake.frame(key.get("frame", ""), file, spot, origin=1)
+        frame = validator.frame(key.get("frame", ""), file, spot, origin=1)
         times.look(frame, key.get("time"), spot)
-        edges = intake.edges(partial(_edges, key, intake, file, spot))
-        if intake.box(uid, frame, edges, label, file=file, line=spot):
+        edges = validator.edges(partial(_edges, key, validator, file, spot))
+        if validator.box(uid, frame, edges, label, file=file, line=spot):
             enabled_at[frame] = key.get("enabled", True) is not False
     for frame, enabled in enabled_at.items():
         if not enabled and frame + 1 not in enabled_at:
-            intake.end(uid, frame + 1)
+            validator.end(uid, frame + 1)
     if enabled_at and not any(isinstance(key, dict) and "enabled" in key for key in value["sequence"]):
-        intake.count(
+        validator.count(
             "Regions without enabled do not say where they end; they were shown to the last frame", file, where
         )
-    intake.describe(
+    validator.describe(
         uid,
         state=(meta.get("state") or ["open"])[0],
         source=(meta.get("source") or ["imported"])[0],
@@ -273,8 +279,8 @@ def _read_region(
     )
 
 
-def _edges(key: dict[str, Any], intake: Intake, file: str, where: str) -> tuple[float, float, float, float]:
-    video = intake.target.video
+def _edges(key: dict[str, Any], validator: ImportValidator, file: str, where: str) -> tuple[float, float, float, float]:
+    video = validator.target.video
     x, y, width, height = (
         _number(key, name, file, where) / 100 * side
         for name, side in (("x", video.width), ("y", video.height), ("width", video.width), ("height", video.height))
@@ -282,12 +288,12 @@ def _edges(key: dict[str, Any], intake: Intake, file: str, where: str) -> tuple[
     turn = _number(key, "rotation", file, where) if key.get("rotation") else 0.0
     if turn % 360 and math.isfinite(turn):
         x, y, width, height = _upright(x, y, width, height, turn)
-        intake.count("Turned boxes were replaced by the upright boxes around them", file, where)
+        validator.count("Turned boxes were replaced by the upright boxes around them", file, where)
     return x, y, x + width, y + height
 
 
-def _check_count(count: Any, intake: Intake, file: str, where: str) -> None:
-    video = intake.target.video
+def _check_count(count: Any, validator: ImportValidator, file: str, where: str) -> None:
+    video = validator.target.video
     # Label Studio rounds the duration, so it may be off by one.
     if type(count) in (int, float) and abs(count - video.frames) > 1:
         raise refuse(
@@ -330,7 +336,10 @@ def _upright(x: float, y: float, width: float, height: float, turn: float) -> tu
 
 
 def sniff_label_studio(path: Path) -> bool:
-    """Whether it is, or has, an export of Label Studio; those that cannot be read count, so that they can be told."""
+    """Whether it is, or has, an export of Label Studio.
+
+    Those that cannot be read count, so that they can be reported.
+    """
     for file in _files(path)[:1] if path.is_dir() else [path]:
         with file.open("rb") as stream:
             start = stream.read(1 << 16)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.checks import ImportValidator
 
 __all__ = ["last_of", "tell_open_ends"]
 
@@ -21,16 +21,16 @@ def last_of(path: Path) -> bytes:
         return stream.read(1)
 
 
-def tell_open_ends(ends: Iterable[tuple[str, bytes]], intake: Intake) -> None:
+def tell_open_ends(ends: Iterable[tuple[str, bytes]], validator: ImportValidator) -> None:
     """Tell of files whose last line does not end, unless the tool that wrote them ends none.
 
     Args:
         ends: name of each file of rows, and its content or the last byte of it.
-        intake: of the import.
+        validator: of the import.
     """
     known = [(file, end[-1:]) for file, end in ends if end]
     open_ones = [file for file, end in known if end not in (b"\n", b"\r")]
     if 1 < len(open_ones) == len(known):
         return
     for file in open_ones:
-        intake.count("Files whose last line does not end; if one was cut, its last row may be wrong", file)
+        validator.count("Files whose last line does not end; if one was cut, its last row may be wrong", file)

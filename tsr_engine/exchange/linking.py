@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.geometry.boxes import iou
 
@@ -49,11 +49,11 @@ class _Box:
 
 
 class LooseBoxes:
-    """Collects boxes without track id and hands them to an intake as tracks."""
+    """Collects boxes without track id and hands them to an validator as tracks."""
 
-    def __init__(self, intake: Intake, file: str) -> None:
+    def __init__(self, validator: ImportValidator, file: str) -> None:
         """``file`` is named in messages."""
-        self._intake = intake
+        self._validator = validator
         self._file = file
         self._boxes: list[tuple[_Box, str]] = []
 
@@ -74,8 +74,8 @@ class LooseBoxes:
         score: float = math.nan,
         said: Mapping[str, Any] | None = None,
     ) -> None:
-        """One box, as ``Intake.box`` takes it; all but its edges is checked when the boxes are settled."""
-        if not self._intake.takes(edges, file, line):
+        """One box, as ``ImportValidator.box`` takes it; all but its edges is checked when the boxes are settled."""
+        if not self._validator.takes(edges, file, line):
             return
         self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score, said), file))
 
@@ -88,18 +88,18 @@ class LooseBoxes:
         if not self._boxes:
             return
         boxes = [box for box, _ in self._boxes]
-        linked = self._intake.target.switches.get("link", "iou") == "iou"
+        linked = self._validator.target.switches.get("link", "iou") == "iou"
         number = link(boxes) if linked else list(range(len(boxes)))
         names: dict[int, str] = {}
         free = 1
         for track in number:
             if track not in names:
-                while f"box{free}" in self._intake:
+                while f"box{free}" in self._validator:
                     free += 1
                 names[track] = f"box{free}"
                 free += 1
         for (box, file), track in zip(self._boxes, number, strict=True):
-            self._intake.box(
+            self._validator.box(
                 names[track],
                 box.frame,
                 box.edges,
@@ -113,7 +113,7 @@ class LooseBoxes:
                 said=box.said,
             )
         how = f"linked to {len(names)} tracks by overlap" if linked else "taken as tracks of one frame"
-        self._intake.repair(f"{self._file}: {len(boxes)} boxes have no track id; they were {how}.")
+        self._validator.repair(f"{self._file}: {len(boxes)} boxes have no track id; they were {how}.")
         self._boxes.clear()
 
 

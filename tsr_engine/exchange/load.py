@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
-from tsr_engine.exchange.beside import Told, seen_in, told_beside
+from tsr_engine.exchange.beside import ManifestFacts, manifest_beside, seen_in
 from tsr_engine.exchange.checks import check_track
 from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Track
@@ -22,7 +22,7 @@ from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.negatives import with_negatives
 from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import FORMATS, switches_of
-from tsr_engine.exchange.spool import Spool
+from tsr_engine.exchange.small_file_store import SmallFileStore
 from tsr_engine.io.atomic import storage_error
 
 __all__ = ["check_dataset", "read_dataset", "recognise"]
@@ -65,9 +65,9 @@ def read_dataset(
             # Messages of readers name the folder that they are given, so it is called as the archive is.
             inside = Path(folder) / "archive" / path.name
             inside.mkdir(parents=True)
-            with Spool(inside, Path(folder) / "spool") as spool:
-                unpack(path, inside, limits=limits, pictures=False, spool=spool)
-                return _read(inside, path.name, replace(target, spool=spool), format)
+            with SmallFileStore(inside, Path(folder) / "store") as store:
+                unpack(path, inside, limits=limits, pictures=False, store=store)
+                return _read(inside, path.name, replace(target, store=store), format)
     except OSError as error:
         raise storage_error(path, error) from None
 
@@ -102,10 +102,10 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
     target = replace(target, switches=_switches(chosen, target, named=format is not None))
     if place != path and place.is_dir():
         target = replace(target, wrapper=place.name)
-    told = told_beside(place) if place.is_dir() else None
-    entry = None if told is None else told.entry(target.video)
-    if told is not None and told.videos and entry is None:
-        raise ImportFormatError(_of_others(name, told, target))
+    reported = manifest_beside(place) if place.is_dir() else None
+    entry = None if reported is None else reported.entry(target.video)
+    if reported is not None and reported.videos and entry is None:
+        raise ImportFormatError(_of_others(name, reported, target))
     dataset = chosen.read(place, target)
     if entry is not None and len(dataset.videos) == 1:
         dataset = _with_origin(with_negatives(dataset, entry, target, MANIFEST), entry)
@@ -134,9 +134,9 @@ def _with_origin(dataset: Dataset, entry: Mapping[str, Any]) -> Dataset:
     return replace(dataset, videos=(replace(dataset.videos[0], provenance={"run": run}),))
 
 
-def _of_others(name: str, told: Told, target: ImportTarget) -> str:
+def _of_others(name: str, reported: ManifestFacts, target: ImportTarget) -> str:
     """Boxes of another video would replace those of tracks that happen to have the same name."""
-    videos = [str(entry.get("name", "another video")) for entry in told.videos]
+    videos = [str(entry.get("name", "another video")) for entry in reported.videos]
     more = f" and {len(videos) - 3} more" if len(videos) > 3 else ""
     return (
         f"{name}: is an export of {', '.join(videos[:3])}{more}, not of {target.video.name}. Import it onto that "

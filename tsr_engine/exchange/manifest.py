@@ -155,8 +155,8 @@ def describe(
         files: name, size and hash of each.
         about: what the caller wants to be known: what was asked for.
     """
-    told = dict(extra)
-    pictures: Sequence[WrittenPicture] = told.pop("pictures", ())
+    reported = dict(extra)
+    pictures: Sequence[WrittenPicture] = reported.pop("pictures", ())
     by_video: dict[int, dict[int, WrittenPicture]] = {}
     for picture in pictures:
         by_video.setdefault(picture.video, {})[picture.frame] = picture
@@ -165,7 +165,7 @@ def describe(
     content = {
         "manifest": VERSION,
         "tool": {"name": "tsr", "version": __version__},
-        "format": {"name": format.name, "title": format.title, "switches": dict(options.switches), **told},
+        "format": {"name": format.name, "title": format.title, "switches": dict(options.switches), **reported},
         "coordinates": "frames count from 0 in presentation order; px edges from 0, right and lower edge exclusive",
         "pictures": options.pictures,
         "thin_px": options.thin_px,

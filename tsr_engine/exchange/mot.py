@@ -23,7 +23,7 @@ from tsr_engine.exchange.mot_reader import SIDE, SIDE_COLUMNS, read_mot, sniff_m
 from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.numbering import track_numbers
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
@@ -36,7 +36,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 2
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels = class_map(dataset, options.used_labels)
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else [""]
     origin = int(options.switches.get("origin", "0"))
@@ -59,7 +59,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
             sequences.append({"folder": name, "video": place, "tracks": len(rows.tracks)})
             done += len(rows.tracks)
             options.progress(done, total)
-    told = {
+    reported = {
         "origin": origin,
         "first_frame": 1,
         "first_class": 1,
@@ -67,7 +67,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
         "sequences": sequences,
         "pictures": pictures,
     }
-    return skipped, told
+    return skipped, reported
 
 
 def _folders(dataset: Dataset) -> list[str]:
@@ -76,7 +76,7 @@ def _folders(dataset: Dataset) -> list[str]:
 
 
 def _write_sequence(
-    out: Outlet,
+    out: OutputSink,
     home: str,
     video: DatasetVideo,
     rows: FrameRows,
@@ -139,7 +139,7 @@ def _pictures(
     rows: FrameRows,
     subset: str,
     name: str,
-    out: Outlet,
+    out: OutputSink,
     options: ExportOptions,
 ) -> list[WrittenPicture]:
     if options.pictures == "none":

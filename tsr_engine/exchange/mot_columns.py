@@ -65,7 +65,7 @@ class Columns:
         occlusion: VisDrone's, 0 to 2.
         names: of the classes, from 0; None: the file beside has them, or nobody.
         first_class: number of the first class where nobody says it.
-        told: what to say about it; empty: nothing, since there is no doubt.
+        reported: what to say about it; empty: nothing, since there is no uncertainty.
     """
 
     flag: int | None = None
@@ -75,7 +75,7 @@ class Columns:
     occlusion: int | None = None
     names: tuple[str, ...] | None = None
     first_class: int = 1
-    told: str = ""
+    reported: str = ""
 
 
 def columns_of(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool = False) -> Columns | None:
@@ -106,16 +106,16 @@ def _nine(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool) -> Col
     # Visibilities of ground truth are mostly 1; a score of exactly 0 or 1 is rare.
     kind = said if said != "auto" else "truth" if sure or plain or seen & {0.0, 1.0} else "boxmot"
     if kind == "boxmot":
-        told = "Column 9 was taken as a score, column 8 as a class from 0, as BoxMOT writes them"
-        told += "; with columns=truth column 9 is a visibility" if said == "auto" else ""
-        return Columns(flag=6, label=7, score=8, first_class=0, told=told)
+        reported = "Column 9 was taken as a score, column 8 as a class from 0, as BoxMOT writes them"
+        reported += "; with columns=truth column 9 is a visibility" if said == "auto" else ""
+        return Columns(flag=6, label=7, score=8, first_class=0, reported=reported)
     hidden = sum(0 <= row[8] < HIDDEN for row in rows)
-    told = ""
+    reported = ""
     if said == "auto" and (not plain or (hidden and not sure) or (hidden == len(rows) and not ours)):
-        told = f"Column 9 was taken as the visibility, {hidden} boxes below {HIDDEN} came in as hidden"
-        told += "; with columns=boxmot it is a score"
+        reported = f"Column 9 was taken as the visibility, {hidden} boxes below {HIDDEN} came in as hidden"
+        reported += "; with columns=boxmot it is a score"
     first = 0 if not named and any(row[7] == 0 for row in rows) else 1
-    return Columns(flag=6, label=7, visibility=8, first_class=first, told=told)
+    return Columns(flag=6, label=7, visibility=8, first_class=first, reported=reported)
 
 
 def _ten(rows: Rows, said: str, *, named: bool) -> Columns:
@@ -130,20 +130,20 @@ def _ten(rows: Rows, said: str, *, named: bool) -> Columns:
     found = listed and not unused and (truth or (of_results and (named or 0.0 not in classes)))
     kind = said if said != "auto" else "visdrone" if found else "results"
     if kind == "results":
-        doubt = said == "auto" and not unused
-        told = (
+        uncertainty = said == "auto" and not unused
+        reported = (
             "Columns 8 to 10 were taken as positions in space and not read; with columns=visdrone they are VisDrone's"
         )
-        return Columns(score=6, told=told if doubt else "")
+        return Columns(score=6, reported=reported if uncertainty else "")
     what = "column 8 was taken as the class" + ("" if named else " of VisDrone's list (4 is a car)")
     if of_results:
-        told = f"Ten columns: {what}, column 7 as a score"
+        reported = f"Ten columns: {what}, column 7 as a score"
     else:
-        told = (
+        reported = (
             f"Ten columns: {what}, column 9 as truncation, column 10 as occlusion (2 is hidden), as VisDrone has them"
         )
-    told += "; with columns=results they are positions in space" if said == "auto" else ""
+    reported += "; with columns=results they are positions in space" if said == "auto" else ""
     names = None if named else VISDRONE
     if of_results:
-        return Columns(score=6, label=7, names=names, first_class=0 if names else 1, told=told)
-    return Columns(flag=6, label=7, occlusion=9, names=names, first_class=0 if names else 1, told=told)
+        return Columns(score=6, label=7, names=names, first_class=0 if names else 1, reported=reported)
+    return Columns(flag=6, label=7, occlusion=9, names=names, first_class=0 if names else 1, reported=reported)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.dataset import UNSAID
 from tsr_engine.exchange.mot_columns import HIDDEN, VISDRONE, Columns, Row
 
@@ -19,7 +19,9 @@ _MOSTLY = 2
 class Extras:
     """Class, score, ignored and occluded of a row."""
 
-    def __init__(self, columns: Columns, names: list[str] | None, first: int | None, file: str, intake: Intake) -> None:
+    def __init__(
+        self, columns: Columns, names: list[str] | None, first: int | None, file: str, validator: ImportValidator
+    ) -> None:
         """Take what holds for all rows.
 
         Args:
@@ -27,14 +29,14 @@ class Extras:
             names: lines of ``labels.txt``; None: there is none.
             first: number of the first class as a person said it; None: nobody did.
             file: for messages.
-            intake: is told.
+            validator: is reported.
         """
         self._columns = columns
         self._listed = names is not None
         self._names = names if columns.names is None else list(columns.names)
         self._first = columns.first_class if first is None or columns.names is not None else first
         self._file = file
-        self._intake = intake
+        self._validator = validator
 
     def __call__(self, values: Row, line: int) -> tuple[int, float, bool, bool]:
         """Of one row.
@@ -59,10 +61,10 @@ class Extras:
     def _score(self, score: float, line: int) -> float:
         if score != score or 0 <= score <= 1:
             return score
-        if self._intake.target.switches.get("scores") != "drop":
+        if self._validator.target.switches.get("scores") != "drop":
             rule = f"score {score:g} must be in 0 to 1. Scale the scores, or leave them out with scores=drop."
             raise refuse(self._file, line, rule)
-        self._intake.count("Scores outside of 0 to 1 were left out", self._file, line)
+        self._validator.count("Scores outside of 0 to 1 were left out", self._file, line)
         return math.nan
 
     def _label(self, number: float, line: int) -> int:
@@ -70,8 +72,8 @@ class Extras:
             raise refuse(self._file, line, f"the class must be a whole number. Got {number:g}.")
         if number == -1:  # what the columns that nobody uses hold
             return UNSAID
-        if not self._listed and str(int(number)) in self._intake.target.label_map:
-            return self._intake.label(str(int(number)), self._file, line, number=True)
+        if not self._listed and str(int(number)) in self._validator.target.label_map:
+            return self._validator.label(str(int(number)), self._file, line, number=True)
         place = int(number) - self._first
         if self._names is not None:
             if not 0 <= place < len(self._names):
@@ -80,10 +82,10 @@ class Extras:
                     raise refuse(self._file, line, f"{rule}, VisDrone's classes. Import with columns=results.")
                 hint = f"Import with first_class={1 - self._first} if it counts from there."
                 raise refuse(self._file, line, f"{rule}, the lines of {NAMES}. {hint}")
-            return self._intake.label(self._names[place], self._file, line)
-        self._intake.count(
+            return self._validator.label(self._names[place], self._file, line)
+        self._validator.count(
             f"Rows without {NAMES} took their class number, counted from {self._first} (first_class), as the tool's",
             self._file,
             line,
         )
-        return self._intake.label(f"class {place}", self._file, line, number=True)
+        return self._validator.label(f"class {place}", self._file, line, number=True)

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.beside import is_called, is_wrapper, told_by_manifest
-from tsr_engine.exchange.checks import Intake, read_text, refuse
+from tsr_engine.exchange.beside import is_called, is_wrapper, stated_by_manifest
+from tsr_engine.exchange.checks import ImportValidator, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
@@ -25,7 +25,7 @@ from tsr_engine.exchange.mot_extras import NAMES, Extras
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import ATTRIBUTES, read_rows, real
-from tsr_engine.exchange.subject import likeness
+from tsr_engine.exchange.subject import name_similarity
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.labels.model import AttributeValue
 
@@ -68,51 +68,51 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     Raises:
         ImportFormatError: a broken rule.
     """
-    intake = Intake(target)
+    validator = ImportValidator(target)
     switches = target.switches
     origin = switches.get("origin", "auto")
     if origin == "auto":
-        origin = told_by_manifest(path if path.is_dir() else path.parent, "origin") or "0"
+        origin = stated_by_manifest(path if path.is_dir() else path.parent, "origin") or "0"
     first = switches.get("first_class", "auto")
     counting = _Counting(
-        FrameOrigin(intake, 1, sure=_is_ours(path)), int(origin == "1"), None if first == "auto" else int(first)
+        FrameOrigin(validator, 1, sure=_is_ours(path)), int(origin == "1"), None if first == "auto" else int(first)
     )
-    found = _sequences(path, intake)
-    loose = LooseBoxes(intake, path.name)
+    found = _sequences(path, validator)
+    loose = LooseBoxes(validator, path.name)
     for sequence in found:
-        _read_sequence(sequence, path, counting, intake, loose)
+        _read_sequence(sequence, path, counting, validator, loose)
     loose.settle()
-    return intake.finish(found[0].rows.name)
+    return validator.finish(found[0].rows.name)
 
 
 def _is_ours(path: Path) -> bool:
-    return bool(told_by_manifest(path if path.is_dir() else path.parent, "first_frame"))
+    return bool(stated_by_manifest(path if path.is_dir() else path.parent, "first_frame"))
 
 
-def _sequences(path: Path, intake: Intake) -> list[_Sequence]:
-    video = intake.target.video
+def _sequences(path: Path, validator: ImportValidator) -> list[_Sequence]:
+    video = validator.target.video
     if path.is_file():
         if not _SAYS_NOTHING.search(path.stem):
-            _tell_name(path.stem, path.parent, path.name, intake)
+            _tell_name(path.stem, path.parent, path.name, validator)
         root = path.parent.parent if path.parent.name in ("gt", "det") else path.parent
         return [_Sequence(root, path)]
     for part in ("gt/gt.txt", "det/det.txt", "gt.txt", "det.txt"):
         if (path / part).is_file():
-            wrapper = intake.target.wrapper
+            wrapper = validator.target.wrapper
             if not _SAYS_NOTHING.search(wrapper):
-                _tell_name(wrapper, path, wrapper, intake)
+                _tell_name(wrapper, path, wrapper, validator)
             return [_Sequence(path, path / part)]
     parts = sorted(path.rglob("gt/gt.txt"))
     if not parts:
         raise refuse(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
     names = {part: part.parent.parent.name for part in parts}
-    own = [part for part in parts if likeness(names[part], video) or is_called(path, video, names[part])] or [
+    own = [part for part in parts if name_similarity(names[part], video) or is_called(path, video, names[part])] or [
         part for part in parts if part.parent.parent.parent == path and names[part] in _SUBSETS
     ]
     if not own and len(parts) == 1:
         own = parts
         if not _SAYS_NOTHING.search(names[parts[0]]):
-            _tell_name(names[parts[0]], path, path.name, intake)
+            _tell_name(names[parts[0]], path, path.name, validator)
     if not own:
         raise ImportFormatError(
             f"{path.name}: has {len(parts)} sequences ({', '.join(list(names.values())[:5])}), none called "
@@ -120,23 +120,25 @@ def _sequences(path: Path, intake: Intake) -> list[_Sequence]:
         )
     others = [name for part, name in names.items() if part not in own]
     if others:
-        intake.skip(
+        validator.skip(
             f"{path.name}: {len(others)} sequences", f"They are not about {video.name}: {', '.join(others[:8])}."
         )
     return [_Sequence(part.parent.parent, part) for part in own]
 
 
-def _tell_name(name: str, folder: Path, file: str, intake: Intake) -> None:
+def _tell_name(name: str, folder: Path, file: str, validator: ImportValidator) -> None:
     """Tell of a sequence that is called after another video."""
-    video = intake.target.video
-    if name and not likeness(name, video) and not is_called(folder, video, name):
-        intake.repair(f"{file}: speaks of {name[:80]}. It was taken to be about {video.name}.")
+    video = validator.target.video
+    if name and not name_similarity(name, video) and not is_called(folder, video, name):
+        validator.repair(f"{file}: speaks of {name[:80]}. It was taken to be about {video.name}.")
 
 
-def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake: Intake, loose: LooseBoxes) -> None:
+def _read_sequence(
+    sequence: _Sequence, path: Path, counting: _Counting, validator: ImportValidator, loose: LooseBoxes
+) -> None:
     inside = path if path.is_dir() else path.parent
     file = sequence.rows.relative_to(inside).as_posix()
-    scale = _about(sequence.root / _SEQUENCE, path, intake)
+    scale = _about(sequence.root / _SEQUENCE, path, validator)
     names = _names(sequence)
     rows: list[tuple[int, Row]] = []
     broken: dict[int, list[str]] = {}
@@ -153,18 +155,18 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
         for _, values in rows:
             counting.frame.look(values[0])
         counting.frame.decide(file)
-    tell_open_ends([(file, last_of(sequence.rows))], intake)
-    columns = _columns([values for _, values in rows], sequence, names, file, intake)
-    extras = Extras(columns, names, counting.label, file, intake)
+    tell_open_ends([(file, last_of(sequence.rows))], validator)
+    columns = _columns([values for _, values in rows], sequence, names, file, validator)
+    extras = Extras(columns, names, counting.label, file, validator)
     zero = _zero_is_an_id([values for _, values in rows])
     uids = _described(sequence.rows.parent / SIDE)
-    told: set[str] = set()
+    reported: set[str] = set()
     for line, values in rows:
         frame = counting.frame.frame(values[0], file, line)
         number = values[1]
         if not (math.isfinite(number) and number == int(number)):
             raise refuse(file, line, f"the track id must be a whole number. Got {number:g}.")
-        edges = intake.edges(partial(_edges, values, broken.get(line), counting.place, scale, file, line))
+        edges = validator.edges(partial(_edges, values, broken.get(line), counting.place, scale, file, line))
         label, score, ignore, occluded = extras(values, line)
         if number < 0 or (number == 0 and not zero):
             loose.add(frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded)
@@ -172,12 +174,12 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
         uid, state, source, note, said = uids.get(
             int(number), (f"track{int(number)}", "open", "imported", "", dict[str, AttributeValue]())
         )
-        taken = intake.box(
+        taken = validator.box(
             uid, frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded
         )
-        if taken and uid not in told:
-            told.add(uid)
-            intake.describe(uid, state=state, source=source, notes=notes_from_text(note, frame), said=said)
+        if taken and uid not in reported:
+            reported.add(uid)
+            validator.describe(uid, state=state, source=source, notes=notes_from_text(note, frame), said=said)
 
 
 def _edges(
@@ -195,15 +197,17 @@ def _zero_is_an_id(rows: Rows) -> bool:
     return len(frames) == len(set(frames))
 
 
-def _columns(rows: Rows, sequence: _Sequence, names: list[str] | None, file: str, intake: Intake) -> Columns:
-    said = intake.target.switches.get("columns", "auto")
+def _columns(
+    rows: Rows, sequence: _Sequence, names: list[str] | None, file: str, validator: ImportValidator
+) -> Columns:
+    said = validator.target.switches.get("columns", "auto")
     truth = sequence.rows.name == "gt.txt" or sequence.rows.parent.name == "gt"
-    ours = bool(told_by_manifest(sequence.root, "first_frame"))
+    ours = bool(stated_by_manifest(sequence.root, "first_frame"))
     columns = columns_of(rows, said, truth=truth, named=names is not None, ours=ours)
     if columns is None:
         raise refuse(file, 1, f"has {len(rows[0])} columns, which columns={said} does not fit. Choose another value.")
-    if columns.told:
-        intake.repair(f"{file}: {columns.told}.")
+    if columns.reported:
+        validator.repair(f"{file}: {columns.reported}.")
     return columns
 
 
@@ -270,28 +274,28 @@ def _described(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, Attr
     return out
 
 
-def _about(path: Path, folder: Path, intake: Intake) -> tuple[float, float]:
+def _about(path: Path, folder: Path, validator: ImportValidator) -> tuple[float, float]:
     """What ``seqinfo.ini`` says of the sequence, if there is one: its name, length and size; gives the scale."""
     if not path.is_file():
         return 1.0, 1.0
     parser = configparser.ConfigParser(interpolation=None)
     try:
         parser.read_file(io.StringIO(read_text(path, limit=1 << 20)))
-        told = parser["Sequence"] if parser.has_section("Sequence") else {}
+        reported = parser["Sequence"] if parser.has_section("Sequence") else {}
         length, rate, width, height = (
-            real_number(told[name]) if told.get(name) else math.nan
+            real_number(reported[name]) if reported.get(name) else math.nan
             for name in ("seqLength", "frameRate", "imWidth", "imHeight")
         )
     except (configparser.Error, ValueError) as error:
         first = str(error).splitlines()[0]
         raise refuse(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
-    video = intake.target.video
-    _tell_name(told.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, intake)
+    video = validator.target.video
+    _tell_name(reported.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, validator)
     if math.isfinite(length) and length != video.frames:
-        intake.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
+        validator.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
     if video.rate is not None and abs(rate - float(video.rate)) > 1:
-        intake.repair(f"{path.name}: its sequence has {rate:g} frames/s, {video.name} has {float(video.rate):g}.")
-    return intake.scale(width, height, path.name) if width == width and height == height else (1.0, 1.0)
+        validator.repair(f"{path.name}: its sequence has {rate:g} frames/s, {video.name} has {float(video.rate):g}.")
+    return validator.scale(width, height, path.name) if width == width and height == height else (1.0, 1.0)
 
 
 def sniff_mot(path: Path) -> bool:

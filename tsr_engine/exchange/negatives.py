@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.filters import only_tracks
 from tsr_engine.exchange.formats import ImportTarget
@@ -81,18 +81,18 @@ def with_negatives(dataset: Dataset, entry: Mapping[str, Any], target: ImportTar
         return dataset
     video = dataset.videos[0]
     if (entry.get("width"), entry.get("height")) != (video.width, video.height):
-        told = Skipped(f"{file}: {len(listed)} rejected tracks", "They are about pictures of another size.")
-        return replace(dataset, skipped=(*dataset.skipped, told))
+        reported = Skipped(f"{file}: {len(listed)} rejected tracks", "They are about pictures of another size.")
+        return replace(dataset, skipped=(*dataset.skipped, reported))
     present = list(video.tracks())
     taken = {track.uid for track in present}
-    intake = Intake(replace(target, labels=dataset.labels))
+    validator = ImportValidator(replace(target, labels=dataset.labels))
     for place, track in enumerate(listed, start=1):
         where = f"negative {place} of {video.name}"
         if not isinstance(track, dict):
             raise refuse(file, where, "must be an object. Export it again.")
         if str(track.get("id")) not in taken:
-            _take(track, intake, file, where)
-    found = intake.finish(file)
+            _take(track, validator, file, where)
+    found = validator.finish(file)
     tracks = [*present, *found.videos[0].tracks()]
     return replace(
         dataset,
@@ -103,7 +103,7 @@ def with_negatives(dataset: Dataset, entry: Mapping[str, Any], target: ImportTar
     )
 
 
-def _take(track: Mapping[str, Any], intake: Intake, file: str, where: str) -> None:
+def _take(track: Mapping[str, Any], validator: ImportValidator, file: str, where: str) -> None:
     uid, frames, boxes = track.get("id"), track.get("frames"), track.get("boxes")
     if not isinstance(uid, str) or not isinstance(frames, list) or not isinstance(boxes, list):
         raise refuse(file, where, "must have id, frames and boxes. Export it again.")
@@ -118,7 +118,7 @@ def _take(track: Mapping[str, Any], intake: Intake, file: str, where: str) -> No
     for name, column in [*columns.items(), *changing.items()]:
         if not isinstance(column, list) or len(column) != len(frames):
             raise refuse(file, where, f"{name} must be a list of {len(frames)} values, one a frame. Export it again.")
-    whole = intake.label(str(track.get("class", "")), file, where)
+    whole = validator.label(str(track.get("class", "")), file, where)
     for k, (frame, box) in enumerate(zip(frames, boxes, strict=True)):
         if not isinstance(box, list) or len(box) != 4 or not all(type(edge) in (int, float) for edge in box):
             raise refuse(file, where, f"a box must be four numbers. Got {str(box)[:60]}. Export it again.")
@@ -126,11 +126,11 @@ def _take(track: Mapping[str, Any], intake: Intake, file: str, where: str) -> No
         if score is not None and type(score) not in (int, float):
             raise refuse(file, where, f"score must be a number. Got {str(score)[:40]!r}. Export it again.")
         key, occluded, ignore = (bool(columns[name][k]) if name in columns else False for name in _FLAGS)
-        intake.box(
+        validator.box(
             uid,
-            intake.frame(frame, file, where),
+            validator.frame(frame, file, where),
             (float(box[0]), float(box[1]), float(box[2]), float(box[3])),
-            intake.label(str(columns["classes"][k]), file, where) if "classes" in columns else whole,
+            validator.label(str(columns["classes"][k]), file, where) if "classes" in columns else whole,
             said=attributes_in({name: column[k] for name, column in changing.items()}, file, where),
             file=file,
             line=where,
@@ -139,11 +139,11 @@ def _take(track: Mapping[str, Any], intake: Intake, file: str, where: str) -> No
             ignore=ignore,
             score=math.nan if score is None else float(score),
         )
-    if uid in intake:
+    if uid in validator:
         notes = track.get("notes", [])
         pairs = [note for note in notes if isinstance(note, list) and len(note) == 2] if isinstance(notes, list) else []
         said = [(note[0], str(note[1])) for note in pairs if type(note[0]) is int]
-        intake.describe(
+        validator.describe(
             uid,
             state=REJECTED,
             source=str(track.get("source", "imported")),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ExportOptions, Switch
 from tsr_engine.exchange.names import prefixes
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.split import subset_of, subsets_of_frames
@@ -101,14 +101,14 @@ def subsets_in(lists: list[PictureList], options: ExportOptions) -> list[str]:
 
 
 def write_files(
-    lists: list[PictureList], out: Outlet, options: ExportOptions, name: Callable[[PictureList, int, str], str]
+    lists: list[PictureList], out: OutputSink, options: ExportOptions, name: Callable[[PictureList, int, str], str]
 ) -> list[WrittenPicture]:
     """Write the pictures of all listed frames; none where none are wanted.
 
     Args:
         lists: of all videos.
         out: the export.
-        options: tells whether, and is told the progress.
+        options: tells whether, and is informed the progress.
         name: file of a frame in a subset.
     """
     if options.pictures == "none":

@@ -55,7 +55,7 @@ class PictureName:
         seconds: the time, where the name has one instead.
         width: digits of the number, and whether the first of several is a zero.
         roboflow: Roboflow has taken the picture out of a video.
-        doubtful: another number stands before it, so that one name alone does not tell which is the frame.
+        ambiguous: another number stands before it, so that one name alone does not tell which is the frame.
         why: why there is no number, as the end of a sentence.
     """
 
@@ -65,7 +65,7 @@ class PictureName:
     seconds: float | None = None
     width: tuple[int, bool] = (0, False)
     roboflow: bool = False
-    doubtful: bool = False
+    ambiguous: bool = False
     why: str = "has no frame number"
 
 
@@ -141,4 +141,4 @@ def _numbered(base: str, is_own: Callable[[str], bool]) -> PictureName:
     if generic:
         stem = generic["core"] or ""
     two = bool(_NUMBERED.fullmatch(stem) or _STAMP.fullmatch(stem)) and not is_own(stem)
-    return PictureName(stem, head, int(digits), width=_width(digits), doubtful=two)
+    return PictureName(stem, head, int(digits), width=_width(digits), ambiguous=two)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from tsr_engine.exchange.beside import prefix_in_export, told_beside
+from tsr_engine.exchange.beside import manifest_beside, prefix_in_export
 from tsr_engine.exchange.counting import FIRST_FRAME_SWITCH, Custom
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import Switch
@@ -185,7 +185,7 @@ class _Maker:
         self._video = video
         self._is_own = OwnName(video)
         self._prefix = prefix_in_export(folder, video)
-        self._in_ours = told_beside(folder) is not None
+        self._in_ours = manifest_beside(folder) is not None
         self._folders: dict[str, tuple[tuple[str, ...], bool, bool]] = {}
         self.rows: dict[tuple[object, ...], Row] = {}
         self.nameless: list[Nameless] = []

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import DatasetVideo
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.io.video import Frame, open_video
 
 __all__ = [
@@ -110,7 +110,7 @@ def encode(picture: NDArray[np.uint8], suffix: str) -> bytes:
 
 
 def write_pictures(
-    video: DatasetVideo, place: int, frames: NDArray[np.int64], out: Outlet, names: Sequence[str]
+    video: DatasetVideo, place: int, frames: NDArray[np.int64], out: OutputSink, names: Sequence[str]
 ) -> Iterator[WrittenPicture]:
     """Write frames of a video; yields after each file, so that the caller can tell progress or stop.
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TextIO
 
 from tsr_engine.exchange.attributes import attributes_in, attributes_text
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.reading import open_text
 from tsr_engine.exchange.rows import FrameRows
@@ -42,9 +42,9 @@ class SideRow:
     note: str
     said: Mapping[str, AttributeValue]
 
-    def tell(self, intake: Intake, frame: int) -> None:
+    def tell(self, validator: ImportValidator, frame: int) -> None:
         """Describe the track of the box; ``frame`` is where a note without a number of its own belongs."""
-        intake.describe(
+        validator.describe(
             self.uid, state=self.state, source=self.source or "imported", notes=notes_from_text(self.note, frame)
         )
 

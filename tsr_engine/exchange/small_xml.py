@@ -82,9 +82,9 @@ class SmallNode:
         out: dict[str, str] = {}
         for entry in self._element:
             if entry.tag == row:
-                name, told = entry.find(key), entry.find(value)
-                if name is not None and told is not None:
-                    out[_raw(name).strip()] = _raw(told)
+                name, reported = entry.find(key), entry.find(value)
+                if name is not None and reported is not None:
+                    out[_raw(name).strip()] = _raw(reported)
         return out
 
 

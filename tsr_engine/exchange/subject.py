@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 from urllib.parse import unquote, unquote_plus, urlsplit
 
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.names import is_name_of, safe_stem
 
-__all__ = ["TASK_SWITCH", "Part", "choose", "is_video", "likeness", "name_in"]
+__all__ = ["TASK_SWITCH", "Part", "choose", "is_video", "name_in", "name_similarity"]
 
 TASK_SWITCH = Switch(
     "task",
@@ -49,7 +49,7 @@ class Part(Generic[Content]):
 
     Attributes:
         content: what the reader takes of it.
-        addresses: names and addresses of its video, as the file has them; the first is told.
+        addresses: names and addresses of its video, as the file has them; the first is reported.
         ids: other names that a person can choose it by.
         known: the file tells in another way whether it is about the video, such as by a hash; unset: it does not.
     """
@@ -65,7 +65,7 @@ class Part(Generic[Content]):
         return next((name_in(address) for address in self.addresses if address), "")
 
 
-def likeness(address: str, video: DatasetVideo) -> int:
+def name_similarity(address: str, video: DatasetVideo) -> int:
     """How well an address fits a video: ``SAME``, ``ALIKE``, or 0 where it is another's."""
     own = _plain(video.name)
     best = 0
@@ -99,15 +99,15 @@ def name_in(address: str) -> str:
 
 
 def choose(
-    parts: Sequence[Part[Content]], intake: Intake, file: str, kind: str, *, merge: bool = False
+    parts: Sequence[Part[Content]], validator: ImportValidator, file: str, kind: str, *, merge: bool = False
 ) -> list[Part[Content]]:
-    """The parts of a file that are about the video of the import; what is left out is told.
+    """The parts of a file that are about the video of the import; what is left out is reported.
 
     A single part that names another video, or one that a person chose, is taken with a sentence.
 
     Args:
         parts: of the file.
-        intake: is told, and has the video and the switch ``task``.
+        validator: is reported, and has the video and the switch ``task``.
         file: for messages.
         kind: what a part is called: ``task``.
         merge: several parts may be about one video.
@@ -115,8 +115,8 @@ def choose(
     Raises:
         ImportFormatError: no part is about the video, or it is not clear which.
     """
-    video = intake.target.video
-    said = intake.target.switches.get("task", "auto")
+    video = validator.target.video
+    said = validator.target.switches.get("task", "auto")
     if said != "auto":
         found = [part for part in parts if said in part.ids]
         found = found or [part for part in parts if any(_is_called(address, said) for address in part.addresses)]
@@ -146,19 +146,21 @@ def choose(
     others = [part for part in parts if part not in found]
     if others:
         reason = "Another one was asked for" if said != "auto" else f"They are not about {video.name}"
-        intake.skip(f"{file}: {len(others)} {kind}s", f"{reason}: {_listed(others)}.")
+        validator.skip(f"{file}: {len(others)} {kind}s", f"{reason}: {_listed(others)}.")
     for part in found:
-        if part.known is False and likeness(part.name, video):
-            intake.repair(f"{file}: speaks of another file called {part.name[:80]}, by its hash. It was taken anyway.")
+        if part.known is False and name_similarity(part.name, video):
+            validator.repair(
+                f"{file}: speaks of another file called {part.name[:80]}, by its hash. It was taken anyway."
+            )
         elif part.name and not _degree(part, video):
-            intake.repair(f"{file}: speaks of {part.name[:80]}. It was taken to be about {video.name}.")
+            validator.repair(f"{file}: speaks of {part.name[:80]}. It was taken to be about {video.name}.")
     return found
 
 
 def _degree(part: Part[Content], video: DatasetVideo) -> int:
     if part.known is not None:
         return SAME + 1 if part.known else 0
-    return max((likeness(address, video) for address in part.addresses), default=0)
+    return max((name_similarity(address, video) for address in part.addresses), default=0)
 
 
 def _listed(parts: Sequence[Part[Content]]) -> str:

@@ -22,7 +22,7 @@ from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.numbering import track_numbers
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.sidecar import ATTRIBUTES
 from tsr_engine.exchange.split import SUBSETS, subset_of
@@ -46,7 +46,7 @@ def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[li
     ]
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     layout = options.switches.get("layout", "full")
     guard = options.switches.get("formulas", "plain") == "quoted"
     header = {"full": [*_RESULTS, *_MORE], "results": _RESULTS, "truth": list(_TRUTH)}[layout]

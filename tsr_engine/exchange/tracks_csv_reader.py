@@ -10,8 +10,8 @@ from typing import Any, get_args
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.beside import is_called, told_by_manifest
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.beside import is_called, stated_by_manifest
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
@@ -80,27 +80,27 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
     Raises:
         ImportFormatError: a broken rule.
     """
-    intake = Intake(target)
+    validator = ImportValidator(target)
     files = own_files(path, target.video, ".csv") if path.is_dir() else [path]
-    guarded = told_by_manifest(path if path.is_dir() else path.parent, "formulas") == "quoted"
-    loose = LooseBoxes(intake, files[0].name)
+    guarded = stated_by_manifest(path if path.is_dir() else path.parent, "formulas") == "quoted"
+    loose = LooseBoxes(validator, files[0].name)
     for file in files:
-        _Table(file, guarded, intake, loose).read()
+        _Table(file, guarded, validator, loose).read()
     loose.settle()
-    return intake.finish(files[0].name)
+    return validator.finish(files[0].name)
 
 
 class _Table:
     """One file."""
 
-    def __init__(self, path: Path, guarded: bool, intake: Intake, loose: LooseBoxes) -> None:
+    def __init__(self, path: Path, guarded: bool, validator: ImportValidator, loose: LooseBoxes) -> None:
         self._path = path
         self._name = path.name
         self._guarded = guarded
-        self._intake = intake
+        self._validator = validator
         self._loose = loose
         self._columns = Columns({}, (), (), False, False)
-        self._origin = FrameOrigin(intake)
+        self._origin = FrameOrigin(validator)
         self._video: str | None = None
 
     def read(self) -> None:
@@ -117,7 +117,7 @@ class _Table:
                 self._take(self._said(cells), cells, line)
         if not known:
             self._columns_of(dict.fromkeys(header_of(self._path, delimiter=_delimiter(self._path)), ""))
-        tell_open_ends([(self._name, last_of(self._path))], self._intake)
+        tell_open_ends([(self._name, last_of(self._path))], self._validator)
 
     def _columns_of(self, cells: Mapping[str, str]) -> Columns:
         try:
@@ -138,7 +138,7 @@ class _Table:
         """Look through the file for where frames begin, and which video is meant."""
         named = self._columns.named
         usual = 1 if self._columns.mot else 0 if self._columns.own else None
-        self._origin = FrameOrigin(self._intake, usual, sure=self._columns.own)
+        self._origin = FrameOrigin(self._validator, usual, sure=self._columns.own)
         if self._origin.settled and "video" not in named:
             return
         videos: dict[str, list[str]] = {}
@@ -146,7 +146,7 @@ class _Table:
             videos.setdefault(cells[named["video"]] if "video" in named else "", []).append(cells[named["frame"]])
         if "video" in named:
             parts = [Part(name, (name.strip(),), ids=(name.strip(),)) for name in videos]
-            self._video = choose(parts, self._intake, self._name, "video")[0].content
+            self._video = choose(parts, self._validator, self._name, "video")[0].content
         if not self._origin.settled:
             for number in videos[self._video or ""]:
                 try:
@@ -170,7 +170,7 @@ class _Table:
         return said
 
     def _take(self, said: Mapping[str, str], cells: Mapping[str, str], line: int) -> None:
-        file, intake = self._name, self._intake
+        file, validator = self._name, self._validator
         frame = self._origin.frame(said["frame"], file, line)
         for other in self._columns.frames:
             if _differ(cells[other], said["frame"]):
@@ -179,7 +179,7 @@ class _Table:
                 raise refuse(file, line, rule)
         if "w" not in said:
             self._check_size(cells, line)
-        edges = intake.edges(lambda: _edges(said, self._columns.own, file, line))
+        edges = validator.edges(lambda: _edges(said, self._columns.own, file, line))
         visibility = _real(said, "visibility", file, line) if said.get("visibility") else 1.0
         if not -1 <= visibility <= 1:
             raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
@@ -197,12 +197,12 @@ class _Table:
         if not uid:
             self._loose.add(frame, edges, label, **given)
             return
-        known = uid in intake
-        taken = intake.box(uid, frame, edges, label, **given)
+        known = uid in validator
+        taken = validator.box(uid, frame, edges, label, **given)
         note = said.get("note", "")
         if taken and (note or not known):
             source = said.get("source", "")
-            intake.describe(
+            validator.describe(
                 uid,
                 state=said.get("state") or "open",
                 source=source if source in _SOURCES else "imported",
@@ -211,13 +211,13 @@ class _Table:
 
     def _check_size(self, cells: Mapping[str, str], line: int) -> None:
         """Tell of pictures of another size, as tables that have corners put it beside them."""
-        video = self._intake.target.video
+        video = self._validator.target.video
         size = (cells.get("width", ""), cells.get("height", ""))
         with suppress(ValueError):
             if all(size) and tuple(map(real_number, size)) != (video.width, video.height):
                 what = f"Rows are about pictures of {size[0][:12]}x{size[1][:12]} px"
-                told = f"{what}, {video.name} has {video.width}x{video.height}; their boxes were not scaled"
-                self._intake.count(told, self._name, line)
+                reported = f"{what}, {video.name} has {video.width}x{video.height}; their boxes were not scaled"
+                self._validator.count(reported, self._name, line)
 
     def _label(self, cells: Mapping[str, str], line: int) -> int:
         given = (cells[column].strip() for column in self._columns.classes)
@@ -227,15 +227,15 @@ class _Table:
         try:
             number = real_number(cell)
         except ValueError:
-            return self._intake.label(cell, self._name, line)
+            return self._validator.label(cell, self._name, line)
         if not math.isfinite(number) or number != int(number):
             raise refuse(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
         if number == NONE:
             return NONE
         name = str(int(number))
-        if not self._columns.own and name not in self._intake.target.label_map:
-            self._intake.count(OWN_NUMBERS, self._name, line)
-        return self._intake.label(name, self._name, line, number=True)
+        if not self._columns.own and name not in self._validator.target.label_map:
+            self._validator.count(OWN_NUMBERS, self._name, line)
+        return self._validator.label(name, self._name, line, number=True)
 
 
 def _differ(one: str, other: str) -> bool:

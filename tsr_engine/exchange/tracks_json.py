@@ -26,7 +26,7 @@ from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv import file_names
@@ -35,7 +35,7 @@ from tsr_engine.exchange.tracks_json_reader import read_tracks_json, sniff_track
 __all__ = ["FORMAT"]
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     done = 0
     classes = class_map(dataset, options.used_labels)

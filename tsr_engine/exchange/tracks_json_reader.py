@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.dataset import NONE, REJECTED, UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
@@ -39,24 +39,24 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
     Raises:
         ImportFormatError: a broken rule.
     """
-    intake = Intake(target)
+    validator = ImportValidator(target)
     files = own_files(path, target.video, ".json")
-    loose = LooseBoxes(intake, files[0].name)
+    loose = LooseBoxes(validator, files[0].name)
     for file in files:
-        _File(file, intake, loose).read()
+        _File(file, validator, loose).read()
     loose.settle()
-    return intake.finish(files[0].name)
+    return validator.finish(files[0].name)
 
 
 class _File:
     """One file."""
 
-    def __init__(self, path: Path, intake: Intake, loose: LooseBoxes) -> None:
+    def __init__(self, path: Path, validator: ImportValidator, loose: LooseBoxes) -> None:
         self._path = path
         self._name = path.name
-        self._intake = intake
+        self._validator = validator
         self._loose = loose
-        self._origin = FrameOrigin(intake)
+        self._origin = FrameOrigin(validator)
         self._scale = (1.0, 1.0)
         self._classes: list[str] | None = None
         self._own = False
@@ -77,8 +77,8 @@ class _File:
         if not known:
             raise refuse(self._name, None, "must be an object with tracks or detections, or a list of either.")
         if self._ordered:
-            told = "lists without frame numbers were taken as those of the frames 0, 1, 2 ... in their order"
-            self._intake.repair(f"{self._name}: {told}.")
+            reported = "lists without frame numbers were taken as those of the frames 0, 1, 2 ... in their order"
+            self._validator.repair(f"{self._name}: {reported}.")
 
     def _settle(self) -> None:
         """Find out which video is meant, where the entries say it, and where its frames begin."""
@@ -86,7 +86,7 @@ class _File:
         videos = dict.fromkeys(_video_of(entry.value) for entry in entries(self._path) if entry is not None)
         if videos.keys() - {""}:
             parts = [Part(name, (name,), ids=(name,)) for name in videos]
-            self._video = choose(parts, self._intake, self._name, "video")[0].content
+            self._video = choose(parts, self._validator, self._name, "video")[0].content
         if self._origin.settled:
             return
         for entry in entries(self._path):
@@ -129,7 +129,7 @@ class _File:
         version = found.get("version", _VERSION)
         self._own = found.get("format") == "tsr-tracks"
         if self._own:
-            self._origin = FrameOrigin(self._intake, 0, sure=True)
+            self._origin = FrameOrigin(self._validator, 0, sure=True)
         if self._own and version != _VERSION:
             raise refuse(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
         video = found.get("video")
@@ -138,17 +138,17 @@ class _File:
         if type(found.get("width")) in (int, float) and type(found.get("height")) in (int, float):
             video = {"width": found["width"], "height": found["height"], **(video if isinstance(video, dict) else {})}
         if isinstance(video, dict) and isinstance(video.get("name"), str):
-            digest, ours = video.get("sha256"), self._intake.target.video.sha256
+            digest, ours = video.get("sha256"), self._validator.target.video.sha256
             part = Part(None, (video["name"],), known=digest == ours if digest and ours else None)
-            choose([part], self._intake, self._name, "video")
+            choose([part], self._validator, self._name, "video")
         if isinstance(video, dict) and "width" in video and "height" in video:
             width, height = (self._number(video[side], side, "video") for side in ("width", "height"))
-            self._scale = self._intake.scale(width, height, self._name, "video")
+            self._scale = self._validator.scale(width, height, self._name, "video")
         frames = video.get("frames") if isinstance(video, dict) else None
-        if isinstance(frames, int) and frames != self._intake.target.video.frames:
-            target = self._intake.target.video
-            told = f"is about a video of {frames} frames, {target.name} has {target.frames}"
-            self._intake.repair(f"{self._name}: {told}.")
+        if isinstance(frames, int) and frames != self._validator.target.video.frames:
+            target = self._validator.target.video
+            reported = f"is about a video of {frames} frames, {target.name} has {target.frames}"
+            self._validator.repair(f"{self._name}: {reported}.")
         classes = found.get("classes")
         if classes is not None:
             if not isinstance(classes, list) or not all(isinstance(name, str) for name in classes):
@@ -173,8 +173,8 @@ class _File:
         for number, box in enumerate(boxes, start=1):
             self._object(box, f"{where}, box {number}")
             self._box(box, f"{where}, box {number}", (uid, label))
-        if boxes and uid in self._intake:
-            self._intake.describe(
+        if boxes and uid in self._validator:
+            self._validator.describe(
                 uid,
                 state=REJECTED if rejected else str(track.get("state", "open")),
                 source=str(track.get("source", "imported")),
@@ -216,11 +216,11 @@ class _File:
             "score": math.nan if score is None else self._number(score, "score", where),
             "said": attributes_in(box.get("attributes"), self._name, where),
         }
-        edges = self._intake.edges(lambda: self._box_edges(box, where))
+        edges = self._validator.edges(lambda: self._box_edges(box, where))
         label = self._label(box, where, UNSAID if track is None else track[1])
         uid = self._id(box, where) if track is None else track[0]
         if uid:
-            self._intake.box(uid, frame, edges, label, **given)
+            self._validator.box(uid, frame, edges, label, **given)
         else:
             self._loose.add(frame, edges, label, **given)
 
@@ -258,16 +258,16 @@ class _File:
         try:
             number = whole_number(cell)
         except ValueError:
-            return self._intake.label(cell, self._name, where)
+            return self._validator.label(cell, self._name, where)
         if number == NONE:
             return NONE
         if self._classes is not None:
             if not 0 <= number < len(self._classes):
                 raise refuse(self._name, where, f"class {number} must be 0 to {len(self._classes) - 1} of classes.")
-            return self._intake.label(self._classes[number], self._name, where)
-        if not self._own and cell not in self._intake.target.label_map:
-            self._intake.count(OWN_NUMBERS, self._name, where)
-        return self._intake.label(cell, self._name, where, number=True)
+            return self._validator.label(self._classes[number], self._name, where)
+        if not self._own and cell not in self._validator.target.label_map:
+            self._validator.count(OWN_NUMBERS, self._name, where)
+        return self._validator.label(cell, self._name, where, number=True)
 
     def _flag(self, box: Mapping[str, Any], name: str, where: str, default: bool) -> bool:
         value = box.get(name, default)

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import math
 
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 
 __all__ = ["Edges", "upright"]
 
 Edges = tuple[float, float, float, float]
 
 
-def upright(edges: Edges, degrees: float, intake: Intake, file: str, line: int | str | None) -> Edges:
+def upright(edges: Edges, degrees: float, validator: ImportValidator, file: str, line: int | str | None) -> Edges:
     """The upright box around a turned one, with a sentence; a box that is not turned, or has no area, as it is.
 
     Args:
         edges: of the box before it is turned, px.
         degrees: clockwise, about its centre.
-        intake: is told.
+        validator: is reported.
         file: for messages.
         line: place in the file.
 
@@ -33,5 +33,5 @@ def upright(edges: Edges, degrees: float, intake: Intake, file: str, line: int |
     half_w = ((x2 - x1) * cos + (y2 - y1) * sin) / 2
     half_h = ((x2 - x1) * sin + (y2 - y1) * cos) / 2
     cx, cy = (x1 + x2) / 2, (y1 + y2) / 2
-    intake.count("Turned boxes were replaced by the upright boxes around them", file, line)
+    validator.count("Turned boxes were replaced by the upright boxes around them", file, line)
     return cx - half_w, cy - half_h, cx + half_w, cy + half_h

@@ -19,7 +19,7 @@ from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import UNKNOWN, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import rounded
@@ -36,7 +36,7 @@ _BOX = "<bndbox><xmin>{0}</xmin><ymin>{0}</ymin><xmax>{0}</xmax><ymax>{0}</ymax>
 _KEY = tuple(f"<attribute><name>keyframe</name><value>{word}</value></attribute>" for word in ("false", "true"))
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     names = {label.id: text(label.name) for label in labels.labels} | {NONE: text(UNKNOWN)}
@@ -62,16 +62,16 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
         out.put(f"ImageSets/Main/{subset}.txt", listed.encode("ascii"))
     skipped = _write_label_map(out, labels.names)
     pictures = write_files(lists, out, options, lambda part, frame, _: f"JPEGImages/{part.stem(frame)}.{suffix}")
-    told = {
+    reported = {
         "coordinates": "devkit" if devkit else "cvat",
         "origin": 1 if devkit else 0,
         "corners": "pixels from 1, both inclusive, whole" if devkit else "edges from 0, lower right one exclusive",
         "pictures": pictures,
     }
-    return skipped, told
+    return skipped, reported
 
 
-def _write_label_map(out: Outlet, labels: list[str]) -> list[Skipped]:
+def _write_label_map(out: OutputSink, labels: list[str]) -> list[Skipped]:
     """CVAT's and Datumaro's list of names; its fields are parted by colons, so names with one cannot be in it."""
     if any(":" in name or "\n" in name or name.startswith("#") for name in labels):
         return [Skipped("labelmap.txt", "A class name has a colon, which parts the fields of that file.")]

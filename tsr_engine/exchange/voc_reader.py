@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import ours_in, said_in
-from tsr_engine.exchange.beside import told_by_manifest
-from tsr_engine.exchange.checks import NO_BOX, Intake, refuse
+from tsr_engine.exchange.beside import stated_by_manifest
+from tsr_engine.exchange.checks import NO_BOX, ImportValidator, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_rows import Listed, names_in
+from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
 from tsr_engine.exchange.small_xml import SMALL, XmlNode, small_elements
-from tsr_engine.exchange.spool import Spool, content_of, names_below
 from tsr_engine.exchange.turned import Edges
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.exchange.xml import elements
@@ -75,37 +75,37 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
     Raises:
         ImportFormatError: a broken rule.
     """
-    intake = Intake(target)
-    folder, files = _files(path, target.spool)
+    validator = ImportValidator(target)
+    folder, files = _files(path, target.store)
     if not files and not (path / "ImageSets").is_dir():
         raise refuse(path.name, None, "has no Annotations/*.xml. Export as Pascal VOC again.")
     shared: _Shared = {}
-    pictures = [_read_file(f"{folder}/{file}", intake.target.spool, shared) for file in files]
+    pictures = [_read_file(f"{folder}/{file}", validator.target.store, shared) for file in files]
     listed = [
         Listed(f"{each.folder}/{file}" if each.folder else file, each.file, instead=each.filename)
         for file, each in zip(files, pictures, strict=True)
     ]
     more = [picture for file in sorted(path.glob("ImageSets/Main/*.txt")) for picture in names_in(file)]
-    frames = frames_of_pictures(listed, intake, path if path.is_dir() else path.parent, more)
+    frames = frames_of_pictures(listed, validator, path if path.is_dir() else path.parent, more)
     taken = [(each, frame) for each, frame in zip(pictures, frames, strict=True) if frame is not None]
-    offset = _offset(path, [each for each, _ in taken], intake)
-    loose = LooseBoxes(intake, path.name)
+    offset = _offset(path, [each for each, _ in taken], validator)
+    loose = LooseBoxes(validator, path.name)
     for each, frame in taken:
-        wide, high = intake.scale(*each.size, each.file, each.size_line) if any(each.size) else (1.0, 1.0)
+        wide, high = validator.scale(*each.size, each.file, each.size_line) if any(each.size) else (1.0, 1.0)
         for found in each.objects:
-            corners = intake.edges(partial(_corners, found))
+            corners = validator.edges(partial(_corners, found))
             if corners is NO_BOX:
                 continue
             x1, y1, x2, y2 = corners
             edges = ((x1 - offset) * wide, (y1 - offset) * high, x2 * wide, y2 * high)
             uid = found.uid
-            known = uid in intake
+            known = uid in validator
             # A box without a name waits until all are known.
-            take = partial(intake.box, uid) if uid else loose.add
+            take = partial(validator.box, uid) if uid else loose.add
             kept = take(
                 frame,
                 edges,
-                intake.label(found.name, each.file, found.line),
+                validator.label(found.name, each.file, found.line),
                 file=each.file,
                 line=found.line,
                 key=found.key,
@@ -116,9 +116,9 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
             )
             if uid and kept and not known:
                 state, source, note = found.about
-                intake.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
+                validator.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
     loose.settle()
-    return intake.finish(path.name)
+    return validator.finish(path.name)
 
 
 def annotations_in(path: Path) -> Path:
@@ -126,18 +126,18 @@ def annotations_in(path: Path) -> Path:
     return path / "Annotations" if (path / "Annotations").is_dir() else path
 
 
-def _files(path: Path, spool: Spool | None) -> tuple[Path, list[str]]:
+def _files(path: Path, store: SmallFileStore | None) -> tuple[Path, list[str]]:
     """A folder, and the names of the XML files in it and below, sorted; plain names, since there can be 100,000."""
     if path.is_file():
         return path.parent, [path.name]
     folder = annotations_in(path)
-    return folder, [name for name in names_below(folder, spool) if name.endswith(".xml")]
+    return folder, [name for name in names_below(folder, store) if name.endswith(".xml")]
 
 
-def _read_file(path: str, spool: Spool | None, shared: _Shared) -> _Picture:
+def _read_file(path: str, store: SmallFileStore | None, shared: _Shared) -> _Picture:
     """What a file says; equal texts about tracks are kept once, in ``shared``."""
     name = sys.intern(path.rpartition("/")[2])
-    small = small_elements(content_of(path, spool, SMALL + 1), "annotation", _WANTED)
+    small = small_elements(content_of(path, store, SMALL + 1), "annotation", _WANTED)
     if small is not None:
         try:
             picture = _picture_of(small, name, shared)
@@ -146,11 +146,11 @@ def _read_file(path: str, spool: Spool | None, shared: _Shared) -> _Picture:
         except ImportFormatError:
             pass
     # Once more, with the line of every element.
-    return _picture_of(elements(_on_disk(path, spool), "annotation", _WANTED), name, shared)
+    return _picture_of(elements(_on_disk(path, store), "annotation", _WANTED), name, shared)
 
 
-def _on_disk(path: str, spool: Spool | None) -> Path:
-    return Path(path) if spool is None else spool.on_disk(path)
+def _on_disk(path: str, store: SmallFileStore | None) -> Path:
+    return Path(path) if store is None else store.on_disk(path)
 
 
 def _picture_of(nodes: Iterable[XmlNode], file: str, shared: _Shared) -> _Picture:
@@ -170,13 +170,13 @@ def _picture_of(nodes: Iterable[XmlNode], file: str, shared: _Shared) -> _Pictur
     return _Picture(file, filename, folder, size, line, objects)
 
 
-def _offset(path: Path, found: list[_Picture], intake: Intake) -> int:
+def _offset(path: Path, found: list[_Picture], validator: ImportValidator) -> int:
     """1 where corners count from 1, else 0: as said, as our manifest tells, else by the numbers of all files."""
-    asked = intake.target.switches.get("coordinates", "auto")
+    asked = validator.target.switches.get("coordinates", "auto")
     known = [(each, one, one.corners) for each in found for one in each.objects if isinstance(one.corners, tuple)]
     zero = next(((each, one) for each, one, corners in known if min(corners[:2]) < 1), None)
     if asked == "auto":
-        asked = told_by_manifest(path if path.is_dir() else path.parent, "coordinates") or asked
+        asked = stated_by_manifest(path if path.is_dir() else path.parent, "coordinates") or asked
     if asked == "devkit":
         if zero is not None:
             raise refuse(
@@ -189,13 +189,13 @@ def _offset(path: Path, found: list[_Picture], intake: Intake) -> int:
         return 0
     whole = all(value == int(value) for *_, corners in known for value in corners if math.isfinite(value))
     if whole and zero is None:
-        intake.repair(
+        validator.repair(
             f"{path.name}: corners are whole numbers from 1 on, as in the VOC devkit; xmin and ymin were lowered by 1 "
             "(coordinates=cvat leaves them)."
         )
         return 1
     why = "some have decimals" if not whole else "one lies below 1"
-    intake.repair(f"{path.name}: corners were taken as edges from 0, as CVAT writes them, since {why}.")
+    validator.repair(f"{path.name}: corners were taken as edges from 0, as CVAT writes them, since {why}.")
     return 0
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.counting import origin_of
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.picture_names import SHAPES
@@ -29,13 +29,13 @@ _NAMED = 5
 
 
 def frames_of_pictures(
-    listed: Sequence[Listed], intake: Intake, folder: Path, more: Iterable[str] = ()
+    listed: Sequence[Listed], validator: ImportValidator, folder: Path, more: Iterable[str] = ()
 ) -> list[int | None]:
-    """The ordinal of each picture; None: it is of another video, which is told.
+    """The ordinal of each picture; None: it is of another video, which is reported.
 
     Args:
         listed: all pictures of the import.
-        intake: is told, and has the video and the switches.
+        validator: is reported, and has the video and the switches.
         folder: of the import; a manifest of ours beside it settles what names are about.
         more: names of pictures without boxes that a list beside the boxes has; they help to tell where numbers begin.
 
@@ -43,23 +43,27 @@ def frames_of_pictures(
         ImportFormatError: names without number, numbers beyond the video, a count that may begin at 0 or at 1, several
             videos of which none is this one, two pictures of one frame, or pictures that Roboflow has changed.
     """
-    refuse_changed_pictures(folder, intake.target.video)
+    refuse_changed_pictures(folder, validator.target.video)
     out: list[int | None] = [None] * len(listed)
-    rows, nameless, differ = rows_of(listed, intake.target.video, folder, more)
-    chosen = _chosen(rows, nameless, listed, intake)
+    rows, nameless, differ = rows_of(listed, validator.target.video, folder, more)
+    chosen = _chosen(rows, nameless, listed, validator)
     for row in chosen:
-        _take(row, listed, intake, out)
-    _refuse_twins(listed, out, intake)
+        _take(row, listed, validator, out)
+    _refuse_twins(listed, out, validator)
     for place, what in differ:
         if out[place] is not None:
-            intake.count(what, listed[place].file, f"{listed[place].name[:80]!r} {listed[place].instead[:80]}".strip())
-    _tell_others([row for row in rows if row not in chosen], nameless, listed, intake)
+            validator.count(
+                what, listed[place].file, f"{listed[place].name[:80]!r} {listed[place].instead[:80]}".strip()
+            )
+    _tell_others([row for row in rows if row not in chosen], nameless, listed, validator)
     return out
 
 
-def _chosen(rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed], intake: Intake) -> list[Row]:
+def _chosen(
+    rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed], validator: ImportValidator
+) -> list[Row]:
     """The rows of the video, or the only ones that can be."""
-    video, said = intake.target.video.name, intake.target.switches.get("video", "auto")
+    video, said = validator.target.video.name, validator.target.switches.get("video", "auto")
     if said != "auto":
         found = [row for row in rows if plain_name(said) in row.called]
         if not found and listed:
@@ -81,31 +85,33 @@ def _chosen(rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed],
     if len({row.folder for row in found if not row.stated}) > 1:
         raise _several(found, listed, f"nothing says which are of {video}", by_folder=True)
     for name in dict.fromkeys(row.other_name for row in found if row.other_name):
-        intake.repair(
+        validator.repair(
             f"{listed[found[0].places[0]].file}: speaks of {name[:80]!r}, not of {video}. Its pictures were taken as "
             f"frames of {video}; check that it is the right video."
         )
     return found
 
 
-def _take(row: Row, listed: Sequence[Listed], intake: Intake, out: list[int | None]) -> None:
+def _take(row: Row, listed: Sequence[Listed], validator: ImportValidator, out: list[int | None]) -> None:
     """Find the frame of each picture of a row."""
-    video = intake.target.video
+    video = validator.target.video
     if row.seconds:
         for place, seconds in zip(row.places, row.seconds, strict=True):
             out[place] = _frame_at(seconds, listed[place], video)
-        intake.repair(f"{listed[row.places[0]].file}: the times in names of pictures were taken as the nearest frames.")
+        validator.repair(
+            f"{listed[row.places[0]].file}: the times in names of pictures were taken as the nearest frames."
+        )
         return
     if row.frames:
         for place, frame in zip(row.places, row.frames, strict=True):
-            out[place] = intake.frame(frame, listed[place].file, listed[place].line)
+            out[place] = validator.frame(frame, listed[place].file, listed[place].line)
         return
-    if row.name.doubtful and len(set(row.numbers)) < 2:
+    if row.name.ambiguous and len(set(row.numbers)) < 2:
         raise _no_number(listed[row.places[0]], "has two numbers, and nothing says which is the frame")
     counted = origin_of(
         *row.span,
         video.frames,
-        asked=intake.target.switches.get("first_frame", "auto"),
+        asked=validator.target.switches.get("first_frame", "auto"),
         custom=row.custom(),
         what=row.what,
         fail=lambda rule: refuse(listed[row.places[0]].file, listed[row.places[0]].line, rule),
@@ -121,8 +127,8 @@ def _take(row: Row, listed: Sequence[Listed], intake: Intake, out: list[int | No
             )
     for place, number in zip(row.places, row.numbers, strict=True):
         out[place] = number - counted.origin
-    if counted.told:
-        intake.repair(f"{listed[row.places[0]].file}: {counted.told}")
+    if counted.reported:
+        validator.repair(f"{listed[row.places[0]].file}: {counted.reported}")
 
 
 def _frame_at(seconds: float, picture: Listed, video: DatasetVideo) -> int:
@@ -148,7 +154,7 @@ def _frame_at(seconds: float, picture: Listed, video: DatasetVideo) -> int:
     return frame
 
 
-def _refuse_twins(listed: Sequence[Listed], out: list[int | None], intake: Intake) -> None:
+def _refuse_twins(listed: Sequence[Listed], out: list[int | None], validator: ImportValidator) -> None:
     """Two pictures of one frame are of two videos, or one is a changed copy."""
     seen: dict[int, int] = {}
     again = 0
@@ -169,18 +175,20 @@ def _refuse_twins(listed: Sequence[Listed], out: list[int | None], intake: Intak
             "another video, of another subset, or that is an augmented copy.",
         )
     if again:
-        intake.repair(f"{again} pictures are listed by several files; the boxes of all of these were taken.")
+        validator.repair(f"{again} pictures are listed by several files; the boxes of all of these were taken.")
 
 
-def _tell_others(rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed], intake: Intake) -> None:
+def _tell_others(
+    rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed], validator: ImportValidator
+) -> None:
     if rows:
         count = sum(len(row.places) for row in rows)
-        reason = f"They are of another video than {intake.target.video.name}"
-        intake.skip(f"{count} pictures", f"{reason}: {_listing(rows, lambda row: row.shown)}.")
+        reason = f"They are of another video than {validator.target.video.name}"
+        validator.skip(f"{count} pictures", f"{reason}: {_listing(rows, lambda row: row.shown)}.")
     if nameless:
         first = listed[nameless[0].place]
-        reason = f"Their names have no frame number, and do not name {intake.target.video.name}"
-        intake.skip(f"{len(nameless)} pictures", f"{reason}; the first is {first.name[:80]!r}.")
+        reason = f"Their names have no frame number, and do not name {validator.target.video.name}"
+        validator.skip(f"{len(nameless)} pictures", f"{reason}; the first is {first.name[:80]!r}.")
 
 
 def _several(rows: list[Row], listed: Sequence[Listed], why: str, *, by_folder: bool = False) -> ImportFormatError:

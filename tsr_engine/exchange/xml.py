@@ -71,9 +71,9 @@ class Node:
         """The text of one element inside each row, by that of another; the value with its white space."""
         out: dict[str, str] = {}
         for entry in self.all(row):
-            name, told = entry.child(key), entry.child(value)
-            if name is not None and told is not None:
-                out[name.text] = told.raw
+            name, reported = entry.child(key), entry.child(value)
+            if name is not None and reported is not None:
+                out[name.text] = reported.raw
         return out
 
     def all(self, tag: str) -> Iterable[Node]:

@@ -16,7 +16,7 @@ from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
-from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
 from tsr_engine.exchange.sidecar import ATTRIBUTES, COLUMNS, SideText, csv_text
@@ -28,7 +28,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 8
 
 
-def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     with_ignored = options.switches.get("ignored", "leave-out") == "box"
@@ -41,7 +41,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
         for subset in subsets:
             for part in lists:
                 lines = _lines(part, labels)
-                told = SideText(part.rows)
+                reported = SideText(part.rows)
                 ignore = [False] * len(part.rows) if with_ignored else part.rows.ignore.tolist()
                 for frame, at in part.listed(subset if options.split else "default"):
                     chosen = [k for k in range(at.start, at.stop) if not ignore[k]]
@@ -49,7 +49,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
                     name = f"labels/{subset}/{part.stem(frame)}.txt"
                     out.put(name, "".join(lines[k] for k in chosen).encode("ascii"))
                     for place, k in enumerate(chosen, start=1):
-                        side.write(f"{name},{place},{lines[k][:-1]},{told(k)}\n")
+                        side.write(f"{name},{place},{lines[k][:-1]},{reported(k)}\n")
                     done += 1
                     options.progress(done, total)
     _write_yaml(out, subsets, labels.names)
@@ -67,7 +67,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
     return skipped, {"origin": 0, "decimals": _DECIMALS, "columns": 5, "tracks": SIDE, "pictures": pictures}
 
 
-def _write_yaml(out: Outlet, subsets: list[str], labels: list[str]) -> None:
+def _write_yaml(out: OutputSink, subsets: list[str], labels: list[str]) -> None:
     """No ``path``: without it Ultralytics starts at the file's own folder, a dot would be the current one."""
     val = "val" if "val" in subsets else subsets[-1]
     lines = [f"train: images/{'train' if 'train' in subsets else subsets[0]}\n"]

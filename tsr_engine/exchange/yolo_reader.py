@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 
 from tsr_engine.exchange.beside import seen_in
-from tsr_engine.exchange.checks import MAX_JSON_BYTES, NO_BOX, Intake, read_text, refuse
+from tsr_engine.exchange.checks import MAX_JSON_BYTES, NO_BOX, ImportValidator, read_text, refuse
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
@@ -23,7 +23,7 @@ from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.picture_rows import Listed, names_in
 from tsr_engine.exchange.reading import decoded
 from tsr_engine.exchange.sidecar import SideRow, read_side
-from tsr_engine.exchange.spool import Spool, content_of, names_below
+from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.exchange.yaml_names import names_of
 from tsr_engine.exchange.yolo_shapes import YoloLine, YoloRow, boxed
@@ -48,10 +48,10 @@ _SAVE_TXT = Custom(
 )
 
 
-def label_files(path: Path, spool: Spool | None = None) -> list[str]:
+def label_files(path: Path, store: SmallFileStore | None = None) -> list[str]:
     """Names of the label files of a folder, relative to it, sorted; those below ``labels`` if there is one."""
     # Plain names: a folder can hold 100,000 of these.
-    named = [(name, name.split("/")) for name in names_below(path, spool)]
+    named = [(name, name.split("/")) for name in names_below(path, store)]
     found = [(n, parts) for n, parts in named if n.endswith(".txt") and _may_be_labels(parts[-1].lower())]
     inside = [name for name, parts in found if not {"labels", "obj_train_data"}.isdisjoint(parts[:-1])]
     return inside or [name for name, _ in found]
@@ -87,37 +87,37 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     """
     if path.is_file():
         raise refuse(path.name, None, "is one file; YOLO is a folder with data.yaml and labels. Pack the folder.")
-    intake = Intake(target)
-    files = label_files(path, target.spool)
+    validator = ImportValidator(target)
+    files = label_files(path, target.store)
     if not files and not (path / SIDE).is_file():
         raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
     names, named_by = _class_names(path)
     more = [picture for name in _LISTS for picture in names_in(path / name)]
-    frames = frames_of_pictures([_listed(name) for name in files], intake, path, more)
+    frames = frames_of_pictures([_listed(name) for name in files], validator, path, more)
     found: list[YoloLine] = []
     ends: list[tuple[str, bytes]] = []
     for name, frame in zip(files, frames, strict=True):
         if frame is None:
             continue
-        content = content_of(f"{path}/{name}", target.spool, MAX_JSON_BYTES + 1)
+        content = content_of(f"{path}/{name}", target.store, MAX_JSON_BYTES + 1)
         lines = decoded(content, name.rpartition("/")[2])
         ends.append((name, content[-1:]))
         if lines.strip():
-            found += _lines(lines, name, frame, names, named_by, intake)
-    tell_open_ends(ends, intake)
-    rows = boxed(found, intake)
+            found += _lines(lines, name, frame, names, named_by, validator)
+    tell_open_ends(ends, validator)
+    rows = boxed(found, validator)
     if names is None and rows:
-        intake.repair(f"{path.name}: names no classes (data.yaml); its numbers were taken as those of the tool.")
-    loose = LooseBoxes(intake, path.name)
+        validator.repair(f"{path.name}: names no classes (data.yaml); its numbers were taken as those of the tool.")
+    loose = LooseBoxes(validator, path.name)
     if any(row.rest for row in rows):
-        _take_with_columns(rows, intake, loose)
+        _take_with_columns(rows, validator, loose)
     elif (path / SIDE).is_file():
-        _take_with_side(rows, path / SIDE, intake, loose)
+        _take_with_side(rows, path / SIDE, validator, loose)
     else:
         for row in rows:
             loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
     loose.settle()
-    return intake.finish(path.name)
+    return validator.finish(path.name)
 
 
 def _listed(name: str) -> Listed:
@@ -147,13 +147,13 @@ def _other_yaml(path: Path) -> list[Path]:
 
 
 def _lines(
-    text: str, file: str, frame: int, names: dict[int, str] | None, named_by: str, intake: Intake
+    text: str, file: str, frame: int, names: dict[int, str] | None, named_by: str, validator: ImportValidator
 ) -> Iterator[YoloLine]:
     for line, content in enumerate(text.splitlines(), start=1):
         cells = content.split()
         if not cells:
             continue
-        values = intake.edges(partial(_values, cells, file, line))
+        values = validator.edges(partial(_values, cells, file, line))
         if values is NO_BOX:
             continue
         number = values[0]
@@ -162,7 +162,7 @@ def _lines(
         if names is not None and int(number) not in names:
             raise refuse(file, line, f"class {int(number)} is none of the {len(names)} classes in {named_by}. Add it.")
         name = str(int(number)) if names is None else names[int(number)]
-        label = intake.label(name, file, line, number=names is None)
+        label = validator.label(name, file, line, number=names is None)
         yield YoloLine(file, line, frame, content.strip(), label, values[1:])
 
 
@@ -180,9 +180,9 @@ def _values(cells: list[str], file: str, line: int) -> tuple[float, ...]:
     return values
 
 
-def _take_with_columns(rows: list[YoloRow], intake: Intake, loose: LooseBoxes) -> None:
+def _take_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: LooseBoxes) -> None:
     """Rows with columns behind the box: a track id, a confidence, or both."""
-    asked = intake.target.switches.get("column6", "auto")
+    asked = validator.target.switches.get("column6", "auto")
     sixth = [row for row in rows if len(row.rest) == 1]
     kind, why = (asked, "as you said") if asked != "auto" else _what_sixth_is(sixth)
     for row in rows:
@@ -198,11 +198,11 @@ def _take_with_columns(rows: list[YoloRow], intake: Intake, loose: LooseBoxes) -
             continue
         if track != int(track) or not 0 <= track < 1e15:
             raise refuse(row.file, row.line, f"the track id must be a whole number from 0 on. Got {track:g}.")
-        intake.box(f"track{int(track)}", row.frame, row.edges, row.label, file=row.file, line=row.line, score=score)
+        validator.box(f"track{int(track)}", row.frame, row.edges, row.label, file=row.file, line=row.line, score=score)
     if sixth:
         first = sixth[0]
         meaning = "confidences" if kind == "confidence" else "track ids"
-        intake.repair(
+        validator.repair(
             f"{first.file}, line {first.line}: YOLO has 5 columns; the sixth of {len(sixth)} rows was taken as "
             f"{meaning}: {why} (column6)."
         )
@@ -231,7 +231,7 @@ def _what_sixth_is(rows: list[YoloRow]) -> tuple[str, str]:
     return "track", "all are whole numbers"
 
 
-def _take_with_side(rows: list[YoloRow], path: Path, intake: Intake, loose: LooseBoxes) -> None:
+def _take_with_side(rows: list[YoloRow], path: Path, validator: ImportValidator, loose: LooseBoxes) -> None:
     """Rows with the tracks that the side file names: by their text, else by their place in the file."""
     side: dict[str, list[SideRow]] = {}
     for named in read_side(path, SIDE_OWN):
@@ -240,13 +240,13 @@ def _take_with_side(rows: list[YoloRow], path: Path, intake: Intake, loose: Loos
     for row in rows:
         by_file.setdefault(row.file, []).append(row)
     for file, own in by_file.items():
-        for row, entry in _matched(own, side.get(file, []), intake):
+        for row, entry in _matched(own, side.get(file, []), validator):
             if entry is None:
-                intake.count(f"Boxes that {path.name} does not name", row.file, row.line)
+                validator.count(f"Boxes that {path.name} does not name", row.file, row.line)
                 loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
                 continue
-            known = entry.uid in intake
-            taken = intake.box(
+            known = entry.uid in validator
+            taken = validator.box(
                 entry.uid,
                 row.frame,
                 row.edges,
@@ -260,10 +260,12 @@ def _take_with_side(rows: list[YoloRow], path: Path, intake: Intake, loose: Loos
                 said=entry.said,
             )
             if taken and (entry.note or not known):
-                entry.tell(intake, row.frame)
+                entry.tell(validator, row.frame)
 
 
-def _matched(rows: list[YoloRow], side: list[SideRow], intake: Intake) -> list[tuple[YoloRow, SideRow | None]]:
+def _matched(
+    rows: list[YoloRow], side: list[SideRow], validator: ImportValidator
+) -> list[tuple[YoloRow, SideRow | None]]:
     by_text: dict[str, deque[SideRow]] = {}
     for entry in side:
         by_text.setdefault(entry.own["row"], deque()).append(entry)
@@ -278,6 +280,6 @@ def _matched(rows: list[YoloRow], side: list[SideRow], intake: Intake) -> list[t
         left.sort(key=lambda entry: entry.line)
         for place, kept in zip(changed, left, strict=True):
             row = out[place][0]
-            intake.count("Boxes that were changed since the export kept the track of their line", row.file, row.line)
+            validator.count("Boxes that were changed since the export kept the track of their line", row.file, row.line)
             out[place] = (row, kept)
     return out

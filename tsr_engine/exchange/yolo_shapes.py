@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from itertools import repeat
 from math import inf
 
-from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.checks import ImportValidator, refuse
 
 __all__ = ["YoloLine", "YoloRow", "boxed"]
 
 _LEAST, _MOST = -0.01, 1.01
 """What Ultralytics lets pass as a part of the picture: rounding, which is cut at the edge."""
 _LEAST_OF_BOX = (_LEAST, _LEAST, -inf, -inf)
-"""A box of negative size is none, which the intake says."""
+"""A box of negative size is none, which the validator says."""
 _EITHER = 6
 """Numbers behind the class that may be either."""
 
@@ -60,30 +60,30 @@ class YoloRow(_Place):
 
     Attributes:
         edges: ``x1, y1, x2, y2`` in px.
-        rest: columns behind the box: none, one that is to be told, or confidence and track id.
+        rest: columns behind the box: none, one that is to be reported, or confidence and track id.
     """
 
     edges: tuple[float, float, float, float]
     rest: tuple[float, ...]
 
 
-def boxed(lines: Sequence[YoloLine], intake: Intake) -> list[YoloRow]:
+def boxed(lines: Sequence[YoloLine], validator: ImportValidator) -> list[YoloRow]:
     """The boxes of all rows, in their order; tells what rows of six numbers were taken as.
 
     Raises:
         ImportFormatError: a row is neither box nor polygon, or rows of six numbers cannot all be the same.
     """
-    triangles = _takes_triangles(lines, intake)
-    return [_row(line, triangles, intake) for line in lines]
+    triangles = _takes_triangles(lines, validator)
+    return [_row(line, triangles, validator) for line in lines]
 
 
-def _takes_triangles(lines: Sequence[YoloLine], intake: Intake) -> bool:
+def _takes_triangles(lines: Sequence[YoloLine], validator: ImportValidator) -> bool:
     six = [line for line in lines if len(line.values) == _EITHER]
     if not six:
         return False
     triangles, why = _what_six_are(six, any(len(line.values) > _EITHER for line in lines))
     meaning = "triangles" if triangles else "boxes with confidence and track id"
-    intake.repair(
+    validator.repair(
         f"{six[0].file}, line {six[0].line}: {len(six)} rows have six numbers behind the class; they were taken as "
         f"{meaning}: {why}."
     )
@@ -119,7 +119,7 @@ def _what_six_are(six: Sequence[YoloLine], longer: bool) -> tuple[bool, str]:
     return False, "all end in 0 or 1, and no picture has the same twice"
 
 
-def _row(line: YoloLine, triangles: bool, intake: Intake) -> YoloRow:
+def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow:
     values = line.values
     polygon = len(values) > _EITHER or (len(values) == _EITHER and triangles)
     if polygon and len(values) % 2:
@@ -138,13 +138,13 @@ def _row(line: YoloLine, triangles: bool, intake: Intake) -> YoloRow:
             )
     rest: tuple[float, ...] = ()
     if polygon:
-        intake.count("Polygons were replaced by the upright boxes around them", line.file, line.line)
+        validator.count("Polygons were replaced by the upright boxes around them", line.file, line.line)
         xs, ys = values[::2], values[1::2]
         x1, y1, x2, y2 = min(xs), min(ys), max(xs), max(ys)
     else:
         cx, cy, w, h = values[:4]
         x1, y1, x2, y2 = cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2
         rest = values[4:]
-    video = intake.target.video
+    video = validator.target.video
     edges = (x1 * video.width, y1 * video.height, x2 * video.width, y2 * video.height)
     return YoloRow(line.file, line.line, line.frame, line.text, line.label, edges, rest)

@@ -19,7 +19,7 @@ LEARNED: Final = 0.85
 
 WEIGHTS: Final = {
     "constant": 0.03,
-    "likeness": 2.84,
+    "similarity": 2.84,
     "anchor_likeness": 0.88,
     "away": -1.06,
     "grown": -0.24,
@@ -35,16 +35,16 @@ class Evidence:
     """What was seen of a sign in one frame.
 
     Attributes:
-        likeness: largest correlation with a template.
-        anchor_likeness: correlation with an anchor's template.
+        similarity: largest correlation with a template.
+        anchor_similarity: correlation with an anchor's template.
         away: distance from the predicted place, in standard deviations.
         grown: distance from the predicted size, likewise.
         decision: of the track's own SVM; None: it has none.
         score: log-odds of the detector; None: it does not know the shape, or cannot look.
     """
 
-    likeness: float
-    anchor_likeness: float
+    similarity: float
+    anchor_similarity: float
     away: float
     grown: float
     decision: float | None
@@ -54,8 +54,8 @@ class Evidence:
         """The terms of the logistic by name, each of the order of one."""
         return {
             "constant": 1.0,
-            "likeness": self.likeness,
-            "anchor_likeness": self.anchor_likeness,
+            "similarity": self.similarity,
+            "anchor_likeness": self.anchor_similarity,
             "away": min(self.away, 6.0),
             "grown": min(self.grown, 6.0),
             "score": 0.0 if self.score is None else min(max(self.score, -4.0), 8.0) / 8.0,

@@ -19,7 +19,7 @@ from tsr_engine.follow.joining import join
 from tsr_engine.follow.one_way import OneWay, Step
 from tsr_engine.follow.outwards import Outwards
 from tsr_engine.follow.placing import Placed, place
-from tsr_engine.follow.records import Anchor, Direction, Event, FollowerParts, Pictures, Proposal
+from tsr_engine.follow.records import Anchor, Direction, Event, FollowerModels, Pictures, Proposal
 from tsr_engine.geometry.boxes import clip
 
 __all__ = ["follow"]
@@ -28,7 +28,7 @@ __all__ = ["follow"]
 def follow(
     pictures: Pictures,
     anchors: Sequence[Anchor],
-    parts: FollowerParts,
+    parts: FollowerModels,
     *,
     direction: Direction | None = None,
     first: int = 0,
@@ -92,7 +92,7 @@ def _gap(
     left: Placed,
     right: Placed,
     placed: Sequence[Placed],
-    parts: FollowerParts,
+    parts: FollowerModels,
     cancelled: Callable[[], bool],
 ) -> Iterator[Proposal]:
     """The frames between two anchors; nothing is joined where it was cancelled."""
@@ -117,7 +117,7 @@ def _pass(
     start: Placed,
     goal: Placed,
     placed: Sequence[Placed],
-    parts: FollowerParts,
+    parts: FollowerModels,
     cancelled: Callable[[], bool],
 ) -> Iterator[tuple[int, Step, tuple[int, int]]]:
     """The frames from one anchor to another, up to a cut of the film."""

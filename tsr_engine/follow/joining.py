@@ -45,9 +45,9 @@ def join(
             hidden = [s for s in (ahead.get(frame), back.get(frame)) if s is not None]
             if not hidden:  # beyond a cut of the film, seen from either side
                 continue
-            doubt = max(s.confidence for s in hidden)
+            uncertainty = max(s.confidence for s in hidden)
             box = between((before, places[before]), (after, places[after]), frame)
-            joined[frame] = Step(box, doubt, "predicted", hidden[0].place_error, hidden[0].size_error, None)
+            joined[frame] = Step(box, uncertainty, "predicted", hidden[0].place_error, hidden[0].size_error, None)
     return joined
 
 
@@ -77,8 +77,8 @@ def _mean(one: Step, other: Step) -> Step:
     size = _weight([one.size_error, other.size_error])
     centre = a[:2] + place * (b - a)[:2]
     sides = np.exp(np.log(a[2:]) + size * np.log(b[2:] / a[2:]))
-    doubt = (1.0 - one.confidence) * (1.0 - other.confidence)
-    confidence = agree * (1.0 - doubt) + (1.0 - agree) * surer.confidence
+    uncertainty = (1.0 - one.confidence) * (1.0 - other.confidence)
+    confidence = agree * (1.0 - uncertainty) + (1.0 - agree) * surer.confidence
     return Step(
         to_xyxy(np.concatenate([centre, sides])),
         confidence,

@@ -13,11 +13,11 @@ from typing import Final
 import numpy as np
 
 from tsr_engine.follow.confidence import KEPT, LEARNED, Evidence
+from tsr_engine.follow.known_shape import KnownShape, know
 from tsr_engine.follow.path import SignPath
 from tsr_engine.follow.pixels import PicturePixels
-from tsr_engine.follow.records import Direction, FollowerParts, Source
+from tsr_engine.follow.records import Direction, FollowerModels, Source
 from tsr_engine.follow.search import Match, search
-from tsr_engine.follow.sighting import KnownShape, know
 from tsr_engine.follow.template import Template, size_of
 from tsr_engine.geometry.boxes import area, clip, to_cxcywh
 from tsr_engine.online.online_detector import OnlineDetector, usable
@@ -31,8 +31,8 @@ _COMPARED: Final = 3
 """... and compared in each frame: those of the most similar size, an anchor's among them."""
 _NEW_SIZE: Final = math.log(1.2)
 """A look is worth remembering at a size that differs by this from all that are known."""
-_DOUBTFUL: Final = 0.7
-"""Below this likeness the search is repeated farther away."""
+_UNCERTAIN: Final = 0.7
+"""Below this similarity the search is repeated farther away."""
 _BETTER: Final = 0.1
 """... and must be better by this to count."""
 _SPREAD_FAR: Final = 0.16
@@ -77,7 +77,7 @@ class OneWay:
     """
 
     def __init__(
-        self, picture: Picture, box: FloatArray, templates: list[Template], direction: Direction, parts: FollowerParts
+        self, picture: Picture, box: FloatArray, templates: list[Template], direction: Direction, parts: FollowerModels
     ) -> None:
         self.hidden = 0
         self._size = (picture.shape[1], picture.shape[0])
@@ -115,12 +115,12 @@ class OneWay:
         if not self._in_view(expected):
             return self._hide(expected, 0.0, None)
         match, place_error = self._match(picture, expected)
-        where = expected if match is None or match.likeness < 0.5 else match.box
+        where = expected if match is None or match.similarity < 0.5 else match.box
         seen = None if self._shape is None else self._shape.at(picture, where)
         size = size_of(expected)
         evidence = Evidence(
-            likeness=0.0 if match is None else match.likeness,
-            anchor_likeness=0.0 if match is None else match.anchor_likeness,
+            similarity=0.0 if match is None else match.similarity,
+            anchor_similarity=0.0 if match is None else match.anchor_similarity,
             away=float(np.hypot(*(to_cxcywh(where) - to_cxcywh(expected))[:2])) / (place_error + 0.05 * size),
             grown=abs(math.log(size_of(where) / size)) / (self._path.size_error + 0.02),
             decision=self._decision(picture, where),
@@ -151,12 +151,12 @@ class OneWay:
         radius = min(3.0 * error + 3.0, widest)
         near = self._comparable(size_of(expected))
         match = search(picture, near, expected, self._stretch, radius, spread)
-        likeness = 0.0 if match is None else match.likeness
+        similarity = 0.0 if match is None else match.similarity
         # A sign that stays hidden is not worth a wide search in every frame.
         due = self.hidden & (self.hidden - 1) == 0
-        if radius < 0.7 * widest and likeness < _DOUBTFUL and due:
+        if radius < 0.7 * widest and similarity < _UNCERTAIN and due:
             farther = search(picture, near, expected, self._stretch, widest, max(spread, _SPREAD_FAR))
-            if farther is not None and farther.likeness > max(likeness + _BETTER, _DOUBTFUL):
+            if farther is not None and farther.similarity > max(similarity + _BETTER, _UNCERTAIN):
                 return farther, widest / 3.0
         return match, error
 

@@ -10,7 +10,7 @@ from tsr_engine.follow.camera import Camera
 from tsr_engine.follow.joining import between
 from tsr_engine.follow.one_way import OneWay, visible_share
 from tsr_engine.follow.placing import Placed
-from tsr_engine.follow.records import NARROWEST, Direction, Ending, Event, FollowerParts, Pictures, Proposal, Reason
+from tsr_engine.follow.records import NARROWEST, Direction, Ending, Event, FollowerModels, Pictures, Proposal, Reason
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip
 from tsr_engine.records import FloatArray
 
@@ -42,7 +42,7 @@ class Outwards:
         pictures: Pictures,
         start: Placed,
         placed: Sequence[Placed],
-        parts: FollowerParts,
+        parts: FollowerModels,
         direction: Direction,
         limit: int | None,
         cancelled: Callable[[], bool],

@@ -8,7 +8,7 @@ from typing import Final
 
 from tsr_engine.follow.records import Direction
 from tsr_engine.geometry.boxes import to_cxcywh, to_xyxy
-from tsr_engine.protocols import MotionState, Sight
+from tsr_engine.protocols import MeasurementQuality, MotionState
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.motion_looming import ASPECT, CX, CY, LoomingMotion, LoomingNoise, Q
 from tsr_engine.tracking.noise import MeasurementNoise
@@ -54,7 +54,7 @@ class SignPath:
 
     def correct(self, box: FloatArray, error: float) -> None:
         """Take a measured box, shape (4,), with the standard error of the natural logarithm of its size."""
-        self._state = self._model.update(self._state, to_cxcywh(box), Sight(error, error))
+        self._state = self._model.update(self._state, to_cxcywh(box), MeasurementQuality(error, error))
 
     @property
     def box(self) -> FloatArray:

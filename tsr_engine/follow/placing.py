@@ -64,9 +64,11 @@ def _placed(pictures: Pictures, anchor: Anchor) -> Placed:
     frame = anchor.frame
     box = np.asarray(anchor.box, dtype=np.float64)
     if box.shape != (4,) or not np.isfinite(box).all():
-        raise UsageError(f"The box of frame {frame} must be four finite numbers x1,y1,x2,y2. Got {_told(anchor.box)}.")
+        raise UsageError(
+            f"The box of frame {frame} must be four finite numbers x1,y1,x2,y2. Got {_reported(anchor.box)}."
+        )
     if box[2] <= box[0] or box[3] <= box[1]:
-        raise UsageError(f"The box of frame {frame} must have x1 < x2 and y1 < y2. Got {_told(box)}.")
+        raise UsageError(f"The box of frame {frame} must have x1 < x2 and y1 < y2. Got {_reported(box)}.")
     shown = pictures(frame) if frame >= 0 else None
     if shown is None:
         raise UsageError(f"The video has no frame {frame}. Choose a box of one that it has.")
@@ -74,13 +76,14 @@ def _placed(pictures: Pictures, anchor: Anchor) -> Placed:
     inside = clip(box, width, height)
     if (inside[2:] <= inside[:2]).any():
         raise UsageError(
-            f"The box of frame {frame} lies outside the picture of {width}x{height} px. Got {_told(box)}; draw it on "
+            f"The box of frame {frame} lies outside the picture of {width}x{height} px. Got {_reported(box)}; draw it "
+            "on "
             "the sign."
         )
     if (inside[2:] - inside[:2] < LEAST_SIDE).any():
         raise UsageError(
             f"The box of frame {frame} is too small to be followed: expected at least {LEAST_SIDE:g} px each way in "
-            f"the picture. Got {_told(box)}; draw it where the sign is larger."
+            f"the picture. Got {_reported(box)}; draw it where the sign is larger."
         )
     if shown.corrupt:
         raise UsageError(
@@ -128,5 +131,5 @@ def _contrast(picture: Picture, box: FloatArray) -> float:
     return float(picture[y1:y2, x1:x2].reshape(-1, 3).std(axis=0).max())
 
 
-def _told(box: object) -> str:
+def _reported(box: object) -> str:
     return ",".join(f"{float(v):g}" for v in np.asarray(box, dtype=np.float64).ravel())

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal, Protocol
 
 from tsr_engine.online.online_detector import OnlineDetectorMaker
-from tsr_engine.protocols import PixelSource, Sighting
+from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray, Picture
 
 __all__ = [
@@ -16,7 +16,7 @@ __all__ = [
     "Direction",
     "Ending",
     "Event",
-    "FollowerParts",
+    "FollowerModels",
     "Pictures",
     "Proposal",
     "Reason",
@@ -55,7 +55,7 @@ Pictures = Callable[[int], Shown | None]
 
 
 @dataclass(frozen=True, slots=True)
-class FollowerParts:
+class FollowerModels:
     """The trained parts that following rests on; without any it follows by correlation alone.
 
     Attributes:
@@ -64,7 +64,7 @@ class FollowerParts:
     """
 
     make_online: OnlineDetectorMaker | None = None
-    look: Callable[[PixelSource, FloatArray], Sighting | None] | None = None
+    look: Callable[[PixelSource, FloatArray], ScoredBox | None] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -50,14 +50,14 @@ class Match:
     Attributes:
         box: shape (4,), px.
         variance: of the natural logarithm of its size.
-        likeness: largest correlation with a template, in [-1, 1].
-        anchor_likeness: the same with an anchor's.
+        similarity: largest correlation with a template, in [-1, 1].
+        anchor_similarity: the same with an anchor's.
     """
 
     box: FloatArray
     variance: float
-    likeness: float
-    anchor_likeness: float
+    similarity: float
+    anchor_similarity: float
 
 
 def search(
@@ -84,7 +84,7 @@ def search(
         pixels, weights = template.at(level)
         region = view(picture, start, level, 0.35 * level + 3.0)
         middle = region.middle
-        x, y, scale, likeness, _, error = align(
+        x, y, scale, similarity, _, error = align(
             region.pixels, pixels, _inside(weights, region, picture), np.array([middle, middle, 1.0])
         )
         moved = np.array([x - middle, y - middle])
@@ -92,10 +92,10 @@ def search(
             continue
         if np.abs(moved).max() > _FAR * level + 3.0:
             continue
-        unlike = _UNLIKE * max(0.0, 1.0 - likeness)
+        unlike = _UNLIKE * max(0.0, 1.0 - similarity)
         variance = template.variance + (_PIXEL / level) ** 2 + error**2 + unlike**2
         centre = region.centre + moved / region.scale
-        found.append((variance, centre, math.log(size * scale), likeness, template.anchor))
+        found.append((variance, centre, math.log(size * scale), similarity, template.anchor))
     if not found:
         return None
     trust = 1.0 / np.array([row[0] for row in found])

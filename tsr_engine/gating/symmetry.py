@@ -38,7 +38,7 @@ _OFFSET_SIGMA = 0.04
 _SCALE_SIGMA = 0.12
 _PHASE_POWER = 4
 _COSINE_RANGE = (0.6, 0.9)
-"""Cosine of two descriptors that counts as no likeness, and as full likeness."""
+"""Cosine of two descriptors that counts as no similarity, and as full similarity."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +102,8 @@ class SymmetryDetector:
             return _none(len(keypoints))
         points = np.array([(*k.pt, k.size, np.deg2rad(k.angle)) for k in keypoints], dtype=np.float64)
         points[:, :2] -= (self.size - 1) / 2
-        likeness = _likeness(descriptors)
-        angle, offset, magnitude, partner, agreement = _strongest_axis(points, likeness, float(self.size))
+        similarity = _similarity(descriptors)
+        angle, offset, magnitude, partner, agreement = _strongest_axis(points, similarity, float(self.size))
         support = np.flatnonzero(partner >= 0)
         scale = np.array([width, height]) / self.size
         centre = (np.array([width, height]) - 1) / 2
@@ -118,7 +118,7 @@ def _none(features: int) -> Symmetry:
     return Symmetry(0.0, 0.0, 0.0, np.zeros((0, 4)), np.zeros(0), features)
 
 
-def _likeness(descriptors: NDArray[Any]) -> FloatArray:
+def _similarity(descriptors: NDArray[Any]) -> FloatArray:
     """How well each feature, mirrored, looks like each other: shape (n, n), in [0, 1], symmetric.
 
     Args:
@@ -133,13 +133,13 @@ def _likeness(descriptors: NDArray[Any]) -> FloatArray:
 
 @njit(cache=True, nogil=True)
 def _strongest_axis(
-    points: FloatArray, likeness: FloatArray, size: float
+    points: FloatArray, similarity: FloatArray, size: float
 ) -> tuple[float, float, float, NDArray[np.intp], FloatArray]:
     """The axis with the most votes of all pairs in a Hough space of angle and offset.
 
     Args:
         points: shape (n, 4): x, y about the centre, scale, orientation in radians.
-        likeness: shape (n, n), in [0, 1].
+        similarity: shape (n, n), in [0, 1].
         size: side of the picture, px.
 
     Returns:
@@ -154,7 +154,7 @@ def _strongest_axis(
     reach = 0.5 * size
     for i in range(n):
         for j in range(i, n):
-            if likeness[i, j] <= 0.0:
+            if similarity[i, j] <= 0.0:
                 continue
             dx = points[j, 0] - points[i, 0]
             dy = points[j, 1] - points[i, 1]
@@ -171,7 +171,7 @@ def _strongest_axis(
             ratio = (points[i, 2] - points[j, 2]) / (points[i, 2] + points[j, 2])
             scale = np.exp(-0.5 * (ratio / _SCALE_SIGMA) ** 2)
             near = np.exp(-0.5 * (distance / size) ** 2)
-            w = likeness[i, j] * phase**_PHASE_POWER * scale * near
+            w = similarity[i, j] * phase**_PHASE_POWER * scale * near
             if w < 0.02:
                 continue
             t %= np.pi

@@ -1,4 +1,4 @@
-"""Which kinds of video files are read, told apart by their own first bytes.
+"""Which kinds of video files are read, distinguished by their own first bytes.
 
 The kind chooses the demuxer, so that no file is ever handed to one that would follow it to other files: a text playlist
 named ``x.mp4`` is refused here.
@@ -30,7 +30,7 @@ class Kind:
             the byte position of its packet. ``count``: by the number of its packet, because not every packet has a time
             or a position of its own.
         announces: the header says how long the video is, so that one that ends earlier is cut short.
-        layered: each picture is laid over the one before, so that decoding can start at the first one only.
+        layered: each picture is merged into the one before, so that decoding can start at the first one only.
     """
 
     name: str

@@ -8,7 +8,7 @@ from typing import Final
 __all__ = ["MOST_PIXELS", "VideoLimits"]
 
 MOST_PIXELS: Final = 50_000_000
-"""Largest picture that is decoded unless told otherwise, px: 8K (7680x4320) and somewhat more."""
+"""Largest picture that is decoded unless stated otherwise, px: 8K (7680x4320) and somewhat more."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -102,8 +102,8 @@ class Timeline:
 
     A frame has the time that the file gives it. One without a time follows the frame before it at the video's rate, and
     the first ones come before the first frame with a time. Times that begin anew, as in files that were joined, go on
-    from the frame before. All of that is told by earlier frames and by the packets alone, so that a frame has the same
-    time whoever asks first. In files of decoding times only (AVI), frame k is shown at the k-th of them.
+    from the frame before. All of that is reported by earlier frames and by the packets alone, so that a frame has the
+    same time whoever asks first. In files of decoding times only (AVI), frame k is shown at the k-th of them.
 
     Safe to use from any thread.
 
@@ -146,7 +146,7 @@ class Timeline:
             return int(self._rank(k + 1)[k])
         with self._lock:
             for at in range(len(self._ticks), k + 1):
-                self._ticks.append(self._next(self._state, self._ledger.stamp(at), self._told))
+                self._ticks.append(self._next(self._state, self._ledger.stamp(at), self._reported))
             return self._ticks[k]
 
     def ticks(self, ahead: IntArray) -> IntArray:
@@ -161,9 +161,9 @@ class Timeline:
         with self._lock:
             if known:
                 self.tick(known - 1)
-            told, state = np.array(self._ticks, dtype=np.int64), replace(self._state)
+            reported, state = np.array(self._ticks, dtype=np.int64), replace(self._state)
         more = [self._next(state, stamp, lambda *_: None) for stamp in ahead.tolist()]
-        return np.concatenate([told, np.array(more, dtype=np.int64)])
+        return np.concatenate([reported, np.array(more, dtype=np.int64)])
 
     @property
     def plain(self) -> bool:
@@ -184,7 +184,7 @@ class Timeline:
         scan = self._scan()
         return int(scan.ticks[np.searchsorted(scan.stamps, stamp)])
 
-    def _told(self, k: int, before: float, own: float | None) -> None:
+    def _reported(self, k: int, before: float, own: float | None) -> None:
         if own is None:
             self.filled += 1
         else:

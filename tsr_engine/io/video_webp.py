@@ -34,7 +34,7 @@ class _Packet:
 
     @property
     def is_keyframe(self) -> bool:
-        """Pictures are laid over each other: decoding starts at the first."""
+        """Pictures are merged into each other: decoding starts at the first."""
         return self.number == 0
 
 

@@ -129,7 +129,7 @@ def update_label(labels: LabelSet, label_id: int, facts: Mapping[str, Any]) -> C
         return Changed(labels, f"'{before.name}' stays as it is.", before)
     require_free(after, labels)
     _require_mirror(labels, after)
-    return Changed(_replaced(labels, after), _told(before, after), after)
+    return Changed(_replaced(labels, after), _reported(before, after), after)
 
 
 def set_picture(labels: LabelSet, label_id: int, pictogram: str) -> Changed:
@@ -246,7 +246,7 @@ def _replaced(labels: LabelSet, label: Label) -> LabelSet:
     return next_version(labels, content, labels.next_id)
 
 
-def _told(before: Label, after: Label) -> str:
+def _reported(before: Label, after: Label) -> str:
     changed = [name for name in UPDATABLE if getattr(before, name) != getattr(after, name)]
     if changed == ["name"]:
         return f"Renamed '{before.name}' to '{after.name}'."

@@ -17,15 +17,19 @@ class DetectorParams(Section):
     )
     dense_trees: int = Field(24, ge=1, le=64, description="trees evaluated for whole rows before windows are dropped")
     first_overlap: float = Field(
-        0.5, gt=0, le=1, description="suppression before the second look, share of the smaller"
+        0.5, gt=0, le=1, description="suppression before the refine-and-verify stage, share of the smaller"
     )
-    final_overlap: float = Field(0.5, gt=0, le=1, description="suppression after the second look, share of the smaller")
-    refine_limit: int = Field(16, ge=1, le=500, description="most candidates of a picture that get a second look")
+    final_overlap: float = Field(
+        0.5, gt=0, le=1, description="suppression after the refine-and-verify stage, share of the smaller"
+    )
+    refine_limit: int = Field(
+        16, ge=1, le=500, description="most candidates of a picture that get a refine-and-verify stage"
+    )
     far_share: float = Field(0.045, ge=0, le=1, description="signs narrower than this share of the height are far away")
     far_top: float = Field(0.2, ge=0, le=1, description="far signs are searched below this share of the height")
     far_bottom: float = Field(0.84, ge=0, le=1, description="far signs are searched above this share of the height")
     refine_passes: int = Field(
-        2, ge=0, le=8, description="how often the outline moves a detection's edges onto its sign's (0: never)"
+        2, ge=0, le=8, description="how often the box refinement moves a detection's edges onto its sign's (0: never)"
     )
     inset_width: float = Field(
         0.96, ge=0.5, le=2, description="factor on the width of boxes: the training scenes leave a margin around signs"

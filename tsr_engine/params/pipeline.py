@@ -45,16 +45,16 @@ class PipelineParams(Section):
     )
     rescore_windows: bool = Field(
         True,
-        description="the offline detector takes a closer look at such a window: what it takes for a sign there is "
+        description="the offline detector rescores such a window: what it takes for a sign there is "
         "measured as a detection of that score would be, edges and all",
     )
     rescore_score: float = Field(2.0, description="least score, before the prior, from which that is taken for a sign")
     rescore_noise: float = Field(
-        1.0, gt=0, le=100, description="noise of what a closer look sees, relative to a detection of that score"
+        1.0, gt=0, le=100, description="noise of what rescoring finds, relative to a detection of that score"
     )
     inflate_rejected_noise: bool = Field(
         True,
-        description="the less such a window looks like a sign to a closer look that takes it for none, the less exact "
+        description="the less such a window looks like a sign to the window scorer, which rejects it, the less exact "
         "a measurement it is: its noise grows as that of a detection of that score",
     )
     search_sigmas: float | None = Field(

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from tsr_engine.params.base import Section
 
-_MOST_DOUBT = 1e6
+_MOST_NOISE_SCALE = 1e6
 """Noise so many times a detection's says nothing of where the sign is; far beyond, doubles overflow."""
 
 
@@ -29,7 +29,7 @@ class TrackingParams(Section):
         ge=0,
         le=1,
         description="how much that noise grows with each unit that a detection's score lies below clear_score, natural "
-        "logarithm (0: a doubtful detection is as exact as a sure one)",
+        "logarithm (0: a uncertain detection is as exact as a sure one)",
     )
     clear_score: float = Field(8.0, description="score from which on a detection is as exact as it gets")
     result_noise: float = Field(
@@ -61,7 +61,7 @@ class TrackingParams(Section):
         ge=-1,
         le=2,
         description="looming: the camera's own, share of the height, from which a track without detections moves away; "
-        "none: told from the drive before it is tracked, or the track's own where it does not tell",
+        "none: estimated from the drive before it is tracked, or the track's own where it does not tell",
     )
     foe_spread: float = Field(
         0.03,
@@ -131,10 +131,10 @@ class TrackingParams(Section):
         0.9, gt=0, le=1, description="factor on a track's score margin per frame without detection"
     )
 
-    def doubt(self, score: float) -> float:
+    def noise_scale(self, score: float) -> float:
         """Factor on the noise of a detection with this score, in 1..1e6.
 
         What is far, blurred, turned away or partly covered scores lower, and its box lies less exactly.
         """
         exponent = self.noise_score * max(0.0, self.clear_score - score)
-        return math.exp(min(exponent, math.log(_MOST_DOUBT)))
+        return math.exp(min(exponent, math.log(_MOST_NOISE_SCALE)))

@@ -1,7 +1,6 @@
 """The frame loop of Algorithm 3, and what surrounds it in a live run and in a replay."""
 
 from tsr_engine.pipeline.ahead import Detected, detected_ahead
-from tsr_engine.pipeline.companion import OnlineLearner, OnlineMaker, Parts
 from tsr_engine.pipeline.components import (
     Components,
     Network,
@@ -12,32 +11,33 @@ from tsr_engine.pipeline.components import (
 )
 from tsr_engine.pipeline.core import TrackingCore
 from tsr_engine.pipeline.frame import FrameInput
-from tsr_engine.pipeline.kept import keep_regions
+from tsr_engine.pipeline.replay_regions import replay_regions
 from tsr_engine.pipeline.results import ResultStream, TrackSummary
 from tsr_engine.pipeline.stored import RECOMPUTED, input_of, rebuild, rescored, start_core
 from tsr_engine.pipeline.threads import one_blas_thread
+from tsr_engine.pipeline.track_context import Models, OnlineLearner, OnlineMaker
 
 __all__ = [
     "RECOMPUTED",
     "Components",
     "Detected",
     "FrameInput",
+    "Models",
     "Network",
     "OnlineLearner",
     "OnlineMaker",
-    "Parts",
     "ResultStream",
     "TrackSummary",
     "TrackingCore",
     "detected_ahead",
     "input_of",
-    "keep_regions",
     "load_classifier",
     "load_components",
     "load_detector",
     "load_online",
     "one_blas_thread",
     "rebuild",
+    "replay_regions",
     "rescored",
     "start_core",
 ]

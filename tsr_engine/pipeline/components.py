@@ -11,16 +11,16 @@ import cv2
 import numpy as np
 
 from tsr_engine.detection.acf import AcfDetector
-from tsr_engine.detection.closer_look import CloserLook
 from tsr_engine.detection.onnx import Layout, OnnxDetector
 from tsr_engine.detection.prior import SpatialPrior
+from tsr_engine.detection.refine.window_rescoring import WindowRescoring
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest
 from tsr_engine.labels.classes import class_words, default_keys
 from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.params import Params
-from tsr_engine.pipeline.companion import Parts
+from tsr_engine.pipeline.track_context import Models
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.recognition.classifier import SignClassifier
 
@@ -48,7 +48,7 @@ class Components:
     """
 
     detector: OfflineDetector
-    parts: Parts
+    parts: Models
     models: Mapping[str, str] = field(default_factory=dict)
     learned_lambda: float = 0.0
     labels: tuple[str, ...] | None = None
@@ -94,10 +94,10 @@ def load_components(params: Params, folder: Path | None = None, network: Network
         models[f"onnx {network.size[0]}x{network.size[1]} {network.layout}"] = digest
     look = None
     if isinstance(detector, AcfDetector):
-        look = CloserLook(detector.model, detector.tightness, params.detector.refine_passes)
+        look = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
     classifier = SignClassifier.from_component(found["classifier"])
     labels = classifier.labels if classifier.labels not in ((), default_keys()) else None
-    parts = Parts(classifier, _online(params, found.get("online")), look, class_words(labels))
+    parts = Models(classifier, _online(params, found.get("online")), look, class_words(labels))
     learned = 0.0 if detector.prior is None else detector.prior.weight
     return Components(detector, parts, models, learned, labels)
 

@@ -20,11 +20,11 @@ import numpy as np
 from tsr_engine.gating.gate import Gate
 from tsr_engine.geometry.boxes import LEAST_SIDE, area, clip, to_cxcywh
 from tsr_engine.params import Params
-from tsr_engine.pipeline.companion import Companion, Parts
 from tsr_engine.pipeline.frame import FrameInput
-from tsr_engine.pipeline.sentences import astray, rejected, relabelled, relocalised, sought
+from tsr_engine.pipeline.sentences import astray, found_by_search, rejected, relabelled, relocalised
+from tsr_engine.pipeline.track_context import Models, TrackContext
 from tsr_engine.products import dot, solve
-from tsr_engine.protocols import DETECTION, PixelSource, Sight
+from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality, PixelSource
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import (
     Event,
@@ -60,15 +60,15 @@ class TrackingCore:
     """
 
     def __init__(
-        self, params: Params, parts: Parts, width: int, height: int, *, interval: float, first_id: int = 1
+        self, params: Params, parts: Models, width: int, height: int, *, interval: float, first_id: int = 1
     ) -> None:
         self.params = params
-        self._parts = parts
+        self._models = parts
         self._width, self._height = width, height
         self._interval = interval
         self._tracker = Tracker(params.tracking, width, height, first_id=first_id)
         self._gate = Gate(params.gate)
-        self._companions: dict[int, Companion] = {}
+        self._track_contexts: dict[int, TrackContext] = {}
         self._clock: float | None = None
 
     def step(self, frame: FrameInput) -> FrameEvidence:
@@ -101,7 +101,7 @@ class TrackingCore:
         for track_id, prediction in predictions.items():
             if track_id not in living:
                 tracks.append(_last_frame(track_id, prediction, matches.get(track_id), notes[track_id]))
-                self._companions.pop(track_id, None)
+                self._track_contexts.pop(track_id, None)
         return FrameEvidence(
             ordinal=frame.ordinal,
             seconds=frame.seconds,
@@ -140,12 +140,12 @@ class TrackingCore:
         A smooth prediction is always near the one before, so the gate hardly ever rejects what a detector that has
         gone blind leaves behind. After ``relocalise_after`` such frames the online detector is asked all the same.
         """
-        companion = self._companions[track_id]
+        track_context = self._track_contexts[track_id]
         verdict: GateVerdict | None = None
-        if self._visible(prediction.box) and companion.memory.count:
+        if self._visible(prediction.box) and track_context.memory.count:
             with _timed(seconds, "gate"):
-                verdict = self._judge(frame, prediction.box, companion)
-        if verdict is None or companion.online is None:
+                verdict = self._judge(frame, prediction.box, track_context)
+        if verdict is None or track_context.online is None:
             if detected is not None:
                 self._tracker.correct(track_id, detected)
             return _Note(verdict, None, ())
@@ -155,7 +155,7 @@ class TrackingCore:
         if not (alone and verdict.confident) or self.params.online.learn_undetected:
             with _timed(seconds, "learn"):
                 label = 1 if verdict.confident else -1
-                samples = companion.online.learn(frame.pixels, prediction.box, label, frame.ordinal)
+                samples = track_context.online.learn(frame.pixels, prediction.box, label, frame.ordinal)
         use_detection = verdict.confident or self.params.pipeline.rejected_measurement == "detection"
         if detected is not None and use_detection:
             self._tracker.correct(track_id, detected)
@@ -166,7 +166,7 @@ class TrackingCore:
         if verdict.confident and (after is None or alone < after):
             return _Note(verdict, None, samples)
         with _timed(seconds, "relocalise"):
-            found = companion.online.relocalise(frame.pixels, prediction.box, frame.ordinal)
+            found = track_context.online.relocalise(frame.pixels, prediction.box, frame.ordinal)
         sure = found is not None and found.probability >= self.params.pipeline.sure_probability
         if verdict.confident:
             if found is not None and found.probability >= self.params.pipeline.search_probability:
@@ -184,7 +184,7 @@ class TrackingCore:
     def _take(
         self, pixels: PixelSource, track_id: int, alone: int, prediction: Prediction, found: Relocalisation
     ) -> Event:
-        """Correct a prediction that looks like the sign by a window that was sought, unless that lies too far off.
+        """Correct a prediction that looks like the sign by a window of the search, unless that lies too far off.
 
         What covers a sign looks somewhat like it to a detector that has learned a few of its views: a window that
         would throw the track aside is such a thing rather than the sign.
@@ -195,43 +195,46 @@ class TrackingCore:
         if p.search_sigmas is not None and sigmas > p.search_sigmas:
             return astray(track_id, alone, prediction.box, found, sigmas)
         sure = found.probability >= p.sure_probability
-        seen = self._parts.look(pixels, found.box) if p.rescore_windows and self._parts.look is not None else None
+        seen = self._models.look(pixels, found.box) if p.rescore_windows and self._models.look is not None else None
         taken = seen if seen is not None and seen.score >= p.rescore_score else None
         # What hides a sign, or blurs it, looks little like one, and a window on it says little of where the sign is.
         refused = seen if taken is None and p.inflate_rejected_noise else None
-        doubted = taken or refused
-        doubt = 1.0 if doubted is None else self.params.tracking.doubt(doubted.score)
+        scored = taken or refused
+        noise_scale = 1.0 if scored is None else self.params.tracking.noise_scale(scored.score)
         if taken is not None:
-            box, sight = taken.box, DETECTION.times(p.rescore_noise * doubt)
+            box, quality = taken.box, FULL_QUALITY.times(p.rescore_noise * noise_scale)
         else:
-            box, sight = found.box, Sight(p.search_noise, p.search_size_noise or p.search_noise).times(doubt)
-        self._tracker.correct(track_id, box, source="relocalised", sight=sight, confident=sure)
-        return sought(track_id, alone, prediction.box, found, taken, refused)
+            box, quality = (
+                found.box,
+                MeasurementQuality(p.search_noise, p.search_size_noise or p.search_noise).times(noise_scale),
+            )
+        self._tracker.correct(track_id, box, source="relocalised", quality=quality, confident=sure)
+        return found_by_search(track_id, alone, prediction.box, found, taken, refused)
 
-    def _judge(self, frame: FrameInput, box: FloatArray, companion: Companion) -> GateVerdict:
-        centre, before = to_cxcywh(box), to_cxcywh(companion.box)
+    def _judge(self, frame: FrameInput, box: FloatArray, track_context: TrackContext) -> GateVerdict:
+        centre, before = to_cxcywh(box), to_cxcywh(track_context.box)
         crop = _cut(frame.pixels, box, self._gate.margin)
         side = float(centre[2:].mean())
-        return self._gate.judge(crop, companion.memory, centre[:2], before[:2], side, frame.shift)
+        return self._gate.judge(crop, track_context.memory, centre[:2], before[:2], side, frame.shift)
 
     def _remember(self, frame: FrameInput, status: TrackStatus, note: _Note, seconds: dict[str, float]) -> None:
         """What the next frame needs to know of this one's result; starts the memory of a new track."""
-        companion = self._companions.get(status.track_id)
-        if companion is None:
-            companion = self._companions[status.track_id] = Companion.start(
-                self.params, status.box, len(self._parts.names)
+        track_context = self._track_contexts.get(status.track_id)
+        if track_context is None:
+            track_context = self._track_contexts[status.track_id] = TrackContext.start(
+                self.params, status.box, len(self._models.names)
             )
-        companion.box = status.box
+        track_context.box = status.box
         if not self._visible(status.box):
             return
-        if companion.online is None and self.params.online.use_online and self._parts.make_online is not None:
+        if track_context.online is None and self.params.online.use_online and self._models.make_online is not None:
             with _timed(seconds, "learn"):
-                companion.online, started = self._parts.make_online(frame.pixels, status.box, frame.ordinal)
+                track_context.online, started = self._models.make_online(frame.pixels, status.box, frame.ordinal)
             note.samples = (*note.samples, *started)
         if is_seen(status.source, note.gate):
             with _timed(seconds, "gate"):
                 crop = _cut(frame.pixels, status.box, self._gate.margin)
-                companion.memory = self._gate.remember(companion.memory, crop)
+                track_context.memory = self._gate.remember(track_context.memory, crop)
 
     def _recognise(
         self, frame: FrameInput, tracked: TrackedFrame, seconds: dict[str, float], events: list[Event]
@@ -240,21 +243,21 @@ class TrackingCore:
         seen = [status for status in tracked.tracks if self._visible(status.box)]
         if not seen:
             return {}
-        classifier = self._parts.classifier
+        classifier = self._models.classifier
         with _timed(seconds, "classify"):
             crops = [_cut(frame.pixels, status.box, classifier.margin) for status in seen]
             probabilities = classifier.probabilities(crops)
         recognitions = {}
         with _timed(seconds, "fuse"):
             for status, row in zip(seen, probabilities, strict=True):
-                companion = self._companions[status.track_id]
+                track_context = self._track_contexts[status.track_id]
                 width, height = to_cxcywh(status.box)[2:]
-                recognition = companion.vote(row, float(np.sqrt(width * height)))
+                recognition = track_context.vote(row, float(np.sqrt(width * height)))
                 recognitions[status.track_id] = recognition
-                if companion.label is not None and companion.label != recognition.class_id:
-                    names = self._parts.names[companion.label], self._parts.names[recognition.class_id]
+                if track_context.label is not None and track_context.label != recognition.class_id:
+                    names = self._models.names[track_context.label], self._models.names[recognition.class_id]
                     events.append(relabelled(status.track_id, *names, recognition.share))
-                companion.label = recognition.class_id
+                track_context.label = recognition.class_id
         return recognitions
 
     def _visible(self, box: FloatArray) -> bool:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.params.gate import GateParams
-from tsr_engine.protocols import Sighting
+from tsr_engine.protocols import ScoredBox
 from tsr_engine.records import Event, FloatArray, GateVerdict, Relocalisation
 
-__all__ = ["astray", "rejected", "relabelled", "relocalised", "sought"]
+__all__ = ["astray", "found_by_search", "rejected", "relabelled", "relocalised"]
 
 # What the factors are for a sign that is followed well; only the choice of the sentence's reason rests on them.
 _USUAL_SYMMETRY = 1.5
@@ -32,13 +32,13 @@ def relocalised(
     return Event("relocalised", track_id, text, values)
 
 
-def sought(
+def found_by_search(
     track_id: int,
     undetected: int,
     prediction: FloatArray,
     found: Relocalisation,
-    seen: Sighting | None,
-    refused: Sighting | None = None,
+    seen: ScoredBox | None,
+    refused: ScoredBox | None = None,
 ) -> Event:
     """The online detector has found a sign that the offline detector has not seen for some frames.
 
@@ -47,7 +47,7 @@ def sought(
         undetected: frames in a row without a detection.
         prediction: box, shape (4,).
         found: the online detector's window.
-        seen: what a closer look took for a sign there; None: nothing, or none was taken.
+        seen: what window rescoring took for a sign there; None: nothing, or none was taken.
         refused: what it saw and took for none, where the window counts the less for it.
     """
     dx, dy = _displacement(prediction, found)
@@ -56,11 +56,11 @@ def sought(
         "undetected": undetected, "dx": dx, "dy": dy, "probability": found.probability,
     }  # fmt: skip
     if refused is not None:
-        text += f", which counts little: a closer look takes it for no sign (score {refused.score:.1f})."
+        text += f", which counts little: rescoring rejects it (score {refused.score:.1f})."
         return Event("relocalised", track_id, text, values | {"score": refused.score})
     if seen is None:
         return Event("relocalised", track_id, f"{text}.", values)
-    text += f", where a closer look sees a sign with score {seen.score:.1f}."
+    text += f", where rescoring finds a sign with score {seen.score:.1f}."
     edges = dict(zip(("x1", "y1", "x2", "y2"), seen.box.tolist(), strict=True))
     return Event("relocalised", track_id, text, values | {"score": seen.score} | edges)
 

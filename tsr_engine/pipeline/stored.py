@@ -10,9 +10,9 @@ from tsr_engine.detection.prior import with_prior
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader, StoredPixels, differences
 from tsr_engine.params import Params
-from tsr_engine.pipeline.companion import Parts
 from tsr_engine.pipeline.core import TrackingCore
 from tsr_engine.pipeline.frame import FrameInput
+from tsr_engine.pipeline.track_context import Models
 from tsr_engine.records import Detections, FrameEvidence
 
 __all__ = ["RECOMPUTED", "input_of", "rebuild", "rescored", "start_core"]
@@ -48,10 +48,10 @@ def rescored(detections: Detections, weight: float) -> Detections:
     return Detections(detections.boxes[order], detections.raw_scores[order], detections.prior[order], scores[order])
 
 
-def start_core(reader: EvidenceReader, params: Params, parts: Parts, *, first_id: int = 1) -> TrackingCore:
+def start_core(reader: EvidenceReader, params: Params, parts: Models, *, first_id: int = 1) -> TrackingCore:
     """A core for the video that a store belongs to.
 
-    Where another detector than ours was asked, nobody takes a closer look.
+    Where another detector than ours was asked, nobody takes window rescoring.
 
     Raises:
         EvidenceError: the store is empty or lacks what the core needs.
@@ -67,7 +67,7 @@ def start_core(reader: EvidenceReader, params: Params, parts: Parts, *, first_id
     return TrackingCore(params, parts, *size, interval=interval, first_id=first_id)
 
 
-def rebuild(reader: EvidenceReader, params: Params, parts: Parts, last: int) -> TrackingCore:
+def rebuild(reader: EvidenceReader, params: Params, parts: Models, last: int) -> TrackingCore:
     """The core as it was after frame ``last``: the frames since no track was alive are taken once more.
 
     Args:

@@ -44,7 +44,7 @@ _STITCHABLE: Final = "stitchable=1"
 """Parameter sets that do not depend on the quantiser, so that one header serves all groups."""
 _NARROW: Final = ":asm=AVX2"
 """Instructions to be used where a processor has AVX-512: with those the encoder takes a tenth longer. It is only to be
-said where they are there, since x264 uses what it is told to without asking the processor."""
+said where they are there, since x264 uses what it is asked to without asking the processor."""
 _AVX2, _AVX_512F = 11, 13
 """``CV_CPU_AVX2`` and ``CV_CPU_AVX_512F`` of OpenCV (opencv2/core/cvdef.h), which Python does not name."""
 

@@ -34,7 +34,7 @@ _STATES = {"detected": 0x56B4E9FF, "predicted": 0xF0E442FF, "relocalised": 0xE69
 
 
 def load_sdk() -> None:
-    """Import the SDK now; where that fails, whoever needs it next is told why."""
+    """Import the SDK now; where that fails, whoever needs it next is informed why."""
     with suppress(ImportError):
         import rerun.blueprint  # noqa: F401
 

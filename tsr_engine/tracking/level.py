@@ -7,7 +7,7 @@ from collections import deque
 __all__ = ["Level"]
 
 _UNMEASURED = 1e-6
-"""A shift below this, px, is that of a repeated picture or one that could not be told."""
+"""A shift below this, px, is that of a repeated picture or one that could not be reported."""
 
 _LEAST_STEP = 0.25
 """A frame that comes sooner after the one before than so many intervals says nothing of a shift an interval: its clock

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tsr_engine.products import product
-from tsr_engine.protocols import DETECTION, MotionState, Sight
+from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality, MotionState
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.kalman import correct, spread
 from tsr_engine.tracking.noise import MeasurementNoise
@@ -60,9 +60,11 @@ class ConstantVelocityMotion:
         x[2:4] = np.maximum(x[2:4], 1.0)
         return MotionState(x, spread(state.covariance, F) + Q)
 
-    def update(self, state: MotionState, measurement: FloatArray, sight: Sight = DETECTION) -> MotionState:
+    def update(
+        self, state: MotionState, measurement: FloatArray, quality: MeasurementQuality = FULL_QUALITY
+    ) -> MotionState:
         """Standard Kalman update."""
-        R = self._noise.covariance(state.mean[2], state.mean[3], sight)
+        R = self._noise.covariance(state.mean[2], state.mean[3], quality)
         K, P = correct(state.covariance, _H, R)
         innovation = np.asarray(measurement, dtype=np.float64) - state.mean[:4]
         x = state.mean + product(K, innovation[:, None])[:, 0]

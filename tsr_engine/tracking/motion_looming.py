@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from tsr_engine.products import product
-from tsr_engine.protocols import DETECTION, MotionState, Sight
+from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality, MotionState
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.kalman import correct, spread
 from tsr_engine.tracking.noise import MeasurementNoise
@@ -100,10 +100,12 @@ class LoomingMotion:
         ahead[FY] = state.mean[FY]
         return MotionState(ahead, covariance)
 
-    def update(self, state: MotionState, measurement: FloatArray, sight: Sight = DETECTION) -> MotionState:
+    def update(
+        self, state: MotionState, measurement: FloatArray, quality: MeasurementQuality = FULL_QUALITY
+    ) -> MotionState:
         """Measurement update, linearised at the prediction, Joseph form."""
         box = self.box_of(state)
-        R = self._noise.covariance(box[2], box[3], sight)
+        R = self._noise.covariance(box[2], box[3], quality)
         z = np.asarray(measurement, dtype=np.float64)
         return MotionState(*_measurement_update(state.mean, state.covariance, z, R))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tsr_engine.products import product
-from tsr_engine.protocols import DETECTION, MotionState, Sight
+from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality, MotionState
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.kalman import correct
 from tsr_engine.tracking.noise import MeasurementNoise
@@ -53,10 +53,12 @@ class PaperMotion:
         std = self._process * np.array([now[2], now[3], now[2], now[3]])
         return MotionState(np.concatenate([ahead, past.ravel()]), state.covariance + np.diag(std**2) * dt)
 
-    def update(self, state: MotionState, measurement: FloatArray, sight: Sight = DETECTION) -> MotionState:
+    def update(
+        self, state: MotionState, measurement: FloatArray, quality: MeasurementQuality = FULL_QUALITY
+    ) -> MotionState:
         """Standard Kalman update of ``cx, cy, w, h``; the earlier estimates stay."""
         x, P = state.mean[:4], state.covariance
-        R = self._noise.covariance(x[2], x[3], sight)
+        R = self._noise.covariance(x[2], x[3], quality)
         K, P = correct(P, np.eye(4), R)
         x = x + product(K, (np.asarray(measurement, dtype=np.float64) - x)[:, None])[:, 0]
         x[2:] = np.maximum(x[2:], 1.0)

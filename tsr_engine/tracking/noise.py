@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tsr_engine.protocols import DETECTION, Sight
+from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality
 from tsr_engine.records import FloatArray
 
 _ANYWHERE = 10.0
@@ -25,16 +25,16 @@ class MeasurementNoise:
     centre: float = 0.07
     size: float = 0.14
 
-    def covariance(self, width: float, height: float, sight: Sight = DETECTION) -> FloatArray:
+    def covariance(self, width: float, height: float, quality: MeasurementQuality = FULL_QUALITY) -> FloatArray:
         """R for a box of width x height px, shape (4, 4), px^2.
 
         Args:
             width: of the box, px.
             height: of the box, px.
-            sight: how well it was measured. Edges that were not seen may be anywhere within several sides; a centre
+            quality: how well it was measured. Edges that were not seen may be anywhere within several sides; a centre
                 and a size that share such an edge err together, so that what is left is the edge that was seen.
         """
-        centre, size, cut = self.centre * sight.centre, self.size * sight.size, sight.cut
+        centre, size, cut = self.centre * quality.centre, self.size * quality.size, quality.cut
         std = np.array([centre * width, centre * height, size * width, size * height])
         R = np.diag(std**2)
         for axis, side in ((0, width), (1, height)):

@@ -22,7 +22,7 @@ import numpy as np
 
 from tsr_engine.geometry.boxes import area, clip, intersection, iou, shorter_side, to_cxcywh, to_xyxy
 from tsr_engine.params.tracking import TrackingParams
-from tsr_engine.protocols import DETECTION, WHOLE, Edges, MotionModel, Sight
+from tsr_engine.protocols import FULL_QUALITY, WHOLE, Edges, MeasurementQuality, MotionModel
 from tsr_engine.records import Detections, Event, FloatArray, Prediction, Source, TrackState
 from tsr_engine.tracking.assignment import Gates, associate
 from tsr_engine.tracking.level import Level
@@ -169,7 +169,7 @@ class Tracker:
         box: FloatArray,
         *,
         source: Source = "detected",
-        sight: Sight = DETECTION,
+        quality: MeasurementQuality = FULL_QUALITY,
         confident: bool = True,
         result: FloatArray | None = None,
     ) -> FloatArray:
@@ -179,7 +179,7 @@ class Tracker:
             track_id: a living track.
             box: the measurement, shape (4,), with area.
             source: where the measurement comes from; becomes the frame's source.
-            sight: how well it was measured; edges that the picture cuts off are found here.
+            quality: how well it was measured; edges that the picture cuts off are found here.
             confident: whether the measurement proves that the sign is still there (ends a run of missed frames).
             result: the frame's result, shape (4,); unset: the estimate with ``result_noise`` times
                 that noise.
@@ -196,9 +196,9 @@ class Tracker:
         before = track.motion
         expected = to_xyxy(self._motion.box_of(before))
         whole, cut = _completed(box, expected, self._cut_off(box, expected))
-        measured, seen = to_cxcywh(whole), replace(sight, cut=cut)
+        measured, seen = to_cxcywh(whole), replace(quality, cut=cut)
         if source == "detected":
-            seen = seen.times(self._params.doubt(track.score))
+            seen = seen.times(self._params.noise_scale(track.score))
         track.motion = self._motion.update(before, measured, seen)
         if result is not None:
             track.box = np.array(result, dtype=np.float64)

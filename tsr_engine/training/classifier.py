@@ -252,13 +252,13 @@ def shown_views(
     while True:
         now = strength(made)
         new = slice(made % _RECENT * batch, (made % _RECENT + 1) * batch)
-        told = []
+        reported = []
         for row, index in enumerate(generator.choice(len(crops), batch, p=chance)):
             patches[row], label = look(crops[index], generator, now)
-            told.append(label)
+            reported.append(label)
         if not made:
-            labels = np.empty((len(descriptors), *np.shape(told[0])), dtype=np.result_type(*told))
-        labels[new] = told
+            labels = np.empty((len(descriptors), *np.shape(reported[0])), dtype=np.result_type(*reported))
+        labels[new] = reported
         descriptors[new] = describe_patches(patches)
         made += 1
         yield descriptors[new], labels[new]

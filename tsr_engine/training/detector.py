@@ -1,4 +1,7 @@
-"""Training of the offline detector: cascade in rounds with hard negatives, second look, likeness, outline."""
+"""Training of the offline detector: cascade in rounds with hard negatives, refine-and-verify stage.
+
+Sign verifier score, outline.
+"""
 
 from __future__ import annotations
 
@@ -18,14 +21,14 @@ from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.training.box_refinement import BoxRefinementPlan, train_box_refinement
 from tsr_engine.training.classifier import load_all
 from tsr_engine.training.crops import crop_windows
 from tsr_engine.training.lambdas import measure_lambdas
-from tsr_engine.training.likeness import LikenessPlan, background_crops, sign_crops, train_likeness
 from tsr_engine.training.mining import Tick, aligned_windows, background_windows, hard_windows, read_picture
-from tsr_engine.training.outline import OutlinePlan, train_outline
 from tsr_engine.training.patches import sign_windows
-from tsr_engine.training.refinement import RefinementPlan, train_second_look
+from tsr_engine.training.refinement import RefinementPlan, train_refine_stage
+from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, sign_crops, train_sign_verifier
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +61,9 @@ class DetectorPlan:
             whose running score is below is dropped. Chosen on calibration scenes; thresholds from the training
             signs' own traces would drop new signs. They are low: what comes after tells signs from the rest far
             better than the cascade, and looks at few windows.
-        refinement: the second look.
-        likeness: the machines that tell signs from things of a sign's outline.
-        outline: the regression onto a sign's edges.
+        refinement: the refine-and-verify stage.
+        sign_verifier: the machines that tell signs from things of a sign's outline.
+        box_refinement: the regression onto a sign's edges.
     """
 
     rounds: tuple[int, ...] = (32, 128, 384, 1024)
@@ -82,8 +85,8 @@ class DetectorPlan:
     most_negatives: int = 70_000
     floors: tuple[tuple[int, float], ...] = ((24, -0.7), (128, -2.0), (384, -1.5))
     refinement: RefinementPlan = field(default_factory=RefinementPlan)
-    likeness: LikenessPlan = field(default_factory=LikenessPlan)
-    outline: OutlinePlan = field(default_factory=OutlinePlan)
+    sign_verifier: SignVerifierPlan = field(default_factory=SignVerifierPlan)
+    box_refinement: BoxRefinementPlan = field(default_factory=BoxRefinementPlan)
 
 
 def fit_detector(
@@ -130,15 +133,15 @@ def fit_detector(
     assert cascade is not None
     # what comes after the cascade has random numbers of its own, so that the same cascade can be built upon again
     rng = np.random.default_rng([seed, 29])
-    second_look = train_second_look(scenes, cascade, window, pyramid, plan.refinement, rng, tick)
+    refine_stage = train_refine_stage(scenes, cascade, window, pyramid, plan.refinement, rng, tick)
     rng = np.random.default_rng([seed, 31])
-    background = background_crops(scenes, cascade, window, pyramid, second_look, plan.likeness, rng, tick)
+    background = background_crops(scenes, cascade, window, pyramid, refine_stage, plan.sign_verifier, rng, tick)
     read = load_all([item for item in crops if item.class_id is not None], tick, "crops")
     signs_of_scenes = sign_crops(scenes)
-    likeness = train_likeness(read, signs_of_scenes, background, plan.likeness, rng, tick)
+    sign_verifier = train_sign_verifier(read, signs_of_scenes, background, plan.sign_verifier, rng, tick)
     rng = np.random.default_rng([seed, 37])
-    outline = train_outline(read, signs_of_scenes, plan.outline, rng, tick)
-    model = AcfModel(window, pyramid, cascade, second_look, likeness, outline, UNFITTED)
+    box_refinement = train_box_refinement(read, signs_of_scenes, plan.box_refinement, rng, tick)
+    model = AcfModel(window, pyramid, cascade, refine_stage, sign_verifier, box_refinement, UNFITTED)
     record = {
         "scenes": len(scenes),
         "signs": signs,

@@ -47,7 +47,10 @@ class Lettering:
 
 
 PRINTED: Final = Lettering(0.0, 0.5, ("DejaVu Sans", "DejaVu Sans Mono", "DejaVu Serif", "STIXGeneral", "cmss10"))
-"""Type faces of print: enough for who asks whether there is a limit at all, as the detector's likeness does."""
+"""Type faces of print: enough for who asks whether there is a limit at all.
+
+As the detector's sign verifier score does.
+"""
 ROAD: Final = Lettering(0.6, 0.25, ("DejaVu Sans", "DejaVu Sans Mono", "cmss10"))
 """Faces as road authorities draw them, for who has to read the number."""
 
@@ -183,8 +186,8 @@ def _arrow(degrees: float, canvas: Picture, centre: float, radius: float, rng: n
     )
     angle = math.radians(degrees + rng.uniform(-4, 4))
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
-    outline = np.round((centre + radius * points @ turn) * 16).astype(np.int32)
-    cv2.fillPoly(canvas, [outline], _ink(235, 235, 235, rng), cv2.LINE_AA, 4)
+    box_refinement = np.round((centre + radius * points @ turn) * 16).astype(np.int32)
+    cv2.fillPoly(canvas, [box_refinement], _ink(235, 235, 235, rng), cv2.LINE_AA, 4)
 
 
 DRAWN_CLASSES: Final = tuple(sorted({**LIMITS, **_ARROWS}))

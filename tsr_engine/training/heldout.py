@@ -21,7 +21,7 @@ from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.mining import read_picture
 from tsr_engine.training.refine_classifier import SignCrop
 
-__all__ = ["Parting", "classification_of", "detection_of", "part", "worse"]
+__all__ = ["HoldoutSplit", "classification_of", "detection_of", "part", "regressions"]
 
 Progress = Callable[[str, int, int], None]
 
@@ -40,7 +40,7 @@ _HIGHER = {
 
 
 @dataclass(frozen=True, slots=True)
-class Parting:
+class HoldoutSplit:
     """Corrected frames in two parts that share no sign.
 
     Attributes:
@@ -56,7 +56,9 @@ class Parting:
     signs: frozenset[str] = frozenset()
 
 
-def part(scenes: Sequence[CorrectedScene], seed: int, share: float, given: Mapping[str, str] | None = None) -> Parting:
+def part(
+    scenes: Sequence[CorrectedScene], seed: int, share: float, given: Mapping[str, str] | None = None
+) -> HoldoutSplit:
     """Hold out a share of the corrected signs: whole videos where there are several, else single signs.
 
     Args:
@@ -68,21 +70,21 @@ def part(scenes: Sequence[CorrectedScene], seed: int, share: float, given: Mappi
     """
     names = sorted({sign for scene in scenes for sign in scene.signs})
     rng = np.random.default_rng([seed, 51])
-    told = {name for name in names if given is not None and given.get(name, "train") != "train"}
-    if told and len(told) < len(names):
-        by, held = "export", frozenset(told)
+    reported = {name for name in names if given is not None and given.get(name, "train") != "train"}
+    if reported and len(reported) < len(names):
+        by, held = "export", frozenset(reported)
     else:
         by, held = _drawn(scenes, names, rng, share)
     if not held:
-        return Parting(list(scenes))
+        return HoldoutSplit(list(scenes))
     training = [scene.without(held) for scene in scenes]
     rest = frozenset(names) - held
     if by == "video":
         videos = {scene.video for scene in scenes if held & set(scene.signs)}
-        return Parting(
+        return HoldoutSplit(
             [s for s in training if s.video not in videos], [s for s in scenes if s.video in videos], by, held
         )
-    return Parting(
+    return HoldoutSplit(
         [s for s, whole in zip(training, scenes, strict=True) if s.signs or not whole.signs],
         [s.without(rest) for s in scenes if held & set(s.signs)],
         by,
@@ -165,7 +167,7 @@ def classification_of(classifier: SignClassifier, crops: Sequence[SignCrop]) -> 
     }
 
 
-def worse(new: Mapping[str, Any], parent: Mapping[str, Any], where: str) -> list[str]:
+def regressions(new: Mapping[str, Any], parent: Mapping[str, Any], where: str) -> list[str]:
     """Sentences on what the new version does worse than the earlier one."""
     out = []
     for name, words in _HIGHER.items():

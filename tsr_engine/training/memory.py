@@ -1,8 +1,8 @@
 """What a refinement remembers of the data that the models were trained on: the component ``memory``.
 
 A refinement sees a few corrected signs only. So that it does not unlearn the others, samples of the earlier training go
-along with the models: windows of signs and of background that the detector's second look has judged, and the
-second moment of the classifier's features. The component is made from GTSDB and GTSRB for a given detector and
+along with the models: windows of signs and of background that the detector's refine-and-verify stage has judged, and
+the second moment of the classifier's features. The component is made from GTSDB and GTSRB for a given detector and
 classifier, and serves all versions that descend from them.
 """
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.patch import cut_patch
-from tsr_engine.detection.second_look import FEATURES, features_of
+from tsr_engine.detection.refine.stage import FEATURES, features_of
 from tsr_engine.detection.trees import UNIT
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem, tracks_of
@@ -47,15 +47,15 @@ class Samples:
     """Windows as the verifier sees them.
 
     Attributes:
-        features: shape (n, FEATURES), uint8, after the first step of the second look.
+        features: shape (n, FEATURES), uint8, after the first step of the refine-and-verify stage.
         cascade: shape (n,), scores of the cascade where the window was found.
-        likeness: shape (n,), of the refined box.
-        edges: shape (n, h), the outline's features of the refined box.
+        sign_verifier: shape (n,), of the refined box.
+        edges: shape (n, h), the box refinement's features of the refined box.
     """
 
     features: NDArray[np.uint8]
     cascade: FloatArray
-    likeness: FloatArray
+    sign_verifier: FloatArray
     edges: NDArray[np.float32]
 
     def __len__(self) -> int:
@@ -68,13 +68,13 @@ class Samples:
         Raises:
             KeyError: the component is of an earlier version.
         """
-        cascade, likeness = (arrays[f"{name}_{score}"].astype(np.float64) for score in ("cascade", "likeness"))
-        return cls(arrays[name], cascade, likeness, arrays[f"{name}_edges"].astype(np.float32))
+        cascade, sign_verifier = (arrays[f"{name}_{score}"].astype(np.float64) for score in ("cascade", "likeness"))
+        return cls(arrays[name], cascade, sign_verifier, arrays[f"{name}_edges"].astype(np.float32))
 
     @classmethod
     def none(cls, model: AcfModel) -> Samples:
         """No samples of a model."""
-        edges = np.zeros((0, model.outline.features.length), np.float32)
+        edges = np.zeros((0, model.box_refinement.features.length), np.float32)
         return cls(np.zeros((0, FEATURES), np.uint8), np.zeros(0), np.zeros(0), edges)
 
     def to_arrays(self, name: str) -> dict[str, NDArray[Any]]:
@@ -82,7 +82,7 @@ class Samples:
         return {
             name: self.features,
             f"{name}_cascade": self.cascade.astype(np.float32),
-            f"{name}_likeness": self.likeness.astype(np.float32),
+            f"{name}_likeness": self.sign_verifier.astype(np.float32),
             f"{name}_edges": self.edges.astype(np.float16),
         }
 
@@ -92,8 +92,8 @@ class Samples:
 
     def raw(self, model: AcfModel) -> FloatArray:
         """Log-odds of being a sign by a model, shape (n,)."""
-        verified = model.second_look.verifier.scores(self.features) / UNIT
-        return model.calibration.of(verified, self.cascade, self.likeness)
+        verified = model.refine_stage.verifier.scores(self.features) / UNIT
+        return model.calibration.of(verified, self.cascade, self.sign_verifier)
 
 
 def stacked(parts: Sequence[Samples]) -> Samples:
@@ -115,13 +115,13 @@ def look_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: Float
 def refined_at(
     model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None
 ) -> tuple[Samples, FloatArray]:
-    """The same, and the boxes as the second look has refined them, shape (n, 4)."""
+    """The same, and the boxes as the refine-and-verify stage has refined them, shape (n, 4)."""
     scores = cascade_scores(model, picture, boxes) if cascade is None else cascade
-    moved = model.second_look.step(0, boxes, features_of(picture, boxes))
+    moved = model.refine_stage.step(0, boxes, features_of(picture, boxes))
     features = features_of(picture, moved)
-    refined = model.second_look.step(1, moved, features)
-    edges = model.outline.read(picture, refined)
-    return Samples(features, scores, model.likeness.scores(picture, refined), edges), refined
+    refined = model.refine_stage.step(1, moved, features)
+    edges = model.box_refinement.read(picture, refined)
+    return Samples(features, scores, model.sign_verifier.scores(picture, refined), edges), refined
 
 
 def build_memory(

@@ -92,9 +92,10 @@ def train_detector(
 def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress) -> LogOdds:
     """Log-odds from the candidates on scenes that did not train the model.
 
-    Verifier and likeness alone decide. The weight of the cascade's score differed from one half of 150 scenes to the
-    other, and with it fewer signs were found at few false detections. Where all candidates are signs, or none is,
-    nothing can be told of the weights: they are :data:`UNFITTED` then.
+    Verifier and sign verifier score alone decide. The weight of the cascade's score differed from one half of 150
+    scenes to the other, and with it fewer signs were found at few false detections. Where all candidates are signs, or
+    none is,
+    nothing can be informed of the weights: they are :data:`UNFITTED` then.
     """
     detector = AcfDetector(model, params=DetectorParams(second_core=False))
     scored, labels = [], []
@@ -102,16 +103,16 @@ def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress
         progress("candidates", number, len(scenes))
         picture = read_picture(scene)
         boxes, _ = detector.candidates(picture)
-        refined, look = model.second_look.look(picture, boxes)
+        refined, look = model.refine_stage.look(picture, boxes)
         overlap = iou(refined, scene.boxes).max(axis=1) if len(scene.boxes) and len(boxes) else np.zeros(len(boxes))
         clear = (overlap >= 0.5) | (overlap < 0.3)
-        scored.append(np.stack([look, model.likeness.scores(picture, refined)], axis=1)[clear])
+        scored.append(np.stack([look, model.sign_verifier.scores(picture, refined)], axis=1)[clear])
         labels.append(np.where(overlap[clear] >= 0.5, 1.0, -1.0))
     every = np.concatenate(labels)
     if len(np.unique(every)) < 2:
         return UNFITTED
-    verifier, likeness, offset = fit_calibration(np.concatenate(scored), every).tolist()
-    return LogOdds(verifier, 0.0, likeness, offset)
+    verifier, sign_verifier, offset = fit_calibration(np.concatenate(scored), every).tolist()
+    return LogOdds(verifier, 0.0, sign_verifier, offset)
 
 
 def detect_scenes(

@@ -1,11 +1,11 @@
 """Refinement of a detector by corrections: minutes instead of the hour of a whole training.
 
-The cascade's trees stay. The verifier of the second look, which decides, gets further trees: boosting goes on from the
-log-odds that the detector gives already, on corrected signs, on what the reviewed videos show besides, on rejected
-tracks, and on what is remembered of the earlier training (:mod:`~.memory`), so that signs which nobody has corrected
-keep their scores. The outline's answers are pulled towards the corrected boxes, with the earlier answers on remembered
-windows as the other half of the equation. Log-odds are calibrated anew so that background which the new
-trees did not see keeps its level. The cascade's last floor is lowered where it loses corrected signs.
+The cascade's trees stay. The verifier of the refine-and-verify stage, which decides, gets further trees: boosting goes
+on from the log-odds that the detector gives already, on corrected signs, on what the reviewed videos show besides, on
+rejected tracks, and on what is remembered of the earlier training (:mod:`~.memory`), so that signs which nobody has
+corrected keep their scores. The box refinement's outputs are pulled towards the corrected boxes, with the earlier
+answers on remembered windows as the other half of the equation. Log-odds are calibrated anew so that background which
+the new trees did not see keeps its level. The cascade's last floor is lowered where it loses corrected signs.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from sklearn.linear_model import Ridge
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
 from tsr_engine.detection.log_odds import LogOdds
-from tsr_engine.detection.outline import Outline
-from tsr_engine.detection.second_look import CELLS
+from tsr_engine.detection.refine.box_refinement import BoxRefinement
+from tsr_engine.detection.refine.stage import CELLS
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.records import FloatArray
 from tsr_engine.training.corrections import CorrectedScene
@@ -55,7 +55,7 @@ class DetectorRefinement:
         other: what a candidate that is none weighs; a rejected box three times as much.
         remembered: what a remembered sample weighs.
         inertia: resistance of a leaf against change, in the same units.
-        box_ridge: resistance of the outline's answers against change.
+        box_ridge: resistance of the box refinement's outputs against change.
         box_memory: what one remembered window weighs there, relative to one corrected.
         lowest_floor: the cascade's last floor is not lowered below this, in half log-odds.
         least_signs: with fewer corrected signs nothing of the detector is refined.
@@ -123,13 +123,13 @@ def refine_detector(
     rng = np.random.default_rng([seed, 21])
     material = cut_windows(model, scenes, names, settings.cutting, rng, progress)
     progress("boxes", 0, 1)
-    outline = _pulled(model.outline, material, remembered, settings)
+    box_refinement = _pulled(model.box_refinement, material, remembered, settings)
     calibration = _calibrated(model, material, remembered, settings, seed, progress)
     progress("more trees", 0, 1)
     added = _trees(model, material, remembered, settings, seed, np.ones(len(material.others), bool))
-    look = replace(model.second_look, verifier=_joined(model.second_look.verifier, added))
+    look = replace(model.refine_stage, verifier=_joined(model.refine_stage.verifier, added))
     floor, cascade = _lowered(model.cascade, material.floors, settings.lowest_floor)
-    refined = replace(model, cascade=cascade, second_look=look, outline=outline, calibration=calibration)
+    refined = replace(model, cascade=cascade, refine_stage=look, box_refinement=box_refinement, calibration=calibration)
     notes = RefinementNotes(
         len(names),
         len(material.signs),
@@ -162,7 +162,7 @@ def _trees(
     samples = stacked(parts)
     signs = int(material.sign_of.max()) + 1
     count = max(1, min(settings.trees, round(settings.trees_a_sign * signs)))
-    plan = BoostingPlan(count, model.second_look.verifier.depth, settings.feature_share, settings.shrinkage, 1.0)
+    plan = BoostingPlan(count, model.refine_stage.verifier.depth, settings.feature_share, settings.shrinkage, 1.0)
     grown = boost_further(
         samples.features,
         np.concatenate(targets),
@@ -192,19 +192,19 @@ def _joined(first: TreeEnsemble, second: TreeEnsemble) -> TreeEnsemble:
 
 
 def _pulled(
-    outline: Outline,
+    box_refinement: BoxRefinement,
     material: Material,
     remembered: tuple[Samples, Samples] | None,
     settings: DetectorRefinement,
-) -> Outline:
-    """The outline, its answers moved to the corrected boxes as little as possible.
+) -> BoxRefinement:
+    """The box refinement, its answers moved to the corrected boxes as little as possible.
 
     Minimises ``sum_new |x (W + D) - y|^2 + m sum_remembered |x D|^2 + r |D|^2`` over D, where x are the map's features
     and 1 for the bias.
     """
     scale = np.sqrt(material.sign_weights / material.sign_weights.mean())[:, None]
     rows = [_with_one(material.signs.edges) * scale]
-    answers = [(material.steps - outline.answers(material.signs.edges)) * scale]
+    answers = [(material.steps - box_refinement.answers(material.signs.edges)) * scale]
     if remembered is not None:
         old = _with_one(remembered[0].edges)
         rows.append(old * np.sqrt(settings.box_memory))
@@ -212,8 +212,8 @@ def _pulled(
     x, y = np.concatenate(rows), np.concatenate(answers)
     resistance = settings.box_ridge * float((x * x).sum()) / len(x)
     change = Ridge(resistance, fit_intercept=False, solver="cholesky").fit(x, y).coef_.T
-    weights = (outline.weights + change[:-1]).astype(np.float16).astype(np.float32)
-    return replace(outline, weights=weights, bias=(outline.bias + change[-1]).astype(np.float32))
+    weights = (box_refinement.weights + change[:-1]).astype(np.float16).astype(np.float32)
+    return replace(box_refinement, weights=weights, bias=(box_refinement.bias + change[-1]).astype(np.float32))
 
 
 def _with_one(features: NDArray[np.float32]) -> FloatArray:

@@ -17,11 +17,11 @@ from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.mining import read_picture
 from tsr_engine.training.offline import BANDWIDTH
 
-__all__ = ["Heard", "blended_table", "hear", "refined_lambda"]
+__all__ = ["SceneDetections", "blended_table", "detect_scenes", "refined_lambda"]
 
 Progress = Callable[[str, int, int], None]
 
-Heard = tuple[FloatArray, FloatArray, FloatArray]
+SceneDetections = tuple[FloatArray, FloatArray, FloatArray]
 """Detections on corrected frames: centres (n, 2) in shares of the picture, raw scores (n,), labels +-1 (n,)."""
 
 
@@ -55,7 +55,7 @@ def blended_table(
     return (density / density.max()).astype(np.float32), earlier + len(centres)
 
 
-def hear(model: AcfModel, scenes: Sequence[CorrectedScene], progress: Progress) -> Heard:
+def detect_scenes(model: AcfModel, scenes: Sequence[CorrectedScene], progress: Progress) -> SceneDetections:
     """What a detector that has not been trained on the frames says of them; ignored places are left out."""
     detector = AcfDetector(model, params=DetectorParams(second_core=False, keep_score=-8.0))
     centres, scores, labels = [np.zeros((0, 2))], [np.zeros(0)], [np.zeros(0)]
@@ -86,7 +86,10 @@ def _covered(boxes: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
 
 
 def refined_lambda(
-    table: NDArray[np.float32], detector_arrays: dict[str, NDArray[Any]], picture: tuple[int, int], heard: Heard
+    table: NDArray[np.float32],
+    detector_arrays: dict[str, NDArray[Any]],
+    picture: tuple[int, int],
+    detected: SceneDetections,
 ) -> float | None:
     """``lambda`` by Eq. 8 over the earlier held-out detections and those on corrected frames.
 
@@ -94,13 +97,13 @@ def refined_lambda(
         table: the prior.
         detector_arrays: of the component ``detector``, with its held-out detections.
         picture: (width, height) of the pictures that those are on.
-        heard: see :func:`hear`.
+        detected: see :func:`detect_scenes`.
 
     Returns:
         ``lambda`` in units of the raw score; None where the detections of one kind are missing.
     """
     prior = SpatialPrior(table, 0.0)
-    centres, raw, labels = heard
+    centres, raw, labels = detected
     values = [prior.at(np.concatenate([centres, centres], axis=1), 1, 1)]
     scores, kinds = [raw], [labels]
     if {"heldout_boxes", "heldout_raw", "heldout_labels"} <= set(detector_arrays):

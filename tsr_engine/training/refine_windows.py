@@ -1,4 +1,6 @@
-"""What a refinement cuts out of corrected frames: windows as the second look sees them, of signs and of the rest.
+"""What a refinement cuts out of corrected frames.
+
+Windows as the refine-and-verify stage sees them, of signs and of the rest.
 
 Corrected boxes touch their sign; the detector's training scenes leave a margin, which the detector takes off in use.
 So the margin is put on before anything is cut.
@@ -13,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
-from tsr_engine.detection.outline import steps_between
-from tsr_engine.detection.tightness import Tightness
+from tsr_engine.detection.refine.box_inset import BoxInset
+from tsr_engine.detection.refine.box_refinement import steps_between
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
@@ -60,7 +62,7 @@ class Material:
         signs: windows of signs, n.
         sign_weights: shape (n,); the windows of one sign weigh 1 in all.
         sign_of: shape (n,), which sign.
-        steps: shape (n, 4), what the outline should answer.
+        steps: shape (n, 4), what the box refinement should answer.
         others: windows of background and of rejected boxes, m.
         other_weights: shape (m,).
         video_of_other: shape (m,), which video.
@@ -81,7 +83,7 @@ class Material:
 
 def loosened(boxes: FloatArray, params: DetectorParams | None = None) -> FloatArray:
     """Tight boxes (n, 4) with the margin that the detector's training scenes have: what it takes off again."""
-    return Tightness.of(params or DetectorParams()).undo(boxes)
+    return BoxInset.of(params or DetectorParams()).undo(boxes)
 
 
 def cut_windows(
@@ -92,7 +94,7 @@ def cut_windows(
     rng: np.random.Generator,
     progress: Progress,
 ) -> Material:
-    """Windows of signs and of everything else, as the second look sees them."""
+    """Windows of signs and of everything else, as the refine-and-verify stage sees them."""
     number_of = {name: k for k, name in enumerate(names)}
     videos = {name: k for k, name in enumerate(sorted({scene.video for scene in scenes}))}
     frames = np.zeros(len(names))
@@ -149,7 +151,7 @@ def cut_windows(
 def _looks(
     model: AcfModel, picture: Picture, box: FloatArray, settings: Cutting, rng: np.random.Generator
 ) -> tuple[Samples, FloatArray]:
-    """Samples around one sign, and the steps that the outline should answer."""
+    """Samples around one sign, and the steps that the box refinement should answer."""
     side = float(np.sqrt((box[2] - box[0]) * (box[3] - box[1])))
     reach = int(2.5 * side + 20)
     x, y = max(0, int(box[0] - reach)), max(0, int(box[1] - reach))

@@ -1,4 +1,4 @@
-"""Training of the second look: two steps of supervised descent, then a verifier on what they leave."""
+"""Training of the refine-and-verify stage: two steps of supervised descent, then a verifier on what they leave."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sklearn.linear_model import Ridge
 
 from tsr_engine.channels.pyramid import PyramidPlan
 from tsr_engine.detection.boosting import BoostingPlan, boost
-from tsr_engine.detection.second_look import CELLS, FEATURES, SecondLook, features_of, move, steps_to
+from tsr_engine.detection.refine.stage import CELLS, FEATURES, RefineStage, features_of, move, steps_to
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import iou
@@ -28,7 +28,7 @@ FEWEST_NEGATIVES: Final = 400
 
 @dataclass(frozen=True, slots=True)
 class RefinementPlan:
-    """How the second look is trained.
+    """How the refine-and-verify stage is trained.
 
     Attributes:
         views: relit and softened copies of each sign, besides the original; each also mirrored.
@@ -64,7 +64,7 @@ class _View:
     weight: float
 
 
-def train_second_look(
+def train_refine_stage(
     scenes: Sequence[Scene],
     cascade: TreeEnsemble,
     window: Window,
@@ -72,7 +72,7 @@ def train_second_look(
     plan: RefinementPlan,
     rng: np.random.Generator,
     tick: Tick,
-) -> SecondLook:
+) -> RefineStage:
     """Train regressions and verifier for a cascade.
 
     The verifier's background is what the cascade lets through on the scenes, moved by the first regression as it
@@ -95,7 +95,7 @@ def train_second_look(
                 view.boxes = move(view.boxes, answers[start:stop].astype(np.float64))
                 start = stop
     positives = np.concatenate([features_of(v.picture, v.boxes) for v in views])
-    blank = SecondLook(np.stack(weights), np.stack(biases), cascade)
+    blank = RefineStage(np.stack(weights), np.stack(biases), cascade)
     negatives = _background(scenes, cascade, window, pyramid, blank, plan, rng, tick)
     if len(negatives) < FEWEST_NEGATIVES:
         negatives = np.concatenate([negatives, _anywhere(scenes, blank, FEWEST_NEGATIVES, rng)])
@@ -107,7 +107,7 @@ def train_second_look(
         CELLS,
         np.concatenate([np.full(len(v.boxes), v.weight) for v in views]),
     )
-    return SecondLook(np.stack(weights), np.stack(biases), verifier)
+    return RefineStage(np.stack(weights), np.stack(biases), verifier)
 
 
 def ridge(
@@ -160,7 +160,7 @@ def _background(
     cascade: TreeEnsemble,
     window: Window,
     pyramid: PyramidPlan,
-    look: SecondLook,
+    look: RefineStage,
     plan: RefinementPlan,
     rng: np.random.Generator,
     tick: Tick,
@@ -177,7 +177,7 @@ def _background(
     return np.concatenate(out)
 
 
-def _anywhere(scenes: Sequence[Scene], look: SecondLook, count: int, rng: np.random.Generator) -> NDArray[np.uint8]:
+def _anywhere(scenes: Sequence[Scene], look: RefineStage, count: int, rng: np.random.Generator) -> NDArray[np.uint8]:
     """Features of random boxes away from signs, moved by the first regression like candidates."""
     out = []
     for scene in scenes:

@@ -25,7 +25,7 @@ from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, video_name
 from tsr_engine.training.exports import OpenedExport
-from tsr_engine.training.heldout import Parting, classification_of, detection_of, part, worse
+from tsr_engine.training.heldout import HoldoutSplit, classification_of, detection_of, part, regressions
 from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.memory import Samples
 from tsr_engine.training.mining import read_picture
@@ -33,7 +33,7 @@ from tsr_engine.training.public import public_figures, remembered_figures
 from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop, refine_classifier, sign_crops
 from tsr_engine.training.refine_detector import DetectorRefinement, refine_detector
 from tsr_engine.training.refine_online import refine_online
-from tsr_engine.training.refine_prior import blended_table, hear, refined_lambda
+from tsr_engine.training.refine_prior import blended_table, detect_scenes, refined_lambda
 from tsr_engine.training.teaching import taught
 
 __all__ = ["PARTS", "Recipe", "Report", "retrain"]
@@ -77,7 +77,7 @@ class Report:
     """What came of it.
 
     Attributes:
-        figures: of the new version and its parent on the same data; ``worse`` says in sentences what got worse.
+        figures: of the new version and its parent on the same data; ``regressions`` says in sentences what got worse.
         lineage: exports, parent, parts, seed, settings, counts.
         models: component -> SHA-256.
     """
@@ -138,21 +138,21 @@ def _retrain(
         scenes += corrected_scenes(export.dataset, place, recipe.sampling, progress, export.pictures, recipe.seed)
         sides.update({f"{video}/{uid}": side for (video, uid), side in export.sides.items()})
     _something(scenes, exports)
-    parting = part(scenes, recipe.seed, recipe.held_out, sides) if recipe.held_out > 0 else Parting(scenes)
+    holdout = part(scenes, recipe.seed, recipe.held_out, sides) if recipe.held_out > 0 else HoldoutSplit(scenes)
     figures: dict[str, Any] = {}
     complaints: list[str] = []
-    if parting.held:
-        trial, _ = _refined(old, parting.training, recipe, _named("trial", progress))
-        now = _measure(trial, parting.held, _named("new version", progress))
-        before = _measure(old, parting.held, _named("earlier version", progress))
+    if holdout.held:
+        trial, _ = _refined(old, holdout.training, recipe, _named("trial", progress))
+        now = _measure(trial, holdout.held, _named("new version", progress))
+        before = _measure(old, holdout.held, _named("earlier version", progress))
         figures["corrections"] = {
-            "by": parting.by,
-            "signs": len(parting.signs),
-            "pictures": len(parting.held),
+            "by": holdout.by,
+            "signs": len(holdout.signs),
+            "pictures": len(holdout.held),
             "new": now,
             "parent": before,
         }
-        complaints += worse(now, before, "Held-out corrections")
+        complaints += regressions(now, before, "Held-out corrections")
     new, counts = _refined(old, scenes, recipe, progress)
     for name, now, before in (
         ("remembered", remembered_figures(new), remembered_figures(old)),
@@ -160,9 +160,9 @@ def _retrain(
     ):
         if now:
             figures[name] = {"new": now, "parent": before}
-            complaints += worse(now, before, _WHERE[name])
+            complaints += regressions(now, before, _WHERE[name])
     figures["worse"] = complaints
-    lineage = _lineage(exports, recipe, parent, old, parting, scenes, counts)
+    lineage = _lineage(exports, recipe, parent, old, holdout, scenes, counts)
     progress("writing", 0, 1)
     models = {
         name: save_component(replace(component, figures=_own(name, component, figures)), out)
@@ -247,7 +247,7 @@ def _prior(
         table, centres = blended_table(table, centres, scenes, sizes)
     weight = float(before.params["lambda"])
     if "lambda" in recipe.parts:
-        found = refined_lambda(table, dict(old["detector"].arrays), _SCENE, hear(model, scenes, progress))
+        found = refined_lambda(table, dict(old["detector"].arrays), _SCENE, detect_scenes(model, scenes, progress))
         weight = weight if found is None else round(found, 6)
     data = {**before.data, "centres": centres}
     return Component("prior", {"table": table}, {**before.params, "lambda": weight}, data, {}, recipe.seed)
@@ -293,7 +293,7 @@ def _lineage(
     recipe: Recipe,
     parent: Path | None,
     old: Parts,
-    parting: Parting,
+    holdout: HoldoutSplit,
     scenes: Sequence[CorrectedScene],
     counts: Mapping[str, Any],
 ) -> dict[str, Any]:
@@ -303,7 +303,7 @@ def _lineage(
         "seed": recipe.seed,
         "exports": [dict(export.about) for export in exports],
         "notes": [note for export in exports for note in export.notes],
-        "held_out": {"share": recipe.held_out, "by": parting.by, "signs": sorted(parting.signs)},
+        "held_out": {"share": recipe.held_out, "by": holdout.by, "signs": sorted(holdout.signs)},
         "used": {
             "frames": len(scenes),
             "videos": sorted({video_name(v) for export in exports for v in export.dataset.videos}),

@@ -2,7 +2,7 @@
 
 Labels say what a retraining makes of them (``teach``): a sign, background, or nothing. Tracks of no label of the set,
 of a label that the model lacks, of a region to ignore, and those that contradict each other teach nothing: neither a
-sign nor background. What the model lacks, and contradictions, are told by name.
+sign nor background. What the model lacks, and contradictions, are reported by name.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ __all__ = ["taught"]
 
 _SAME = 0.5
 """IoU from which on two boxes of one frame are of one sign."""
-_TOLD = 20
+_REPORTED = 20
 """Contradictions that are named; more are counted."""
 
 
@@ -181,10 +181,10 @@ def _sentence(video: str, sides: tuple[_Said, _Said], span: tuple[int, int]) -> 
 def _short(notes: Sequence[str]) -> list[str]:
     """The notes; contradictions beyond the first few are counted."""
     against = [note for note in notes if "Neither of them teaches" in note]
-    if len(against) <= _TOLD:
+    if len(against) <= _REPORTED:
         return list(notes)
-    kept = [note for note in notes if note not in against[_TOLD:]]
-    return [*kept, f"{len(against) - _TOLD} more places are contradictory in the same way."]
+    kept = [note for note in notes if note not in against[_REPORTED:]]
+    return [*kept, f"{len(against) - _REPORTED} more places are contradictory in the same way."]
 
 
 def _tracks(count: int) -> str:

@@ -14,8 +14,8 @@ import {upload} from './upload.js';
 /** @typedef {{note: string, video_name: string, first: number, stop: number, offset: number, frame: number, track: string|null, expected: {id: string, expected: string, met: boolean, got: string}[], corrections: number, other_pictures: number, skipped: string[], engine_version: string}} BundleReport */
 /** @typedef {{path: string, parent: string|null, folders: string[], videos: {name: string, path: string, size: number}[], truncated: boolean}} Folder   `truncated`: the first by name, there are more */
 /** @typedef {{preset: string, parameters: Record<string, unknown>, first?: number, stop?: number|null, name?: string}} RunRequest */
-/** @typedef {{id: string, name: string, count: number}} Truth */
-/** @typedef {import('../types.js').TruthBox} TruthBox */
+/** @typedef {{id: string, name: string, count: number}} GroundTruth */
+/** @typedef {import('../types.js').GroundTruthBox} GroundTruthBox */
 /**
  * @typedef {object} Explanation
  * @property {{axis: [number, number, number, number]|null, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}|null} symmetry
@@ -30,7 +30,7 @@ import {upload} from './upload.js';
 
 const VIDEO = /** @type {const} */ ({id: 'string', name: 'string', state: 'string', runs: 'number', warnings: 'array', review: 'object'});
 const RUN = /** @type {const} */ ({id: 'string', video_id: 'string', state: 'string', preset: 'string', first: 'number', frames_done: 'number', summary: 'object'});
-const ARTEFACT = /** @type {const} */ ({id: 'string', kind: 'string', name: 'string', state: 'string', options: 'object', summary: 'object'});
+const OUTPUT = /** @type {const} */ ({id: 'string', kind: 'string', name: 'string', state: 'string', options: 'object', summary: 'object'});
 const FOLLOW = /** @type {const} */ ({id: 'string', key: 'string', state: 'string', anchors: 'array', proposals: 'array', endings: 'array', next: 'number'});
 const MODEL = /** @type {const} */ ({id: 'string', name: 'string', state: 'string', figures: 'object', lineage: 'object', active: 'boolean'});
 
@@ -92,16 +92,16 @@ export function createApi(setup = {}) {
      */
     frameUrl: (id, frame, options) => `${base}/videos/${e(id)}/frames/${frame}${queryText(options)}`,
     /**
-     * The picture of a frame, with the ordinal that the server says it has. A glance may get a small, soft one, which
+     * The picture of a frame, with the ordinal that the server says it has. A preview may get a small, soft one, which
      * is not exact.
      *
      * @param {string} id
      * @param {number} frame
-     * @param {{width?: number, format?: 'jpeg'|'webp', glance?: boolean, signal?: AbortSignal, timeout?: number}} [options]
+     * @param {{width?: number, format?: 'jpeg'|'webp', preview?: boolean, signal?: AbortSignal, timeout?: number}} [options]
      * @returns {Promise<{blob: Blob, ordinal: number, pts: number|null, exact: boolean}>}
      */
-    frame: async (id, frame, {width, format, glance, ...call} = {}) => {
-      const query = {width, format, glance: glance ? 'true' : undefined};
+    frame: async (id, frame, {width, format, preview, ...call} = {}) => {
+      const query = {width, format, preview: preview ? 'true' : undefined};
       const answer = await send(`/videos/${e(id)}/frames/${frame}`, {...call, query});
       const ordinal = answer.headers.get('X-Frame-Ordinal');
       const pts = answer.headers.get('X-Frame-Pts');
@@ -135,7 +135,7 @@ export function createApi(setup = {}) {
 
     // -- evidence
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').TrackColumns>} */
-    tracks: async (run, call) => expectColumns('GET /runs/…/tracks', await json(`/runs/${e(run)}/tracks`, {timeout: 60_000, ...call}), ['id', 'first', 'last', 'frames', 'detected', 'class_id', 'doubt', 'rank', 'reasons']),
+    tracks: async (run, call) => expectColumns('GET /runs/…/tracks', await json(`/runs/${e(run)}/tracks`, {timeout: 60_000, ...call}), ['id', 'first', 'last', 'frames', 'detected', 'class_id', 'uncertainty', 'rank', 'reasons']),
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').LaneColumns>} */
     lanes: async (run, call) => expectColumns('GET /runs/…/lanes', await json(`/runs/${e(run)}/lanes`, {timeout: 60_000, ...call}), ['track', 'first', 'last', 'source']),
     /** @param {string} run @param {number} first @param {number} last   inclusive; <= 256 frames @param {Call} [call] @returns {Promise<import('../types.js').Overlay[]>} */
@@ -153,45 +153,45 @@ export function createApi(setup = {}) {
     explain: async (run, track, frame, call) => expectObject('GET /runs/…/explain', await json(`/runs/${e(run)}/tracks/${track}/explain/${frame}`, call), {symmetry: 'nullable', hash: 'nullable', tau: 'number'}),
 
     // -- truth and comparison
-    /** @param {string} video @param {Call} [call] @returns {Promise<Truth[]>} */
-    truths: async (video, call) => {
-      const answer = expectObject('GET /videos/…/truths', await json(`/videos/${e(video)}/truths`, call), {truths: 'array'});
-      return expectList('GET /videos/…/truths', answer.truths, {id: 'string', name: 'string', count: 'number'});
+    /** @param {string} video @param {Call} [call] @returns {Promise<GroundTruth[]>} */
+    groundTruths: async (video, call) => {
+      const answer = expectObject('GET /videos/…/ground-truths', await json(`/videos/${e(video)}/ground-truths`, call), {ground_truths: 'array'});
+      return expectList('GET /videos/…/ground-truths', answer.ground_truths, {id: 'string', name: 'string', count: 'number'});
     },
-    /** @param {string} video @param {string} name @param {Blob|string} csv @param {Call} [call] @returns {Promise<Truth>} */
-    putTruth: async (video, name, csv, call) => expectObject('PUT /videos/…/truths/…', await json(`/videos/${e(video)}/truths/${e(name)}`, {...call, method: 'PUT', body: csv, type: 'text/csv'}), {id: 'string', count: 'number'}),
-    /** @param {string} truth @param {number} first @param {number} last @param {Call} [call] @returns {Promise<TruthBox[]>} */
+    /** @param {string} video @param {string} name @param {Blob|string} csv @param {Call} [call] @returns {Promise<GroundTruth>} */
+    putTruth: async (video, name, csv, call) => expectObject('PUT /videos/…/ground-truths/…', await json(`/videos/${e(video)}/ground-truths/${e(name)}`, {...call, method: 'PUT', body: csv, type: 'text/csv'}), {id: 'string', count: 'number'}),
+    /** @param {string} truth @param {number} first @param {number} last @param {Call} [call] @returns {Promise<GroundTruthBox[]>} */
     truthBoxes: async (truth, first, last, call) => {
-      const answer = await json(`/truths/${e(truth)}/boxes`, {...call, query: {first, last}});
-      return expectList('GET /truths/…/boxes', Array.isArray(answer) ? answer : answer?.boxes, {frame: 'number', box: 'array', class_id: 'nullable'});
+      const answer = await json(`/ground-truths/${e(truth)}/boxes`, {...call, query: {first, last}});
+      return expectList('GET /ground-truths/…/boxes', Array.isArray(answer) ? answer : answer?.boxes, {frame: 'number', box: 'array', class_id: 'nullable'});
     },
     /** @param {string} truth @param {Call} [call] @returns {Promise<void>} */
-    removeTruth: (truth, call) => json(`/truths/${e(truth)}`, {...call, method: 'DELETE'}),
+    removeTruth: (truth, call) => json(`/ground-truths/${e(truth)}`, {...call, method: 'DELETE'}),
     /** @param {string} reference   `run:ID`, `annotation:RUN` or `truth:ID` @param {string} candidate @param {Call} [call] @returns {Promise<Comparison>} */
     compare: async (reference, candidate, call) => expectObject('GET /compare', await json('/compare', {timeout: 120_000, ...call, query: {reference, candidate}}), {figures: 'object', confusion: 'object'}),
 
     // -- files that are made from runs
-    /** @param {{kind?: string, run?: string}} [query] @param {Call} [call] @returns {Promise<import('../types.js').Artefact[]>} */
-    artefacts: async (query = {}, call) => {
-      const answer = expectObject('GET /artefacts', await json('/artefacts', {...call, query}), {artefacts: 'array'});
-      return expectList('GET /artefacts', answer.artefacts, ARTEFACT);
+    /** @param {{kind?: string, run?: string}} [query] @param {Call} [call] @returns {Promise<import('../types.js').Output[]>} */
+    outputs: async (query = {}, call) => {
+      const answer = expectObject('GET /outputs', await json('/outputs', {...call, query}), {outputs: 'array'});
+      return expectList('GET /outputs', answer.outputs, OUTPUT);
     },
-    /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
-    artefact: async (id, call) => expectObject('GET /artefacts/…', await json(`/artefacts/${e(id)}`, call), ARTEFACT),
+    /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').Output>} */
+    output: async (id, call) => expectObject('GET /outputs/…', await json(`/outputs/${e(id)}`, call), OUTPUT),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
-    removeArtefact: (id, call) => json(`/artefacts/${e(id)}`, {...call, method: 'DELETE'}),
-    /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
-    cancelArtefact: async (id, call) => expectObject('POST /artefacts/…/cancel', await json(`/artefacts/${e(id)}/cancel`, {...call, method: 'POST'}), ARTEFACT),
+    removeOutput: (id, call) => json(`/outputs/${e(id)}`, {...call, method: 'DELETE'}),
+    /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').Output>} */
+    cancelOutput: async (id, call) => expectObject('POST /outputs/…/cancel', await json(`/outputs/${e(id)}/cancel`, {...call, method: 'POST'}), OUTPUT),
     /** @param {string} id @returns {string} address of the file */
-    downloadUrl: (id) => `${base}/artefacts/${e(id)}/download`,
+    downloadUrl: (id) => `${base}/outputs/${e(id)}/download`,
     /** @param {Call} [call] @returns {Promise<import('../types.js').Format[]>} */
     formats: async (call) => expectList('GET /formats', expectObject('GET /formats', await json('/formats', call), {formats: 'array'}).formats, {name: 'string', title: 'string', summary: 'string', export_switches: 'array', import_switches: 'array'}),
-    /** @param {import('../types.js').ExportRequest} request @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
-    startExport: async (request, call) => expectObject('POST /exports', await json('/exports', {...call, method: 'POST', body: request}), ARTEFACT),
-    /** @param {string} run @param {{first: number, stop: number, frame?: number|null, track?: string|null, name?: string}} request @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
-    record: async (run, request, call) => expectObject('POST /runs/…/recordings', await json(`/runs/${e(run)}/recordings`, {...call, method: 'POST', body: request}), ARTEFACT),
-    /** @param {string} run @param {{first: number, stop: number, note: string, tracks?: string[]}} request @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
-    makeBundle: async (run, request, call) => expectObject('POST /runs/…/bundles', await json(`/runs/${e(run)}/bundles`, {...call, method: 'POST', body: request}), ARTEFACT),
+    /** @param {import('../types.js').ExportRequest} request @param {Call} [call] @returns {Promise<import('../types.js').Output>} */
+    startExport: async (request, call) => expectObject('POST /exports', await json('/exports', {...call, method: 'POST', body: request}), OUTPUT),
+    /** @param {string} run @param {{first: number, stop: number, frame?: number|null, track?: string|null, name?: string}} request @param {Call} [call] @returns {Promise<import('../types.js').Output>} */
+    record: async (run, request, call) => expectObject('POST /runs/…/recordings', await json(`/runs/${e(run)}/recordings`, {...call, method: 'POST', body: request}), OUTPUT),
+    /** @param {string} run @param {{first: number, stop: number, note: string, tracks?: string[]}} request @param {Call} [call] @returns {Promise<import('../types.js').Output>} */
+    makeBundle: async (run, request, call) => expectObject('POST /runs/…/bundles', await json(`/runs/${e(run)}/bundles`, {...call, method: 'POST', body: request}), OUTPUT),
     /**
      * @param {File} file
      * @param {string|null} author

@@ -7,7 +7,7 @@ import {expectList, expectObject} from './shapes.js';
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
 /** @typedef {{version: number, label: import('../types.js').Label|null, sentence: string}} LabelAnswer   `label`: the one that it is about */
 /** @typedef {ReturnType<typeof labelRoutes>} LabelRoutes */
-/** @typedef {{version: number, sentence: string, created: boolean, added: unknown[], known: unknown[], refused: {name: string, reason: string}[], told: string[]}} LabelsBrought */
+/** @typedef {{version: number, sentence: string, created: boolean, added: unknown[], known: unknown[], refused: {name: string, reason: string}[], reported: string[]}} LabelsBrought */
 
 /** What a set's file leaves out where it says nothing. */
 const PLAIN = {short: '', aliases: [], shape: 'other', category: 'other', size_mm: null, mirror: null, teach: 'sign', colour: null, pinned: null, hidden: false, merged_into: null};
@@ -41,7 +41,7 @@ export function labelRoutes(base, json) {
     /** @param {string} set @param {string} author @param {import('../types.js').LabelChange} change @param {Call} [call] @returns {Promise<LabelAnswer>} */
     changeLabels: async (set, author, change, call) => expectObject('POST /label-sets/…/changes', await json(`/label-sets/${e(set)}/changes`, {...call, method: 'POST', body: {author, change}}), {version: 'number', label: 'nullable', sentence: 'string'}),
     /** @param {string} set @param {File} file @param {string} author @param {boolean} create   make the set where there is none @param {Call} [call] @returns {Promise<LabelsBrought>} */
-    bringLabels: async (set, file, author, create, call) => expectObject('POST /label-sets/…/files', await json(`/label-sets/${e(set)}/files`, {timeout: 60_000, ...call, method: 'POST', body: file, type: 'application/octet-stream', query: {author, name: file.name.slice(-120), create: create ? 'true' : null}}), {sentence: 'string', added: 'array', known: 'array', refused: 'array', told: 'array'}),
+    bringLabels: async (set, file, author, create, call) => expectObject('POST /label-sets/…/files', await json(`/label-sets/${e(set)}/files`, {timeout: 60_000, ...call, method: 'POST', body: file, type: 'application/octet-stream', query: {author, name: file.name.slice(-120), create: create ? 'true' : null}}), {sentence: 'string', added: 'array', known: 'array', refused: 'array', reported: 'array'}),
     /** @param {string} video @param {string|null} set   null: the library's @param {Call} [call] @returns {Promise<unknown>} */
     useLabelSet: (video, set, call) => json(`/videos/${e(video)}/label-set`, {...call, method: 'PUT', body: {set}}),
     /** @param {string} set @param {Call} [call] @returns {Promise<unknown>} */

@@ -33,7 +33,7 @@ import { createWork } from './work.js';
  *   run than the open one; the reason is shown. Boxes that the same gesture sets without a pause are one step of the history
  * @property {() => Promise<void>} undo              ends when the server has it
  * @property {() => Promise<void>} redo
- * @property {(docs: TrackDoc[], op_id: string, by?: string) => void} hear   documents that the event stream brings, and whose work they are
+ * @property {(docs: TrackDoc[], op_id: string, by?: string) => void} receive   documents that the event stream brings, and whose work they are
  * @property {() => Promise<void>} refresh           events were missed: read the documents anew
  * @property {() => Promise<void>} settled           when nothing is left to send
  * @property {() => void} retry                      try again now
@@ -301,7 +301,7 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
     edit,
     undo: () => revert('undo'),
     redo: () => revert('redo'),
-    hear(docs, op_id, by) {
+    receive(docs, op_id, by) {
       if (work.pending.some((mine) => mine.op_id === op_id)) return; // the answer to it is on its way
       if (!work.ready) {
         // without what the outbox still holds it would look as if that were lost

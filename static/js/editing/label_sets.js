@@ -8,7 +8,7 @@
  * @typedef {object} LabelSets
  * @property {() => Promise<void>} reload   ask for the sets and the labels
  * @property {() => void} sync              another video may be on the screen, with another set
- * @property {(event: import('../types.js').ServerEvent) => Promise<void>} hear   a set has changed
+ * @property {(event: import('../types.js').ServerEvent) => Promise<void>} receive   a set has changed
  * @property {(change: LabelChange, set?: string|null) => Promise<import('../api/labels.js').LabelAnswer>} change   make a change, in the set that is on the screen
  *   unless another is named; the store has it once this is done
  * @property {(set: string, file: File, create: boolean) => Promise<import('../api/labels.js').LabelsBrought>} bring   add what a file has and the set lacks;
@@ -53,7 +53,7 @@ export function createLabelSets({ store, api, author, say }) {
     sync() {
       if (store.get().labelSets !== null && labelVideo(store.get()) !== loaded) void reload().catch(() => {});
     },
-    async hear({ subject, data }) {
+    async receive({ subject, data }) {
       await changing;
       if (own.has(`${subject} ${data.version}`)) return;
       await reload();

@@ -22,7 +22,7 @@ import { describe, describeUndone, named } from './words.js';
  * @param {() => Promise<void>} parts.refresh
  */
 export function createUndoing({ store, work, toast, enqueue, refresh }) {
-  /** Those that a person waits to be told of. @type {Set<string>} */
+  /** Those that a person waits to be informed of. @type {Set<string>} */
   const awaited = new Set();
 
   /** @param {'undo'|'redo'} what @param {UndoTarget} about @param {readonly import('../types.js').TrackDoc[]} docs */

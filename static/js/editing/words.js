@@ -25,7 +25,7 @@ const NAMES = {
   interpolate: 'Line between boxes changed',
   follow: 'Track followed',
   set_occluded: 'Occlusion marked',
-  set_outside: 'Out of sight marked',
+  set_outside: 'Outside marked',
   set_not_a_sign: 'Verdict',
   ignore: 'Region to ignore marked',
   attribute: 'Attribute changed',

@@ -13,7 +13,7 @@ const AT_ONCE = 5;
  * @typedef {object} FrameCache
  * @property {(frame: number) => Shot|null} peek           what is there at once
  * @property {(frame: number) => Promise<Shot>} load       from the server if need be; an older load gives way at the next `want`
- * @property {(frame: number) => Promise<Shot>} glance     the same, or a soft stand-in where that is there sooner
+ * @property {(frame: number) => Promise<Shot>} preview     the same, or a soft stand-in where that is there sooner
  * @property {(frames: Iterable<number>) => void} want     load these ahead, in order; what is not among them is dropped.
  *     Nothing is loaded ahead while pictures that were asked for fail
  * @property {(width: number) => void} setWidth            width that pictures are wanted at, px
@@ -29,7 +29,7 @@ const AT_ONCE = 5;
 export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob) => createImageBitmap(blob) } = {}) {
   /** @type {Map<number, Shot>} */
   const held = new Map();
-  /** @type {Map<number, {promise: Promise<Shot>, abort: AbortController, glance: boolean}>} */
+  /** @type {Map<number, {promise: Promise<Shot>, abort: AbortController, preview: boolean}>} */
   const running = new Map();
   /** @type {number[]} */
   let queue = [];
@@ -64,15 +64,15 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
     shot.bitmap.close();
   }
 
-  /** @param {number} frame @param {boolean} [glance] */
-  function start(frame, glance = false) {
+  /** @param {number} frame @param {boolean} [preview] */
+  function start(frame, preview = false) {
     const known = running.get(frame);
-    if (known && (glance || !known.glance)) return known.promise;
+    if (known && (preview || !known.preview)) return known.promise;
     known?.abort.abort();
     const abort = new AbortController();
     const asked = width;
     const promise = (async () => {
-      const { blob, ordinal, exact } = await api.frame(video, frame, { width: asked, glance, signal: abort.signal });
+      const { blob, ordinal, exact } = await api.frame(video, frame, { width: asked, preview, signal: abort.signal });
       if (abort.signal.aborted) throw new DOMException('The picture is no longer wanted.', 'AbortError');
       if (ordinal !== frame) throw new Error(`Asked for frame ${frame}, got ${ordinal}.`);
       const shot = { frame, width: exact ? asked : 0, bitmap: await decode(blob) };
@@ -94,7 +94,7 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
       pump();
     });
     promise.catch(() => {});
-    running.set(frame, { promise, abort, glance });
+    running.set(frame, { promise, abort, preview });
     return promise;
   }
 
@@ -121,7 +121,7 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
       const shot = fresh(frame);
       return shot ? Promise.resolve(shot) : start(frame);
     },
-    glance: (frame) => {
+    preview: (frame) => {
       urgent = frame;
       const shot = fresh(frame);
       return shot ? Promise.resolve(shot) : start(frame, true);

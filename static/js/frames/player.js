@@ -94,7 +94,7 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
       return;
     }
     resting = setTimeout(() => arrive(frame), REST);
-    if (leap === null || now() - leap.since > PATIENCE) void glance(frame);
+    if (leap === null || now() - leap.since > PATIENCE) void preview(frame);
   }
 
   /** The cursor rests. @param {number} frame */
@@ -112,15 +112,15 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
    * shown even when the cursor has gone on: given up at every move, none would come before the cursor rests.
    * @param {number} frame
    */
-  async function glance(frame) {
+  async function preview(frame) {
     const mine = { frame, since: now() };
     leap = mine;
-    const request = cache.glance(frame);
+    const request = cache.preview(frame);
     cache.want([]);
     await show(frame, request, () => leap === mine && store.get().review?.shown !== wanted, true);
     if (leap !== mine || ended) return;
     leap = null;
-    if (wanted !== frame && !isNear(wanted) && !cache.peek(wanted)) void glance(wanted);
+    if (wanted !== frame && !isNear(wanted) && !cache.peek(wanted)) void preview(wanted);
   }
 
   /**

@@ -1,5 +1,5 @@
 // @ts-check
-/** Where a track is best looked at: a sign is told from its largest boxes, and a track begins with its smallest. Pure. */
+/** Where a track is best looked at: a sign is recognised by its largest boxes, and a track begins with its smallest. Pure. */
 
 import { keyFramesOf, lastKey } from './documents.js';
 import { shownSpan } from './effective.js';

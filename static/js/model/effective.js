@@ -14,11 +14,11 @@ export { keyFramesOf, nextKey, prevKey };
  * The box of a track in a frame, where it comes from, and its label; null: the track shows nothing there.
  * @param {TrackDoc} doc
  * @param {number} frame
- * @param {(track: number, frame: number) => Box|null} machineBox   the engine's box
+ * @param {(track: number, frame: number) => Box|null} engineBox   the engine's box
  * @param {(track: number) => number|null} [machineClass]           the engine's fused class
  * @returns {EffectiveBox|null}   `class_id` `NO_CLASS`: a person says so; null: neither a person nor `machineClass` gives one
  */
-export function boxAt(doc, frame, machineBox, machineClass) {
+export function boxAt(doc, frame, engineBox, machineClass) {
   if (doc.gone) return null;
   const before = lastKey(doc, frame);
   const state = before === null ? null : doc.keys[before];
@@ -31,7 +31,7 @@ export function boxAt(doc, frame, machineBox, machineClass) {
     return { box: line, origin, occluded, class_id };
   }
   const segment = doc.segments.find((s) => s.first <= frame && frame <= s.last);
-  const box = segment ? machineBox(segment.track, frame) : null;
+  const box = segment ? engineBox(segment.track, frame) : null;
   return box === null ? null : { box, origin: 'engine', occluded, class_id };
 }
 

@@ -16,5 +16,5 @@ export function focusPoint(run, video) {
 /** @param {Run} run @returns {string|null} what a person reads of it */
 export function focusWords(run) {
   const focus = run.summary.focus;
-  return focus ? `${focus.y.toFixed(3)} of the height, ${focus.named ? 'as it was named' : 'told from the drive'}` : null;
+  return focus ? `${focus.y.toFixed(3)} of the height, ${focus.named ? 'as it was named' : 'estimated from the drive'}` : null;
 }

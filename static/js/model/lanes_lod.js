@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * The tracks of a whole drive in typed arrays, so that a frame of panning allocates nothing: bars sorted by row and
- * time, their pieces by source, their key frames, and a pyramid of density and doubt for the overview. Pure.
+ * time, their pieces by source, their key frames, and a pyramid of density and uncertainty for the overview. Pure.
  *
  * @typedef {import('../types.js').LaneColumns} LaneColumns
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -28,7 +28,7 @@
  * @typedef {object} Density
  * @property {number} bucket           frames of a bucket on the finest level
  * @property {Float32Array[]} tracks   by level, finest first: most tracks at once in a bucket
- * @property {Float32Array[]} doubt    by level: largest doubt in a bucket
+ * @property {Float32Array[]} uncertainty    by level: largest uncertainty in a bucket
  * @property {number} most             of all buckets
  */
 import { NO_CLASS } from './documents.js';
@@ -197,7 +197,7 @@ export function barAt(index, row, frame, slack) {
 }
 
 /**
- * Density of tracks and doubt over a drive, finest level first; each further level joins two buckets.
+ * Density of tracks and uncertainty over a drive, finest level first; each further level joins two buckets.
  *
  * @param {readonly TrackEntry[]} entries
  * @param {number} frames   of the drive
@@ -207,14 +207,14 @@ export function barAt(index, row, frame, slack) {
 export function buildDensity(entries, frames, bucket = Math.min(16, Math.max(1, Math.floor(frames / 1024)))) {
   const size = Math.max(1, Math.ceil(frames / bucket));
   const change = new Float32Array(size + 1);
-  const doubt = new Float32Array(size);
+  const uncertainty = new Float32Array(size);
   for (const entry of entries) {
     const from = clamp(Math.floor(entry.first / bucket), 0, size - 1);
     const to = clamp(Math.floor(entry.last / bucket), from, size - 1);
     change[from] += 1;
     change[to + 1] -= 1;
-    const open = entry.review === 'open' || entry.review === 'needs_work' ? entry.doubt : 0;
-    for (let b = from; b <= to; b += 1) if (doubt[b] < open) doubt[b] = open;
+    const open = entry.review === 'open' || entry.review === 'needs_work' ? entry.uncertainty : 0;
+    for (let b = from; b <= to; b += 1) if (uncertainty[b] < open) uncertainty[b] = open;
   }
   const tracks = new Float32Array(size);
   let running = 0;
@@ -224,7 +224,7 @@ export function buildDensity(entries, frames, bucket = Math.min(16, Math.max(1, 
     tracks[b] = running;
     most = Math.max(most, running);
   }
-  return { bucket, tracks: pyramid(tracks), doubt: pyramid(doubt), most };
+  return { bucket, tracks: pyramid(tracks), uncertainty: pyramid(uncertainty), most };
 }
 
 /**

@@ -17,17 +17,17 @@ const USUAL = { symmetry: 1.5, bits: 8, position: 3 };
 export function sentencesOf(lane) {
   /** @type {Sentence[]} */
   const found = [];
-  const told = new Set();
+  const reported = new Set();
   const kinds = new Set();
   for (const event of lane.events) {
-    told.add(event.frame);
+    reported.add(event.frame);
     kinds.add(event.kind);
     found.push({ frame: event.frame, kind: event.kind, text: shorten(event.text, lane.id) });
   }
   for (let i = 0; i < lane.frame.length; i += 1) {
     const frame = lane.frame[i];
     if (i === 0 && !kinds.has('born')) found.push({ frame, kind: 'born', text: birth(lane) });
-    if (lane.confident[i] === false && !told.has(frame)) found.push({ frame, kind: 'rejected', text: rejection(lane, i) });
+    if (lane.confident[i] === false && !reported.has(frame)) found.push({ frame, kind: 'rejected', text: rejection(lane, i) });
     if (lane.unlearned[i] > 0) found.push({ frame, kind: 'unlearned', text: unlearning(lane, i) });
     if (i > 0 && i === lane.frame.length - 1 && !kinds.has('died')) found.push({ frame, kind: 'ended', text: 'last frame of the track' });
   }
@@ -91,10 +91,10 @@ const above = (likelihood, tau) => (likelihood === tau ? '=' : '>');
 export function sourceAt(lane, i) {
   const score = lane.score[i];
   const raw = lane.raw_score[i];
-  if (lane.source[i] === 2) return `Relocalised by the online detector: f = ${short(lane.decision[i])}, probability ${short(lane.probability[i])}.`;
+  if (lane.source[i] === 2) return `Re-detected by the online detector: f = ${short(lane.decision[i])}, probability ${short(lane.probability[i])}.`;
   if (lane.source[i] === 1) return 'Predicted: no measurement took the place of the prediction.';
   if (raw === null || score === null) return 'Detected.';
-  return `Detected with score ${short(score)}: raw ${short(raw)}, ${score < raw ? 'less' : 'plus'} ${short(Math.abs(score - raw))} by the prior.`;
+  return `Score ${short(score)} = detector ${short(raw)} ${score < raw ? '-' : '+'} prior ${short(Math.abs(score - raw))}.`;
 }
 
 /**

@@ -20,7 +20,7 @@ import { engineName, labelFor, resolved } from './labels.js';
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
-export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_doubt: 0, least_score: null, most_score: null, with_notes: false, text: '', sort: 'doubt' });
+export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_uncertainty: 0, least_score: null, most_score: null, with_notes: false, text: '', sort: 'uncertainty' });
 
 /**
  * The queue in its order, under the page's filter.
@@ -128,7 +128,7 @@ function passes(entry, filter, labels) {
     (filter.class_id === null || resolved(labels, entry.class_id ?? NO_CLASS) === resolved(labels, filter.class_id)) &&
     (filter.review === 'all' || entry.review === filter.review) &&
     (!filter.with_notes || entry.notes.length > 0) &&
-    entry.doubt >= filter.least_doubt &&
+    entry.uncertainty >= filter.least_uncertainty &&
     // a track without a score is neither above a limit nor below one
     (filter.least_score === null || entry.score >= filter.least_score) &&
     (filter.most_score === null || entry.score <= filter.most_score)
@@ -171,7 +171,7 @@ function comparator(sort, labels) {
     case 'score':
       return (a, b) => finite(a.score) - finite(b.score) || tie(a, b);
     default:
-      return (a, b) => b.rank - a.rank || tie(a, b); // not the doubt, which changes with an edit: rows would run away from the person
+      return (a, b) => b.rank - a.rank || tie(a, b); // not the uncertainty, which changes with an edit: rows would run away from the person
   }
 }
 

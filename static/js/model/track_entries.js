@@ -17,7 +17,7 @@
  * @property {readonly import('./join.js').Span[]} runs   stretches of frames that it shows something in
  * @property {number|null} class_id   a person's label, also `NO_CLASS`, else the engine's
  * @property {boolean} relabelled     the label is a person's
- * @property {number} doubt           0..1
+ * @property {number} uncertainty           0..1
  * @property {number} rank            the queue's order; as of when the columns were asked for, whatever people do since
  * @property {number} score           best final score; NaN: no detection
  * @property {string|null} word         what the engine calls it, where that is its label and the set lacks it
@@ -59,7 +59,7 @@ function listed(tracks, docs) {
     columnOf.set(tracks.id[i], i);
     const key = `m${tracks.id[i]}`;
     const doc = docs[key];
-    if (doc === undefined) entries.push(machineEntry(tracks, i, key));
+    if (doc === undefined) entries.push(engineEntry(tracks, i, key));
     else if (!doc.gone) entries.push(documentEntry(tracks, columnOf, doc, i));
   }
   /** @type {TrackEntry[]} */
@@ -80,7 +80,7 @@ function listed(tracks, docs) {
  * @param {string} key
  * @returns {TrackEntry}
  */
-function machineEntry(tracks, i, key) {
+function engineEntry(tracks, i, key) {
   return {
     key,
     name: trackName(key),
@@ -93,7 +93,7 @@ function machineEntry(tracks, i, key) {
     class_id: tracks.class_id[i],
     word: tracks.word?.[i] ?? null,
     relabelled: false,
-    doubt: tracks.doubt[i],
+    uncertainty: tracks.uncertainty[i],
     rank: tracks.rank[i],
     score: tracks.score[i] ?? Number.NaN,
     reasons: tracks.reasons[i] ?? [],
@@ -134,7 +134,7 @@ function documentEntry(tracks, columnOf, doc, column) {
     class_id: doc.class_id ?? (known ? tracks.class_id[column] : null),
     word: known && doc.class_id === null ? (tracks.word?.[column] ?? null) : null,
     relabelled: doc.class_id !== null,
-    doubt: known ? doubtOf(tracks, column, doc) : 0,
+    uncertainty: known ? uncertaintyOf(tracks, column, doc) : 0,
     rank: known ? tracks.rank[column] : 0,
     score: known ? tracks.score[column] : Number.NaN,
     reasons: known ? reasonsOf(tracks, column, doc) : ['A person drew it.'],
@@ -167,8 +167,8 @@ function overruled(tracks, column, doc) {
 const isDecided = (doc) => ['accepted', 'rejected'].includes(verdictOf(doc));
 
 /** @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc */
-function doubtOf(tracks, column, doc) {
-  return overruled(tracks, column, doc) && !isDecided(doc) ? 1 : tracks.doubt[column];
+function uncertaintyOf(tracks, column, doc) {
+  return overruled(tracks, column, doc) && !isDecided(doc) ? 1 : tracks.uncertainty[column];
 }
 
 /** @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc @returns {string[]} */

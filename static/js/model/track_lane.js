@@ -30,7 +30,7 @@ import { NO_CLASS } from './documents.js';
 import { sentencesOf } from './plain_words.js';
 import { trackName } from './track_name.js';
 
-/** Classes whose votes are told, as in the engine's lanes. */
+/** Classes whose votes are reported, as in the engine's lanes. */
 const LEADING = 6;
 /** What of a lane is no column with an entry a frame. @type {ReadonlySet<keyof TrackLane>} */
 const NOT_BY_FRAME = new Set(/** @type {const} */ (['id', 'tau', 'symmetry_floor', 'classes', 'words', 'events', 'votes', 'probabilities']));

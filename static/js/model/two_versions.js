@@ -23,14 +23,14 @@ const ASPECT = 4 / 3;
  *
  * @param {TrackDoc|undefined} saved
  * @param {TrackDoc|undefined} mine
- * @param {(track: number, frame: number) => Box|null} machineBox   null also where it is not loaded
+ * @param {(track: number, frame: number) => Box|null} engineBox   null also where it is not loaded
  * @param {number} near
  * @returns {Difference[]}   in order
  */
-export function differences(saved, mine, machineBox, near) {
+export function differences(saved, mine, engineBox, near) {
   const frames = new Set([saved, mine].flatMap((doc) => Object.keys(doc?.keys ?? {}).map(Number)));
   /** @param {TrackDoc|undefined} doc @param {number} frame */
-  const at = (doc, frame) => (doc === undefined ? null : boxAt(doc, frame, machineBox)?.box ?? null);
+  const at = (doc, frame) => (doc === undefined ? null : boxAt(doc, frame, engineBox)?.box ?? null);
   return [...frames].map((frame) => ({ frame, saved: at(saved, frame), mine: at(mine, frame) }))
     .filter((one) => !sameBox(one.saved, one.mine))
     .sort((a, b) => Math.abs(a.frame - near) - Math.abs(b.frame - near) || a.frame - b.frame)

@@ -84,7 +84,7 @@ export function interpolate(app, say = toast) {
 }
 
 /**
- * What a merge hides: tracks of one sign have no box in the same frame, so who merges two signs is told. What was added
+ * What a merge hides: tracks of one sign have no box in the same frame, so who merges two signs is reported. What was added
  * before counts as well as the first one.
  *
  * @param {import('../state-types.js').ReviewState} review
@@ -237,7 +237,7 @@ export const boxes = [
     run: (app) => interpolate(app),
   }),
   operation({
-    id: 'outside', label: 'Out of sight from here on', keys: ['O'], icon: 'outside', group: GROUP, disabled: needsTrack,
+    id: 'outside', label: 'Outside from here on', keys: ['O'], icon: 'outside', group: GROUP, disabled: needsTrack,
     run: (app) => toggle(app, 'set_outside', 'outside'),
   }),
   operation({

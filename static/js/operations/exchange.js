@@ -39,8 +39,8 @@ export const exchange = [
     run: (app) => show(app, (state) => ({ kind: 'import', data: { video: state.review?.video.id } })),
   }),
   operation({
-    id: 'truths', label: 'Ground truths …', keys: ['Shift+G'], icon: 'truth', group: GROUP,
-    run: (app) => show(app, (state) => ({ kind: 'truths', data: { video: state.review?.video.id } })),
+    id: 'ground-truths', label: 'Ground truths …', keys: ['Shift+G'], icon: 'truth', group: GROUP,
+    run: (app) => show(app, (state) => ({ kind: 'ground-truths', data: { video: state.review?.video.id } })),
   }),
   operation({ id: 'record', label: 'Record frames …', keys: ['Shift+R'], icon: 'record', group: GROUP, disabled: needsFrames, run: (app) => show(app, () => ({ kind: 'record' })) }),
   operation({ id: 'report-bug', label: 'Report a bug …', keys: ['Shift+B'], icon: 'bug', group: GROUP, disabled: needsReplayable, run: (app) => show(app, () => ({ kind: 'bundle' })) }),
@@ -49,7 +49,7 @@ export const exchange = [
     run: (app) => app.store.dispatch((state) => toggleBeside(state, 'recording')),
   }),
   operation({
-    id: 'space-view', label: '3-D view beside the picture', keys: ['Shift+D'], icon: 'cube', group: GROUP, disabled: needsRun,
-    run: (app) => app.store.dispatch((state) => toggleBeside(state, 'space')),
+    id: 'scene3d-view', label: '3-D view beside the picture', keys: ['Shift+D'], icon: 'cube', group: GROUP, disabled: needsRun,
+    run: (app) => app.store.dispatch((state) => toggleBeside(state, 'scene3d')),
   }),
 ];

@@ -80,8 +80,8 @@ export const verdicts = [
     tooltip: 'The track is no sign: it counts nowhere, and a retraining takes its places for background. Then the next (X)', icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
   operation({ id: 'needs-work', label: 'The track needs work, go to the next', keys: ['W'], icon: 'needs_work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
   operation({
-    id: 'judge-shown', label: 'Judge all shown tracks …', keys: ['Shift+A'], group: GROUP, disabled: needsRun,
-    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'judge' })),
+    id: 'judge-shown', label: 'Bulk review shown tracks …', keys: ['Shift+A'], group: GROUP, disabled: needsRun,
+    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'bulk-review' })),
   }),
   operation({
     id: 'relabel', label: 'Relabel', keys: ['L'], icon: 'label', group: GROUP, disabled: needsTrack,

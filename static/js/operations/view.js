@@ -31,7 +31,7 @@ export const SHORT_NAMES = /** @type {const} */ ({
   detections: 'Detections',
   predictions: 'Predictions',
   search: 'Search',
-  relocalisations: 'Relocalised',
+  relocalisations: 'Re-detected',
   results: 'Results',
   corrected: 'Corrected',
   truth: 'Truth',

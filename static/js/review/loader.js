@@ -153,7 +153,7 @@ export function createLoader(app, hooks) {
         const { frame } = state.route.screen === 'review' ? state.route : route;
         return seek(ready, frame ?? run?.first ?? 0);
       });
-      await Promise.all([run && load(run, signal), truths(video.id, signal)]);
+      await Promise.all([run && load(run, signal), groundTruths(video.id, signal)]);
     } catch (thrown) {
       // of a video that is not there the screen itself says so
       if (store.get().review || !(thrown instanceof ApiError && thrown.status === 404)) fail(thrown, signal);
@@ -180,8 +180,8 @@ export function createLoader(app, hooks) {
   }
 
   /** @param {string} video @param {AbortSignal} signal */
-  async function truths(video, signal) {
-    const found = await api.truths(video, { signal });
+  async function groundTruths(video, signal) {
+    const found = await api.groundTruths(video, { signal });
     const shown = found.find(({ id }) => id === wantedTruth) ?? found[0];
     const next = shown?.id ?? null;
     store.dispatch((state) => changeReview(state, { truthName: shown?.name ?? null, ...(truth !== null && truth !== next ? { truth: {} } : {}) }));
@@ -267,7 +267,7 @@ export function createLoader(app, hooks) {
     }, () => {
       // another one of its name has taken its place, or it was removed
       const review = store.get().review;
-      if (review && truth === id) truths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
+      if (review && truth === id) groundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
     });
   }
 
@@ -377,7 +377,7 @@ export function createLoader(app, hooks) {
       const { review } = store.get();
       if (!review || !current) return;
       const signal = AbortSignal.any([current.signal, app.signal]);
-      truths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
+      groundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
     },
     destroy() {
       clearTimeout(timer);

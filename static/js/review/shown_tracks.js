@@ -30,7 +30,7 @@ export function shownTracks(review, frame = review.frame) {
   const overlay = review.overlays[frame];
   const engine = new Map((overlay?.tracks ?? []).map((track) => [track.id, track]));
   /** @param {number} id */
-  const machineBox = (id) => engine.get(id)?.box ?? null;
+  const engineBox = (id) => engine.get(id)?.box ?? null;
   const classes = classesOf(review);
   /** @type {ShownTrack[]} */
   const shown = [];
@@ -41,7 +41,7 @@ export function shownTracks(review, frame = review.frame) {
     shown.push({ key, box: track.box, origin: 'engine', occluded: false, class_id: classes.get(track.id) ?? track.class_id, word: wordOf(review, track.id) ?? track.word ?? null, not_a_sign: false, edited: false, engine: track });
   }
   for (const doc of Object.values(review.docs)) {
-    const at = boxAt(doc, frame, machineBox, (id) => classes.get(id) ?? null);
+    const at = boxAt(doc, frame, engineBox, (id) => classes.get(id) ?? null);
     if (at === null) continue;
     const segment = doc.segments.find(({ first, last }) => first <= frame && frame <= last);
     const behind = at.class_id === NO_CLASS && doc.class_id === null && doc.keys[frame]?.class_id == null ? beganAs(doc) : null;

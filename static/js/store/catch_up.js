@@ -6,14 +6,14 @@
  * that event for good. So what is heard while an answer is on its way is heard once more on top of it. Each event says
  * all of its subject, so hearing one twice does no harm, and what is newer than both comes later by itself.
  */
-import {dropMade, dropRun, dropVideo, putArtefact, putModel, putRun, putVideo} from './actions/page.js';
+import {dropMade, dropRun, dropVideo, putOutput, putModel, putRun, putVideo} from './actions/page.js';
 
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
 
 /**
  * @typedef {object} CatchUp
- * @property {(event: ServerEvent) => void} hear   takes one event into the store
+ * @property {(event: ServerEvent) => void} receive   takes one event into the store
  * @property {<T>(ask: () => Promise<T>, put: (state: State, answer: T) => State) => Promise<T>} load
  *   asks, and takes the answer into the store with what has been heard since it was asked
  */
@@ -28,7 +28,7 @@ export function afterEvent(state, event) {
   switch (event.kind) {
     case 'video': return putVideo(state, event.data);
     case 'run': return putRun(state, event.data);
-    case 'artefact': return putArtefact(state, event.data);
+    case 'artefact': return putOutput(state, event.data);
     case 'model': return putModel(state, event.data);
     case 'removed': return dropMade(dropRun(dropVideo(state, event.subject), event.subject), event.subject);
     default: return state;
@@ -43,20 +43,20 @@ export function createCatchUp(store) {
   /** What has been heard since each question that is not answered yet. @type {Set<ServerEvent[]>} */
   const open = new Set();
   return {
-    hear(event) {
-      for (const heard of open) heard.push(event);
+    receive(event) {
+      for (const received of open) received.push(event);
       store.dispatch((state) => afterEvent(state, event));
     },
     async load(ask, put) {
       /** @type {ServerEvent[]} */
-      const heard = [];
-      open.add(heard);
+      const received = [];
+      open.add(received);
       try {
         const answer = await ask();
-        store.dispatch((state) => heard.reduce(afterEvent, put(state, answer)));
+        store.dispatch((state) => received.reduce(afterEvent, put(state, answer)));
         return answer;
       } finally {
-        open.delete(heard);
+        open.delete(received);
       }
     },
   };

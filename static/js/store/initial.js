@@ -20,7 +20,7 @@ export const initialState = () => ({
   parameters: [],
   videos: null,
   runs: {},
-  artefacts: null,
+  outputs: null,
   models: null,
   review: null,
   banners: [],

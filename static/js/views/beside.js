@@ -14,10 +14,10 @@ import {icon} from './icons.js';
 /** @typedef {import('../page-types.js').View} View */
 /** @typedef {import('../state-types.js').State} State */
 
-/** @type {Record<'recording'|'space', {title: string, create: (app: App) => Promise<View>}>} */
+/** @type {Record<'recording'|'scene3d', {title: string, create: (app: App) => Promise<View>}>} */
 const KINDS = {
   recording: {title: 'Recording', create: async (app) => (await import('./recording/index.js')).createRecordingView(app)},
-  space: {title: '3-D view', create: async (app) => (await import('./space/index.js')).createSpaceView(app)},
+  scene3d: {title: '3-D view', create: async (app) => (await import('./scene3d/index.js')).createScene3dView(app)},
 };
 
 /**
@@ -33,7 +33,7 @@ export function createBeside(app, resize) {
     h('header', {class: 'beside-head'}, title, h('span', {class: 'grow'}), grow,
       h('button', {class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': 'Close this view', title: 'Close this view', onclick: () => app.store.dispatch((state) => changeReview(state, {beside: null}))}, icon('close'))),
     place);
-  /** @type {'recording'|'space'|null} */
+  /** @type {'recording'|'scene3d'|null} */
   let shown = null;
   /** @type {View|null} */
   let view = null;
@@ -48,7 +48,7 @@ export function createBeside(app, resize) {
     resize(value);
   }
 
-  /** @param {'recording'|'space'|null} kind */
+  /** @param {'recording'|'scene3d'|null} kind */
   async function open(kind) {
     view?.destroy();
     view = null;

@@ -2,16 +2,16 @@
 /** The screen of all files that were made from runs: exports, recordings, bug bundles, 3-D pages. */
 
 import {sentence} from '../api/errors.js';
-import {openDialog, setArtefacts, setRuns} from '../store/actions/page.js';
-import {createArtefactRow} from './artefact-row.js';
-import {KINDS} from './artefact-words.js';
+import {openDialog, setOutputs, setRuns} from '../store/actions/page.js';
+import {createOutputRow} from './output-row.js';
+import {KINDS} from './output-words.js';
 import {h, reconcile, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
 import {bytes, plural} from './format.js';
 import {icon} from './icons.js';
 import {recall, remember} from './preferences.js';
 
-/** @typedef {import('../types.js').Artefact} Artefact */
+/** @typedef {import('../types.js').Output} Output */
 
 /**
  * @param {import('../page-types.js').App} app
@@ -35,15 +35,15 @@ export function createFiles(app) {
       h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle'),
       h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export')),
     notice, list));
-  /** @type {WeakMap<HTMLElement, ReturnType<typeof createArtefactRow>>} */
+  /** @type {WeakMap<HTMLElement, ReturnType<typeof createOutputRow>>} */
   const rows = new WeakMap();
-  /** @type {Artefact[]|null} */
+  /** @type {Output[]|null} */
   let shown = null;
   let noticed = 'waiting';
 
   async function load() {
     try {
-      await app.load(() => api.artefacts({}, {signal}), setArtefacts);
+      await app.load(() => api.outputs({}, {signal}), setOutputs);
       for (const video of store.get().videos ?? []) {
         if (store.get().runs[video.id] || video.runs === 0) continue;
         await app.load(() => api.runs(video.id, {signal}), (state, runs) => setRuns(state, video.id, runs));
@@ -58,23 +58,23 @@ export function createFiles(app) {
   }
 
   function show() {
-    const {artefacts} = store.get();
-    if (artefacts === null) return;
-    const found = kind.value ? artefacts.filter((one) => one.kind === kind.value) : artefacts;
+    const {outputs} = store.get();
+    if (outputs === null) return;
+    const found = kind.value ? outputs.filter((one) => one.kind === kind.value) : outputs;
     const size = found.reduce((sum, one) => sum + (one.size ?? 0), 0);
     setText(total, found.length ? `${plural(found.length, 'file')}, ${bytes(size)}` : '');
-    reconcile(list, found, ({id}) => id, (artefact) => {
-      const row = createArtefactRow(app, artefact);
+    reconcile(list, found, ({id}) => id, (output) => {
+      const row = createOutputRow(app, output);
       rows.set(row.element, row);
       return row.element;
-    }, (item, artefact) => rows.get(item)?.show(artefact));
+    }, (item, output) => rows.get(item)?.show(output));
     list.hidden = found.length === 0;
     notice.hidden = found.length > 0;
     const now = found.length ? 'none' : kind.value ? 'kind' : 'empty';
     if (now === noticed) return;
     noticed = now;
     if (now !== 'none') {
-      notice.replaceChildren(emptyState({icon: 'folder', title: now === 'kind' ? `No ${KINDS[/** @type {Artefact['kind']} */ (kind.value)].many.toLowerCase()} yet` : 'No files yet',
+      notice.replaceChildren(emptyState({icon: 'folder', title: now === 'kind' ? `No ${KINDS[/** @type {Output['kind']} */ (kind.value)].many.toLowerCase()} yet` : 'No files yet',
         text: 'Exports, recordings, bug bundles and 3-D pages that you make are listed here, to be downloaded or deleted.',
         actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export annotations')]}));
     }
@@ -86,8 +86,8 @@ export function createFiles(app) {
   return {
     element,
     update(state) {
-      if (last && last.artefacts === state.artefacts && last.runs === state.runs && last.videos === state.videos && shown === state.artefacts) return;
-      [last, shown] = [state, state.artefacts];
+      if (last && last.outputs === state.outputs && last.runs === state.runs && last.videos === state.videos && shown === state.outputs) return;
+      [last, shown] = [state, state.outputs];
       show();
     },
     destroy() {

@@ -3,7 +3,7 @@
 
 /**
  * @template T
- * @param {(value: T) => Promise<void>} send   its failure is told to `failed`; the next value is sent all the same
+ * @param {(value: T) => Promise<void>} send   its failure is reported to `failed`; the next value is sent all the same
  * @param {{pause?: number, wait?: (ms: number) => Promise<void>, failed?: (thrown: unknown) => void}} [options]   pause: ms
  * @returns {{push: (value: T) => void, stop: () => void}}
  */

@@ -65,7 +65,7 @@ export function createCards(app, {most, grown}) {
     if (observer !== null || root === null) return;
     observer = new IntersectionObserver((entries) => {
       if (!entries.some(({isIntersecting}) => isIntersecting) || grow() === null) return;
-      // where the end is still near, no change of intersection would be told
+      // where the end is still near, no change of intersection would be reported
       observer?.unobserve(more);
       observer?.observe(more);
     }, {root, rootMargin: `0px 0px ${AHEAD} 0px`});

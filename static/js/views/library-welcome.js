@@ -12,7 +12,7 @@ import {runProgress} from './run-words.js';
 /** @typedef {import('../state-types.js').State} State */
 
 const HINTS = /** @type {const} */ ([
-  ['next', 'Walk the queue', 'J opens the next doubtful track: the ones most worth a look come first.'],
+  ['next', 'Walk the queue', 'J opens the next uncertain track: the ones most worth a look come first.'],
   ['draw', 'Correct what is wrong', 'A accepts, L relabels, drag a box to move it. Every change is saved as you make it.'],
   ['whatif', 'Ask why', 'The lanes under the picture show what each verdict was made of. F1 lists every key.'],
 ]);

@@ -3,7 +3,7 @@
 
 import {ApiError, sentence} from '../api/errors.js';
 import {openStream} from '../api/events.js';
-import {hideBanner, setArtefacts, setConnection, setModels, setParameters, setRuns, setSession, setVideos, showBanner} from '../store/actions/page.js';
+import {hideBanner, setOutputs, setConnection, setModels, setParameters, setRuns, setSession, setVideos, showBanner} from '../store/actions/page.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
@@ -32,7 +32,7 @@ export function startLive(app, hooks = {}) {
   const stream = open({
     signal: app.signal,
     onEvent: (event) => {
-      app.hear(event);
+      app.receive(event);
       hooks.onEvent?.(event);
     },
     onStorage: (text) => {
@@ -72,9 +72,9 @@ export function startLive(app, hooks = {}) {
       await app.load(() => Promise.all([api.session(), app.labels.reload(), api.parameters(), api.videos()]),
         (state, [session, , parameters, videos]) => setVideos(setParameters(setSession(state, session), parameters), videos));
       store.dispatch((state) => hideBanner(state, 'load'));
-      // runs are told apart by their models; without those everything else goes on
-      await app.load(() => Promise.all([api.artefacts(), api.models().catch(() => store.get().models)]),
-        (state, [artefacts, models]) => (models ? setModels(setArtefacts(state, artefacts), models) : setArtefacts(state, artefacts)));
+      // runs are distinguished by their models; without those everything else goes on
+      await app.load(() => Promise.all([api.outputs(), api.models().catch(() => store.get().models)]),
+        (state, [outputs, models]) => (models ? setModels(setOutputs(state, outputs), models) : setOutputs(state, outputs)));
       for (const video of Object.keys(store.get().runs)) {
         await app.load(() => api.runs(video), (state, runs) => setRuns(state, video, runs));
       }

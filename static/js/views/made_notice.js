@@ -1,23 +1,23 @@
 // @ts-check
 /** Tells how a file turned out that somebody asked for on this page, wherever they are by then. */
 
-import {isActive} from './artefact-words.js';
+import {isActive} from './output-words.js';
 import {toast} from './toasts.js';
 
-/** @typedef {import('../types.js').Artefact} Artefact */
+/** @typedef {import('../types.js').Output} Output */
 /** @typedef {import('./toasts.js').ToastOptions & {text: string}} Notice */
 
 /**
  * What is to be said of a file; null: nothing, as it is in sight.
  *
- * @param {Artefact|undefined} artefact   unset: somebody has deleted it
+ * @param {Output|undefined} output   unset: somebody has deleted it
  * @param {boolean} inSight               the list of files is on the screen
  * @returns {{text: string, tone: 'good'|'bad', offers: 'download'|'files'}|null}
  */
-export function madeWords(artefact, inSight) {
-  if (!artefact || inSight || artefact.state === 'cancelled') return null;
-  if (artefact.state === 'complete') return {text: `${artefact.name} is ready.`, tone: 'good', offers: 'download'};
-  return {text: `${artefact.name} could not be made: ${artefact.error ?? 'the terminal of the server says why.'}`, tone: 'bad', offers: 'files'};
+export function madeWords(output, inSight) {
+  if (!output || inSight || output.state === 'cancelled') return null;
+  if (output.state === 'complete') return {text: `${output.name} is ready.`, tone: 'good', offers: 'download'};
+  return {text: `${output.name} could not be made: ${output.error ?? 'the terminal of the server says why.'}`, tone: 'bad', offers: 'files'};
 }
 
 /**
@@ -28,11 +28,11 @@ export function madeWords(artefact, inSight) {
  * @param {(notice: Notice) => void} [say]
  */
 export function tellWhenMade(app, id, say = ({text, ...options}) => toast(text, options)) {
-  const stop = app.store.subscribe(({artefacts, route}) => {
-    const artefact = artefacts?.find((one) => one.id === id);
-    if (artefacts === null || (artefact && isActive(artefact))) return;
+  const stop = app.store.subscribe(({outputs, route}) => {
+    const output = outputs?.find((one) => one.id === id);
+    if (outputs === null || (output && isActive(output))) return;
     stop();
-    const words = madeWords(artefact, route.screen === 'files');
+    const words = madeWords(output, route.screen === 'files');
     if (!words) return;
     const action = words.offers === 'download'
       ? {label: 'Download', run: () => location.assign(app.api.downloadUrl(id))}

@@ -2,7 +2,7 @@
 /** One model version: where it comes from, its figures beside the earlier ones, and what can be done with it. */
 
 import {complaints, figureGroups} from '../model/model_figures.js';
-import {isActive, partOf} from './artefact-words.js';
+import {isActive, partOf} from './output-words.js';
 import {fill, h, setText} from './dom.js';
 import {figure, moment, percent} from './format.js';
 import {icon} from './icons.js';
@@ -109,7 +109,7 @@ function actionsOf(version, acts) {
   const button = (label, act, more = '') => h('button', {class: `btn btn-small ${more}`, type: 'button', 'aria-label': `${label} ${version.name}`, onclick: act}, label);
   if (isActive(version)) return [button('Cancel', () => acts.cancel(version))];
   return [
-    version.state === 'complete' && !version.active && button('Use', () => acts.promote(version), 'btn-primary'),
+    version.state === 'complete' && !version.active && button('Promote', () => acts.promote(version), 'btn-primary'),
     (version.state === 'failed' || version.state === 'cancelled') && button('Make again', () => acts.resume(version)),
     version.id !== 'shipped' && h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Delete ${version.name}`, title: 'Delete …', onclick: () => acts.remove(version)}, icon('trash')),
   ];

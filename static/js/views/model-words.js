@@ -55,7 +55,7 @@ export function lineage(version, all) {
   return [...rows, ...labelRows(version)];
 }
 
-/** Names that are told of the labels that a version lacks. */
+/** Names that are informed of the labels that a version lacks. */
 const NAMED = 8;
 
 /** Which labels a version reads. @param {Pick<ModelVersion, 'labels'|'lacks'>} version @returns {[string, string][]} */

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Short notices, told to screen readers politely. They hold no decision: what needs one is a banner. They lie over the
+ * Short notices, asked to screen readers politely. They hold no decision: what needs one is a banner. They lie over the
  * road in the picture or, on other screens, over the top bar, and go with the next edit or the next screen: what they
  * tell is old by then, and their button would take back something else.
  */
@@ -38,7 +38,7 @@ export function toast(text, options = {}) {
 /** The event that ends those about what was done last. */
 const OVER = 'tsr-toast-over';
 
-/** Something else has been done: what is told of the last thing goes. */
+/** Something else has been done: what is informed of the last thing goes. */
 export function endToasts() {
   document.dispatchEvent(new CustomEvent(OVER));
 }

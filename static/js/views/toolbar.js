@@ -22,8 +22,8 @@ const BAR = [
   ['accept', 'reject', 'needs-work'],
   ['previous-in-queue', 'next-in-queue', 'to-track'],
   ['fit', 'actual-size', 'zoom-track', 'few-labels', 'what-if'],
-  ['export', 'import', 'truths', 'record', 'report-bug'],
-  ['recording-view', 'space-view'],
+  ['export', 'import', 'ground-truths', 'record', 'report-bug'],
+  ['recording-view', 'scene3d-view'],
 ];
 /** Buttons that carry their name. */
 const NAMED = new Set(['accept', 'reject', 'needs-work', 'relabel', 'what-if']);
@@ -33,7 +33,7 @@ const PRESSED = {
   draw: (review) => review.mode === 'draw',
   merge: (review) => review.mode === 'merge',
   'recording-view': (review) => review.beside === 'recording',
-  'space-view': (review) => review.beside === 'space',
+  'scene3d-view': (review) => review.beside === 'scene3d',
   'few-labels': (review) => review.fewLabels,
   'select-mode': (review) => review.mode === 'select',
   accept: (review) => verdictOfSelected(review) === 'accepted',

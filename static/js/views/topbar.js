@@ -5,7 +5,7 @@ import {formatRoute} from '../model/route.js';
 import {listRuns} from '../model/run_groups.js';
 import {openDialog, setTheme} from '../store/actions/page.js';
 import {unsavedOf} from '../store/unsaved.js';
-import {isActive} from './artefact-words.js';
+import {isActive} from './output-words.js';
 import {runOperation} from '../operations/registry.js';
 import {fill, h, leaveKeysToPicture, setAttribute, setText} from './dom.js';
 import {icon} from './icons.js';
@@ -78,8 +78,8 @@ export function createTopBar(app) {
         for (const link of links) setAttribute(link, 'aria-current', link.dataset.screen === state.route.screen ? 'page' : null);
       }
       if (state.connection !== last.connection || state.review?.unsaved !== last.review?.unsaved || state.elsewhere !== last.elsewhere || state.route !== last.route) showSaved(state, saved, spoken);
-      if (state.artefacts !== last.artefacts) {
-        const busy = (state.artefacts ?? []).filter(isActive).length;
+      if (state.outputs !== last.outputs) {
+        const busy = (state.outputs ?? []).filter(isActive).length;
         making.hidden = busy === 0;
         setText(making, busy);
         setAttribute(making, 'title', busy ? `${busy} in the making` : null);

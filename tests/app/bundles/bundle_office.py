@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from app.artefacts.service import ArtefactService
 from app.bundles.service import BundleService
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
 from app.jobs.context import TaskContext
-from app.storage.models import Artefact, TrackDocument
+from app.outputs.service import OutputService
+from app.storage.models import Output, TrackDocument
 from tests.app.toy_server import Server
 
 FIRST, STOP = 46, 70
@@ -57,8 +57,8 @@ def corrections(toys: Any) -> tuple[TrackDoc, ...]:
     return relabelled, mine
 
 
-def work(home: Any) -> Artefact:
-    """Do the next job as a worker would; the artefact that it made."""
+def work(home: Any) -> Output:
+    """Do the next job as a worker would; the output that it made."""
     with home.database.write() as session:
         job = home.jobs.claim(session, home.jobs.waiting(session)[0])
     assert job is not None
@@ -66,17 +66,17 @@ def work(home: Any) -> Artefact:
     home.jobs.kinds.task(job.kind)(task)
     with home.database.write() as session:
         home.jobs.finish(session, job.id, job.token, "done")
-    return artefacts(home).get(job.subject)
+    return outputs(home).get(job.subject)
 
 
-def artefacts(home: Any) -> ArtefactService:
+def outputs(home: Any) -> OutputService:
     """The service of a toy home."""
-    return ArtefactService(home.settings, home.database, home.events, home.jobs)
+    return OutputService(home.settings, home.database, home.events, home.jobs)
 
 
 def service(home: Any) -> BundleService:
     """The service of a toy home."""
-    return BundleService(home.database, home.evidence, artefacts(home))
+    return BundleService(home.database, home.evidence, outputs(home))
 
 
 class Bundled(NamedTuple):

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.artefacts.placing import sweep
 from app.bundles import importing
 from app.edits.commands import Undo
 from app.errors import Busy
+from app.outputs.placing import sweep
 from app.storage.models import Event, Run, Video
 from tests.app.bundles.bundle_office import FIRST, STOP, WRONG, Bundled
 from tests.app.import_now import work_off
@@ -50,8 +50,8 @@ def rubbish(server: Server) -> list[str]:
 def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_homes: Any) -> None:
     answer = bring_in(server, bundled.path)
     assert answer.status_code == 201, answer.text
-    told = answer.json()
-    report, run_id, video_id = told["report"], told["run"]["id"], told["video"]["id"]
+    reported = answer.json()
+    report, run_id, video_id = reported["report"], reported["run"]["id"], reported["video"]["id"]
     offset = report["offset"]
     assert offset == 0  # the only key frame of the drive is its first
     assert (report["first"], report["stop"]) == (FIRST - offset, STOP - offset)
@@ -60,13 +60,17 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     # what did not come true, in the frame of the clip in which its sign is seen last
     assert report["track"] == report["expected"][0]["id"].split(".")[0]
     assert report["first"] <= report["frame"] < report["stop"]
-    assert (told["run"]["kind"], told["run"]["state"], told["run"]["first"]) == ("engine", "complete", START)
-    assert told["run"]["parameters"] == {"tau": 3.0, "coast_foe_y": 0.5}
-    assert told["run"]["summary"]["focus"] == {"x": 0.5, "y": 0.5, "named": True}
-    assert not told["video"]["missing"], "the answer is given when the clip is in its place"
+    assert (reported["run"]["kind"], reported["run"]["state"], reported["run"]["first"]) == (
+        "engine",
+        "complete",
+        START,
+    )
+    assert reported["run"]["parameters"] == {"tau": 3.0, "coast_foe_y": 0.5}
+    assert reported["run"]["summary"]["focus"] == {"x": 0.5, "y": 0.5, "named": True}
+    assert not reported["video"]["missing"], "the answer is given when the clip is in its place"
     with server.context.database.read() as session:
         events = [event.data for event in session.query(Event).where(Event.kind == "video")]
-    assert [event["missing"] for event in events] == [False], "so are all that pages are told"
+    assert [event["missing"] for event in events] == [False], "so are all that pages are informed"
     work_off(server.context, "import")
     view = server.client.get(f"/api/videos/{video_id}").json()
     assert (view["state"], view["missing"], view["name"]) == ("ready", False, "drive 46-69.mp4")
@@ -145,16 +149,16 @@ def test_numbers_of_the_clip_where_it_begins_later(
             tmp_path / "run", video, tmp_path / "b.zip", first, stop, corrections=corrections, recording=False
         )
     )
-    told = bring_in(server, made.path).json()
-    offset = told["report"]["offset"]
+    reported = bring_in(server, made.path).json()
+    offset = reported["report"]["offset"]
     assert 0 < offset <= quiet
     assert offset % 8 == 0
-    assert (told["run"]["first"], told["run"]["stop"]) == (quiet - offset, stop - offset)
-    documents = server.client.get(f"/api/runs/{told['run']['id']}/annotation").json()["docs"]
+    assert (reported["run"]["first"], reported["run"]["stop"]) == (quiet - offset, stop - offset)
+    documents = server.client.get(f"/api/runs/{reported['run']['id']}/annotation").json()["docs"]
     assert list(documents[0]["keys"]) == [str(first + 1 - offset)]
     assert documents[0]["segments"][0]["last"] == min(last.last_frame, stop - 1) - offset
     with server.context.database.read() as session:
-        clip = Path(session.get_one(Video, told["video"]["id"]).path)
+        clip = Path(session.get_one(Video, reported["video"]["id"]).path)
     with open_video(clip) as ours, open_video(video) as theirs:
         assert np.array_equal(ours.read(first - offset).picture, theirs.read(first).picture)
 
@@ -170,7 +174,7 @@ def test_twice_is_one_video_with_two_runs(bundled: Bundled, server: Server) -> N
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from app.artefacts import placing
+from app.outputs import placing
 from app.context import build_context
 from app.settings import Settings
 home, path, work = map(Path, sys.argv[1:])
@@ -206,10 +210,10 @@ def test_a_kill_between_files_and_commit_leaves_nothing_for_the_next_server(bund
 
 
 def test_what_was_committed_stays_though_its_note_was_left(bundled: Bundled, server: Server) -> None:
-    told = bring_in(server, bundled.path).json()
+    reported = bring_in(server, bundled.path).json()
     kept = rubbish(server)
-    note = {"run": told["run"]["id"], "upload": Path(told["video"]["path"]).name}
-    (server.settings.home / "runs" / f".placing-{told['run']['id']}").write_text(json.dumps(note))
+    note = {"run": reported["run"]["id"], "upload": Path(reported["video"]["path"]).name}
+    (server.settings.home / "runs" / f".placing-{reported['run']['id']}").write_text(json.dumps(note))
     sweep(server.settings.home, server.context.database)
     assert sorted(rubbish(server)) == sorted(kept)
     assert {Path(name).parts[0] for name in kept} == {"runs", "uploads"}
@@ -309,9 +313,9 @@ def test_asked_for_over_http(bundled: Bundled) -> None:
         answer = client.post(url, json={"first": 60, "stop": 64, "note": "here", "tracks": ["m2"]})
         assert answer.status_code == 202, answer.text
         assert answer.json()["options"]["tracks"] == ["m2"]
-        assert client.post(f"/api/artefacts/{answer.json()['id']}/cancel").status_code == 202
+        assert client.post(f"/api/outputs/{answer.json()['id']}/cancel").status_code == 202
         assert client.post(url, json={"first": 60}).status_code == 422
-        listed = client.get("/api/artefacts?kind=bundle").json()["artefacts"]
+        listed = client.get("/api/outputs?kind=bundle").json()["outputs"]
         done = next(one for one in listed if one["state"] == "complete")
-        content = client.get(f"/api/artefacts/{done['id']}/download").content
+        content = client.get(f"/api/outputs/{done['id']}/download").content
     assert content == bundled.path.read_bytes()

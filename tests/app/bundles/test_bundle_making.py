@@ -11,8 +11,8 @@ import pytest
 
 from app.cli.main import run
 from app.errors import Conflict, Invalid, NotFound
-from app.storage.models import Artefact, Run
-from tests.app.bundles.bundle_office import FIRST, STOP, Bundled, artefacts, corrections, service, store
+from app.storage.models import Output, Run
+from tests.app.bundles.bundle_office import FIRST, STOP, Bundled, corrections, outputs, service, store
 from tsr_engine.bundle import bundle_params, open_bundle, replay_bundle
 
 
@@ -77,8 +77,8 @@ def test_the_command_line_makes_the_same(bundled: Bundled, tmp_path: Path, capfd
     home, out = bundled.home, tmp_path / "bug.zip"
     asked = ["bundle", home.run_id, "--home", str(home.settings.home), "--frames", f"{FIRST}:{STOP}", "--out", str(out)]
     assert run([*asked, "--note", "reads as a stop sign", "--json", "--no-recording"]) == 0
-    told = json.loads(capfd.readouterr().out)
-    assert [one["met"] for one in told["expected"]] == [False, False, False, True]
+    reported = json.loads(capfd.readouterr().out)
+    assert [one["met"] for one in reported["expected"]] == [False, False, False, True]
     with zipfile.ZipFile(out) as ours, zipfile.ZipFile(bundled.path) as theirs:
         for name in ("clip.mp4", "evidence/evidence.sqlite", "expectation.json", "corrections.json", "output.csv"):
             assert ours.read(name) == theirs.read(name), name
@@ -119,6 +119,6 @@ def test_removed_with_its_file(bundled: Bundled, toy_homes: Any) -> None:
     store(home, *corrections(toy_homes.toys))
     asked = service(home).start(home.run_id, 60, 64, tracks=["m2"])
     assert (asked.kind, asked.state, asked.name) == ("bundle", "queued", "drive_60-63_bug.zip")
-    artefacts(home).cancel(asked.id)
+    outputs(home).cancel(asked.id)
     with home.database.read() as session:
-        assert session.get_one(Artefact, asked.id).state == "cancelled"
+        assert session.get_one(Output, asked.id).state == "cancelled"

@@ -59,8 +59,8 @@ def test_budgets_say_what_is_too_much() -> None:
     before, after = [a_report(a_sign(1, 10), a_sign(2, 10))], [a_report(a_sign(1, 10), a_sign(2, 9), false=1)]
     found, _ = changes(before, after)
     assert over_budget(found, budgets(["coverage=-5", "read=0", "false=2"])) == []
-    told = over_budget(found, budgets(["coverage=-4.9", "false=1", "found=0"]))
-    assert told == [
+    reported = over_budget(found, budgets(["coverage=-4.9", "false=1", "found=0"]))
+    assert reported == [
         "coverage went from 100 to 95, by -5; its budget is -4.9.",
         "false went from 0 to 2, by +2; its budget is +1.",
     ]

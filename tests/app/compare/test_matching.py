@@ -15,7 +15,7 @@ from app.compare.figures import OF_CANDIDATE, confusion, figures
 from app.compare.matching import match
 from app.evidence.tables import BoxTable
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Results, Truth
+from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
 
 Row = tuple[int, int, float, float, float, int, bool]
 """Frame, track, left, top, side, class, ignore."""
@@ -36,9 +36,9 @@ def table(rows: Sequence[Row], letter: str) -> BoxTable:
     )
 
 
-def as_truth(boxes: BoxTable) -> Truth:
+def as_truth(boxes: BoxTable) -> GroundTruth:
     n = len(boxes)
-    return Truth(boxes.frame, boxes.track, boxes.boxes, boxes.class_id, np.ones(n), boxes.ignore)
+    return GroundTruth(boxes.frame, boxes.track, boxes.boxes, boxes.class_id, np.ones(n), boxes.ignore)
 
 
 def as_results(boxes: BoxTable) -> Results:

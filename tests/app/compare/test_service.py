@@ -1,4 +1,4 @@
-"""Comparing what is in a data folder: runs, corrected runs, truths."""
+"""Comparing what is in a data folder: runs, corrected runs, ground truths."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from app.edits.documents import NO_CLASS, OPEN_END, KeyFrame, Segment, TrackDoc
 from app.edits.service import EditService
 from app.errors import Invalid, NotFound
 from app.evidence.tables import BoxTable
-from app.storage.models import TrackDocument, Truth
-from app.truths.service import TruthService
+from app.ground_truths.service import GroundTruthService
+from app.storage.models import GroundTruth, TrackDocument
 
 
 def service(home: Any) -> CompareService:
-    truths = TruthService(home.database)
-    return CompareService(home.database, home.evidence, EditService(home.database, home.events, home.evidence), truths)
+    ground_truths = GroundTruthService(home.database)
+    return CompareService(
+        home.database, home.evidence, EditService(home.database, home.events, home.evidence), ground_truths
+    )
 
 
 def machine() -> BoxTable:
@@ -54,7 +56,7 @@ def test_what_people_threw_out_holds_nothing(changes: dict[str, Any]) -> None:
     assert len(held(found, "m2")) == 10
 
 
-def test_corrections_are_laid_over_the_engine() -> None:
+def test_corrections_are_merged_into_the_engine() -> None:
     merged = TrackDoc(
         key="m1",
         class_id=3,
@@ -168,6 +170,6 @@ def test_a_truth_of_another_video(home: Any) -> None:
     with home.database.write() as session:
         session.add(Video(id="f" * 64, name="other", path="/other", size=1, state="ready", frames=10, warnings=[]))
         session.flush()
-        session.add(Truth(id="e" * 32, video_id="f" * 64, name="t", boxes=pack(np.zeros((0, 9))), count=0))
+        session.add(GroundTruth(id="e" * 32, video_id="f" * 64, name="t", boxes=pack(np.zeros((0, 9))), count=0))
     with pytest.raises(Invalid, match="different videos"):
         service(home).compare("truth:" + "e" * 32, f"run:{home.run_id}")

@@ -54,9 +54,9 @@ def splits(seed: int) -> list[dict[str, Any]]:
         docs |= apply_command(docs, ADAPTER.validate_python(raw))
     found = []
     for key, frame in (("m1", 10), ("m1", 25), ("m1", 35), ("hdrawn01", 48), ("hdrawn01", 60)):
-        for told in ({}, {"class_id": 14}):
-            raw = {"name": "split", "frame": frame, "key": key, "new_key": "hpart0001", **told}
-            found.append(_case(f"{key} at {frame}, told {told.get('class_id')}", docs, raw, rng)[0])
+        for reported in ({}, {"class_id": 14}):
+            raw = {"name": "split", "frame": frame, "key": key, "new_key": "hpart0001", **reported}
+            found.append(_case(f"{key} at {frame}, told {reported.get('class_id')}", docs, raw, rng)[0])
     return found
 
 

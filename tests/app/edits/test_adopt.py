@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydantic import TypeAdapter
 
-from app.edits.adopt import MachineRun, adopt_documents
+from app.edits.adopt import EngineRun, adopt_documents
 from app.edits.apply import apply_command
 from app.edits.commands import Command
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
@@ -14,11 +14,11 @@ Spans = dict[int, tuple[int, int, float, int]]
 """Track -> first, last frame, left edge, class."""
 
 
-def run(spans: Spans) -> MachineRun:
+def run(spans: Spans) -> EngineRun:
     rows = [(f, t, x + f, c) for t, (a, b, x, c) in spans.items() for f in range(a, b + 1)]
     frame, track, x, label = (np.array(column) for column in zip(*rows, strict=True))
     boxes = np.stack([x, np.full(len(x), 10.0), x + 20.0, np.full(len(x), 30.0)], 1).astype(float)
-    return MachineRun(frame, track, boxes, label)
+    return EngineRun(frame, track, boxes, label)
 
 
 OLD: Spans = {1: (0, 30, 0, 3), 2: (0, 30, 200, 5)}

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from app.edits.adopt import MachineRun, adopt_documents
+from app.edits.adopt import EngineRun, adopt_documents
 from app.edits.commands import Command, Undo
 from app.edits.documents import KeyFrame, TrackDoc
 from app.edits.effective import box_at
@@ -139,7 +139,7 @@ def test_no_value_at_all(bad: Any) -> None:
 
 def test_an_adoption_brings_them_along() -> None:
     frame = np.arange(20)
-    run = MachineRun(frame, np.full(20, 1), np.tile([0.0, 0.0, 30.0, 30.0], (20, 1)), np.full(20, 14))
+    run = EngineRun(frame, np.full(20, 1), np.tile([0.0, 0.0, 30.0, 30.0], (20, 1)), np.full(20, 14))
     doc = beginning()["m1"].model_copy(update={"attributes": {"lit": "night"}, "ignore": True})
     adoption = adopt_documents({"m1": doc}, run, run, {}, 20)
     (kept,) = adoption.changed["m1"].values()

@@ -118,7 +118,7 @@ def test_every_edit_is_in_the_stream(http: Server, ann: Page, tracks: list[str])
         before = http.context.events.newest(session)
     ops = [ann.send(relabel(tracks[0], k), f'"{tracks[0]}:{k}"').json()["op_id"] for k in range(3)]
     ann.send({"name": "undo", "op_id": ops[-1]})
-    ann.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"')  # refused: nobody is told
+    ann.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"')  # refused: nobody is informed
     with http.context.database.read() as session:
         events = [event for event in http.context.events.after(session, before) if event.subject == ann.run]
     assert [event.kind for event in events] == ["edit"] * 4
@@ -154,7 +154,7 @@ def test_edits_go_over_to_another_run_once(http: Server, made: ToyHome, ann: Pag
     # again, as after a lost answer or by a second person: the same, and nothing is written
     assert adopt(new, ann.run) == first
     assert (new.log(), new.docs()) == (rows, docs)
-    # what somebody has changed since stays, and is told
+    # what somebody has changed since stays, and is reported
     assert new.send(relabel(tracks[0], 8), f'"{tracks[0]}:1"').status_code == 200
     third = adopt(new, ann.run)
     assert [conflict["key"] for conflict in third["conflicts"]] == [tracks[0]]

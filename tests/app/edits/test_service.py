@@ -70,11 +70,11 @@ def test_missing_stale_and_repeated(desk: Desk) -> None:
         assert session.scalar(select(func.count()).select_from(Event).where(Event.kind == "edit")) == 1
 
 
-@pytest.mark.parametrize("told", [{}, {"class_id": 2}])
-def test_the_class_that_a_split_hands_on_is_the_one_in_the_evidence(desk: Desk, told: dict[str, int]) -> None:
+@pytest.mark.parametrize("reported", [{}, {"class_id": 2}])
+def test_the_class_that_a_split_hands_on_is_the_one_in_the_evidence(desk: Desk, reported: dict[str, int]) -> None:
     send(desk, "1", {"name": "set_box", "frame": 30, "key": "m1", "box": [0.0, 0.0, 9.0, 9.0]}, {"m1": 0})
     whole = content(desk)
-    split = {"name": "split", "frame": 25, "key": "m1", "new_key": "hlater01", **told}
+    split = {"name": "split", "frame": 25, "key": "m1", "new_key": "hlater01", **reported}
     docs = {doc.key: doc for doc in send(desk, "2", split, {"m1": 1}).docs}
     assert (docs["m1"].class_id, docs["hlater01"].class_id) == (None, 14)
     back(desk, "3", Undo, "op-00000002")
@@ -83,7 +83,7 @@ def test_the_class_that_a_split_hands_on_is_the_one_in_the_evidence(desk: Desk, 
     assert again["hlater01"].class_id == 14
     # of a track that was never recognised there is no class to hand on
     send(desk, "5", {"name": "set_box", "frame": 60, "key": "m2", "box": [0.0, 0.0, 9.0, 9.0]}, {"m2": 0})
-    split = {"name": "split", "frame": 55, "key": "m2", "new_key": "hlater02", **told}
+    split = {"name": "split", "frame": 55, "key": "m2", "new_key": "hlater02", **reported}
     assert {doc.key: doc.class_id for doc in send(desk, "6", split, {"m2": 1}).docs} == {"m2": None, "hlater02": None}
 
 
@@ -288,15 +288,15 @@ def test_kill_keeps_every_acknowledged_edit(tmp_path: Path, after: int) -> None:
     file = tmp_path / "t.sqlite"
     with _child(file) as child:
         assert child.stdout is not None
-        told = [int(child.stdout.readline()) for _ in range(after)]
+        reported = [int(child.stdout.readline()) for _ in range(after)]
         os.kill(child.pid, signal.SIGKILL)
-        told += [int(line) for line in child.stdout.read().split("\n") if line.strip()]
+        reported += [int(line) for line in child.stdout.read().split("\n") if line.strip()]
     with sqlite3.connect(file) as database:
         stored = {row[0] for row in database.execute("SELECT op_id FROM edits")}
         assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         revision = database.execute("SELECT revision FROM track_documents").fetchone()[0]
     database.close()
-    assert {f"op-{step:0>8}" for step in told} <= stored
+    assert {f"op-{step:0>8}" for step in reported} <= stored
     assert revision == len(stored)
 
 

@@ -1,4 +1,4 @@
-"""Edits in the same moment, on both databases: each is carried out once or told to be stale, none fails."""
+"""Edits in the same moment, on both databases: each is carried out once or reported as stale, none fails."""
 
 from __future__ import annotations
 

@@ -43,12 +43,12 @@ def test_track_columns_say_what_the_records_say(home: Any) -> None:
         assert columns["runner_up"][place] == last.runner_up
         expected = last.votes[last.runner_up] / last.votes.sum()
         assert columns["runner_up_share"][place] == pytest.approx(expected, abs=1e-4)
-        assert 0 <= columns["doubt"][place] <= 1
+        assert 0 <= columns["uncertainty"][place] <= 1
         rejected = sum(t.gate is not None and not t.gate.confident for _, t in frames)
         assert columns["rejected"][place] == rejected
         # as many verdicts as the lanes show: not that of the frame in which the track was given up
-        for told in re.findall(r"of (\d+) verdicts", " ".join(columns["reasons"][place])):
-            assert int(told) == sum(t.gate is not None for _, t in frames)
+        for reported in re.findall(r"of (\d+) verdicts", " ".join(columns["reasons"][place])):
+            assert int(reported) == sum(t.gate is not None for _, t in frames)
     assert sum(columns["rejected"]) > 0
     assert any("verdicts of the gate" in text for reasons in columns["reasons"] for text in reasons)
 

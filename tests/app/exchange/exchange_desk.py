@@ -57,15 +57,15 @@ class Desk:
         return self.post(f"/api/runs/{self.run_id}/edits", body, headers={"If-Match": tag} if tag else {})
 
     def export(self, **request: Any) -> Any:
-        """Ask for an export of all tracks and make it here; the finished artefact."""
+        """Ask for an export of all tracks and make it here; the finished output."""
         asked = {"runs": [self.run_id], "format": "cvat-video", "states": ALL, "not_in_set": "class", **request}
-        artefact = self.post("/api/exports", asked)
+        output = self.post("/api/exports", asked)
         work_off(self.server.context, "export")
-        return self.get(f"/api/artefacts/{artefact['id']}")
+        return self.get(f"/api/outputs/{output['id']}")
 
-    def download(self, artefact: Any) -> bytes:
+    def download(self, output: Any) -> bytes:
         """The file."""
-        answer = self.server.client.get(f"/api/artefacts/{artefact['id']}/download")
+        answer = self.server.client.get(f"/api/outputs/{output['id']}/download")
         assert answer.status_code == 200, answer.text
         return answer.content
 

@@ -11,7 +11,7 @@ from app.edits.documents import NO_CLASS, TrackDoc, engine_doc
 from app.edits.effective import effective_track
 from app.exchange.as_annotation import annotate
 from app.exchange.as_truth import truth_rows
-from app.exchange.machine import MachineFacts
+from app.exchange.engine_tracks import EngineFacts
 from tests.app.exchange.exchange_desk import assert_same_track
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.numbering import track_numbers
@@ -131,7 +131,7 @@ def test_none_of_the_classes_is_a_word_and_the_engines_own_class_is_nobodys() ->
     assert none == engine_doc(7, 0, 9).model_copy(update={"class_id": NO_CLASS})
     assert annotate([line("m7", label=-1)], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE).same == 1
     back = annotate(
-        [line("m7")], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE, engine={7: MachineFacts(14, (0, 9))}
+        [line("m7")], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE, engine={7: EngineFacts(14, (0, 9))}
     )
     assert back.documents["m7"] == engine_doc(7, 0, 9)
     never = {"m7": line("m7", label=-1)}
@@ -212,7 +212,7 @@ def test_tracks_of_the_run_that_the_file_has_as_one_become_one() -> None:
 
 def test_a_part_of_which_people_have_said_something_stays_and_is_told() -> None:
     run = parts(range(6), range(6, 10))
-    engine = {2: MachineFacts(14, (0, 5)), 6: MachineFacts(14, (6, 9))}
+    engine = {2: EngineFacts(14, (0, 5)), 6: EngineFacts(14, (6, 9))}
     said = {"m6": engine_doc(6, 6, 9).model_copy(update={"review": "accepted"})}
     found = annotate([line("x", label=3)], run, said, "ada", SIZE, engine=engine)
     assert list(found.documents) == ["m2"]

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from app.cli.main import run as tsr
-from app.exchange.home import open_home, run_named, stands_for
+from app.exchange.home import describe_choice, open_home, run_named
 from app.settings import DATABASE_FILE, MAKE_HOME
 from app.storage.models import Run
 from tests.app.exchange.exchange_desk import Desk, assert_same_track, visible
@@ -45,11 +45,11 @@ def refusal(capsys: pytest.CaptureFixture[str], code: int, *arguments: str) -> s
     """The one sentence of a command that fails."""
     capsys.readouterr()
     assert tsr(list(arguments)) == code, capsys.readouterr()
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.startswith("tsr: ")
-    assert told.err.count("\n") == 1
-    return told.err
+    reported = capsys.readouterr()
+    assert reported.out == ""
+    assert reported.err.startswith("tsr: ")
+    assert reported.err.count("\n") == 1
+    return reported.err
 
 
 def test_formats_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -80,13 +80,13 @@ def test_a_video_says_which_run_it_stands_for(
     desk: Desk, home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     wanted = ["--home", str(home), "--format", "tracks-csv", "--json"]
-    for name, told in (("drive.mp4", True), (desk.run_id, False)):
+    for name, reported in (("drive.mp4", True), (desk.run_id, False)):
         capsys.readouterr()
         assert tsr(["export", name, *wanted, "--out", str(tmp_path / name)]) == 0
         said = capsys.readouterr()
         json.loads(said.out)
-        assert said.err.startswith("tsr: drive.mp4 stands for the run") == told
-        assert (f"({desk.run_id})." in said.err) == told
+        assert said.err.startswith("tsr: drive.mp4 stands for the run") == reported
+        assert (f"({desk.run_id})." in said.err) == reported
     # a newer one that nobody has corrected stands for it, and says that corrections lie elsewhere
     with open_home(home) as (_, database), database.write() as session:
         corrected = session.get_one(Run, desk.run_id)
@@ -95,12 +95,13 @@ def test_a_video_says_which_run_it_stands_for(
         later["order"] = corrected.order + 1
         session.add(Run(**{**columns, **later}))
         session.flush()
-        told_now = stands_for(session, run_named(session, "drive.mp4"))
+        reported_now = describe_choice(session, run_named(session, "drive.mp4"))
         session.rollback()
     assert (
-        f"the run 'again' of {later['created']:%Y-%m-%d %H:%M} UTC ({'f' * 32}), which has no corrections" in told_now
+        f"the run 'again' of {later['created']:%Y-%m-%d %H:%M} UTC ({'f' * 32}), which has no corrections"
+        in reported_now
     )
-    assert f"({desk.run_id}) has: give its id" in told_now
+    assert f"({desk.run_id}) has: give its id" in reported_now
 
 
 def test_a_bare_evidence_folder_goes_out_without_a_home(
@@ -130,12 +131,12 @@ def test_an_import_becomes_truth_run_and_annotation(
     truth = answer(capsys, *onto, "truth")
     assert truth["tracks"] == 2
     assert [item["what"] for item in truth["skipped"]] == ["1 rejected track", "1 note"]
-    assert [t["name"] for t in desk.get(f"/api/videos/{desk.video_id}/truths")["truths"]] == ["a.zip"]
+    assert [t["name"] for t in desk.get(f"/api/videos/{desk.video_id}/ground-truths")["ground_truths"]] == ["a.zip"]
     same = answer(capsys, *onto, "annotation", "--run", desk.run_id)
     assert (same["same"], same["tracks"], same["edit"]) == (3, 0, None)
-    for named, told in (((), True), (("--run", desk.run_id), False)):
+    for named, reported in (((), True), (("--run", desk.run_id), False)):
         assert tsr([*onto, "annotation", *named]) == 0
-        assert ("drive.mp4 stands for the run" in capsys.readouterr().err) == told
+        assert ("drive.mp4 stands for the run" in capsys.readouterr().err) == reported
     made = answer(capsys, *onto, "run", "--name", "theirs")
     assert desk.get(f"/api/runs/{made['id']}")["name"] == "theirs"
     theirs = desk.tracks(made["id"]).values()
@@ -201,10 +202,10 @@ def test_bad_input_is_one_sentence(
 
 def test_without_a_data_folder_nothing_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nowhere = tmp_path / "nowhere"
-    told = refusal(
+    reported = refusal(
         capsys, 3, "export", "drive.mp4", "--home", str(nowhere), "--format", "cvat-video", "--out", str(tmp_path / "o")
     )
-    assert "There is no data folder" in told
+    assert "There is no data folder" in reported
     assert not nowhere.exists()
 
 
@@ -220,9 +221,9 @@ def test_a_library_of_make_review_is_pointed_to_where_it_lies_here(
     assert "or start 'tsr review' once." in refusal(capsys, 3, *asked), "a folder alone is no library"
     (tmp_path / MAKE_HOME / DATABASE_FILE).touch()
     for command in (asked, ("models", "list")):
-        told = refusal(capsys, 2 if command[0] == "models" else 3, *command)
-        assert "There is one of 'make review' here: name it with --home out/review." in told
-        assert "start 'tsr review'" not in told
+        reported = refusal(capsys, 2 if command[0] == "models" else 3, *command)
+        assert "There is one of 'make review' here: name it with --home out/review." in reported
+        assert "start 'tsr review'" not in reported
     for name, says in (
         ("Makefile", f"HOME_DIR ?= {MAKE_HOME.as_posix()}\n"),
         ("README.md", f"`--home {MAKE_HOME.as_posix()}`"),

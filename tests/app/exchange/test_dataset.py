@@ -1,4 +1,4 @@
-"""What goes out of a run: its boxes as people have left them."""
+"""Data of a run: its boxes as people have left them."""
 
 from __future__ import annotations
 

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.artefacts.folders import artefact_folder
-from app.artefacts.service import ArtefactService
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
-from app.storage.models import Artefact, Job, Run, Video
+from app.outputs.folders import output_folder
+from app.outputs.service import OutputService
+from app.storage.models import Job, Output, Run, Video
 from tests.app.exchange.exchange_desk import Desk, manifest_of, unzipped
 from tests.app.import_now import work_off
 from tests.patience import within
@@ -44,7 +44,7 @@ def claimed(desk: Desk) -> Iterator[TaskContext]:
 
 
 def rubbish(desk: Desk) -> list[Path]:
-    """Everything below the folder of artefacts."""
+    """Everything below the folder of outputs."""
     folder = desk.home / "artefacts"
     return sorted(folder.rglob("*")) if folder.is_dir() else []
 
@@ -64,14 +64,14 @@ def test_the_formats_are_listed_with_their_options(untouched: Desk) -> None:
 
 def test_an_export_is_one_file_with_everything_about_it(desk: Desk) -> None:
     desk.correct()
-    artefact = desk.export(name="my signs")
-    assert (artefact["state"], artefact["kind"], artefact["run_id"]) == ("complete", "export", desk.run_id)
-    assert artefact["name"] == "my signs.zip"
-    counts = artefact["summary"]["counts"]
+    output = desk.export(name="my signs")
+    assert (output["state"], output["kind"], output["run_id"]) == ("complete", "export", desk.run_id)
+    assert output["name"] == "my signs.zip"
+    counts = output["summary"]["counts"]
     assert (counts["tracks"], counts["negatives"]) == (2, 1), "the rejected one is no sign"
-    assert artefact["summary"]["skipped_count"] == 0
-    content = desk.download(artefact)
-    assert len(content) == artefact["size"]
+    assert output["summary"]["skipped_count"] == 0
+    content = desk.download(output)
+    assert len(content) == output["size"]
     manifest = manifest_of(content)
     video = manifest["videos"][0]
     assert video["sha256"] == desk.video_id
@@ -81,14 +81,14 @@ def test_an_export_is_one_file_with_everything_about_it(desk: Desk) -> None:
     assert [entry["id"] for entry in video["negatives"]] == ["m2"]
     assert b">m2<" not in unzipped(content)["annotations.xml"]
     assert manifest["asked"]["format"] == "cvat-video"
-    assert [path.name for path in rubbish(desk)] == [artefact["id"], "export.zip"]
+    assert [path.name for path in rubbish(desk)] == [output["id"], "export.zip"]
 
 
 def test_parts_of_the_file_are_parts_of_the_same_bytes(untouched: Desk) -> None:
     desk = untouched
-    artefact = desk.export()
-    whole = desk.download(artefact)
-    url = f"/api/artefacts/{artefact['id']}/download"
+    output = desk.export()
+    whole = desk.download(output)
+    url = f"/api/outputs/{output['id']}/download"
     answer = desk.server.client.get(url, headers={"Range": "bytes=10-29", "Accept-Encoding": "gzip"})
     assert (answer.status_code, answer.content) == (206, whole[10:30])
     assert answer.headers["content-range"] == f"bytes 10-29/{len(whole)}"
@@ -112,12 +112,12 @@ def test_filters_and_options_reach_the_file(desk: Desk) -> None:
 
 def test_pictures_and_split_go_along(untouched: Desk) -> None:
     desk = untouched
-    artefact = desk.export(format="yolo", pictures="annotated", split={"train": 1.0, "val": 0.0}, stop=40)
-    assert artefact["state"] == "complete", artefact["error"]
-    names = unzipped(desk.download(artefact))
+    output = desk.export(format="yolo", pictures="annotated", split={"train": 1.0, "val": 0.0}, stop=40)
+    assert output["state"] == "complete", output["error"]
+    names = unzipped(desk.download(output))
     assert any(name.endswith(".jpg") for name in names)
-    assert artefact["summary"]["split"]["rule"] == "sign"
-    assert artefact["summary"]["split"]["tracks"] == {"train": artefact["summary"]["counts"]["tracks"]}
+    assert output["summary"]["split"]["rule"] == "sign"
+    assert output["summary"]["split"]["tracks"] == {"train": output["summary"]["counts"]["tracks"]}
     crops = desk.export(format="gtsrb", pictures="annotated", stop=40)
     assert crops["state"] == "complete", crops["error"]
     assert crops["summary"]["split"]["tracks"] == {}
@@ -140,11 +140,13 @@ def test_boxes_where_the_run_has_not_looked_are_counted(desk: Desk) -> None:
     desk.edit({"name": "create_track", **drawn, "key": "hdrawn03", "frame": 20}, {})
     desk.edit({"name": "create_track", **drawn, "key": "hdrawn04", "frame": 70}, {})
     desk.edit({"name": "delete_track", "key": "hdrawn04", "frame": 70}, {"hdrawn04": 1})
-    artefact = desk.export(format="tracks-csv")
-    (told,) = artefact["summary"]["skipped"]
-    assert told["what"] == "drive.mp4: 12 boxes of 2 tracks"
-    assert told["reason"].startswith("They lie outside of frames 0 to 39, which are all that the run has looked at.")
-    assert artefact["summary"]["counts"]["boxes"] == whole["summary"]["counts"]["boxes"] + 4 + 1
+    output = desk.export(format="tracks-csv")
+    (reported,) = output["summary"]["skipped"]
+    assert reported["what"] == "drive.mp4: 12 boxes of 2 tracks"
+    assert reported["reason"].startswith(
+        "They lie outside of frames 0 to 39, which are all that the run has looked at."
+    )
+    assert output["summary"]["counts"]["boxes"] == whole["summary"]["counts"]["boxes"] + 4 + 1
 
 
 @pytest.mark.parametrize("format", ["mot", "gtsrb"])
@@ -160,9 +162,9 @@ def test_pictures_of_another_file_in_the_place_of_the_video_do_not_go_out(
             writer.write(np.full((96, 128, 3), 3 * k, np.uint8))
     with desk.server.context.database.write() as session:
         session.get_one(Video, desk.video_id).path = str(other)
-    artefact = desk.export(format=format, pictures="annotated", stop=40)
-    assert artefact["state"] == "failed"
-    assert f"{other} is not the video of the run" in artefact["error"]
+    output = desk.export(format=format, pictures="annotated", stop=40)
+    assert output["state"] == "failed"
+    assert f"{other} is not the video of the run" in output["error"]
     assert rubbish(desk) == []
     assert desk.export(format="mot", stop=40)["state"] == "complete", "boxes need no file"
     other.write_bytes(mine.read_bytes())
@@ -172,9 +174,9 @@ def test_pictures_of_another_file_in_the_place_of_the_video_do_not_go_out(
 def test_how_a_split_fell_is_told_of_signs_alone(desk: Desk) -> None:
     """``correct`` rejects one track and draws another: what is no sign is on a side too, and is not counted."""
     asked: dict[str, Any] = {"states": ["open", "accepted", "rejected"], "format": "gtsrb", "pictures": "annotated"}
-    artefact = desk.export(**asked, split={"train": 1, "val": 0, "test": 1}, split_by="sign")
-    assert artefact["state"] == "complete", artefact["error"]
-    summary = artefact["summary"]
+    output = desk.export(**asked, split={"train": 1, "val": 0, "test": 1}, split_by="sign")
+    assert output["state"] == "complete", output["error"]
+    summary = output["summary"]
     assert sum(summary["split"]["tracks"].values()) == summary["counts"]["tracks"] > 1
     assert list(summary["split"]["tracks"]) == ["train", "test"]
 
@@ -196,12 +198,12 @@ def test_how_a_split_fell_is_told_of_signs_alone(desk: Desk) -> None:
 )
 def test_what_cannot_be_exported_is_told_at_once(untouched: Desk, request_: Any, status: int, words: str) -> None:
     desk = untouched
-    before = desk.get("/api/artefacts")["artefacts"]
+    before = desk.get("/api/outputs")["outputs"]
     asked = {"runs": [desk.run_id], "format": "cvat-video", **request_}
     answer = desk.server.client.post("/api/exports", json=asked)
     assert answer.status_code == status, answer.text
     assert words in answer.json()["error"]["message"]
-    assert desk.get("/api/artefacts")["artefacts"] == before
+    assert desk.get("/api/outputs")["outputs"] == before
 
 
 def test_two_runs_of_one_video_are_refused(untouched: Desk) -> None:
@@ -212,10 +214,10 @@ def test_two_runs_of_one_video_are_refused(untouched: Desk) -> None:
 
 
 def test_what_fails_while_it_is_made_says_why_and_leaves_nothing(desk: Desk) -> None:
-    artefact = desk.export(states=["accepted"], first=74, stop=75, split={"train": 1, "val": 1})
-    assert artefact["state"] == "failed"
-    assert "too few" in artefact["error"]
-    answer = desk.server.client.get(f"/api/artefacts/{artefact['id']}/download")
+    output = desk.export(states=["accepted"], first=74, stop=75, split={"train": 1, "val": 1})
+    assert output["state"] == "failed"
+    assert "too few" in output["error"]
+    answer = desk.server.client.get(f"/api/outputs/{output['id']}/download")
     assert answer.status_code == 409
     assert rubbish(desk) == []
 
@@ -225,93 +227,93 @@ def test_a_full_disk_says_so_and_leaves_nothing(desk: Desk, monkeypatch: pytest.
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("tsr_engine.exchange.publish.os.fsync", full)
-    artefact = desk.export()
-    assert artefact["state"] == "failed"
-    assert "disk is full" in artefact["error"]
+    output = desk.export()
+    assert output["state"] == "failed"
+    assert "disk is full" in output["error"]
     assert rubbish(desk) == []
 
 
 def test_an_export_that_has_not_begun_is_cancelled_at_once(desk: Desk) -> None:
-    artefact = queued(desk)
-    answer = desk.post(f"/api/artefacts/{artefact}/cancel")
+    output = queued(desk)
+    answer = desk.post(f"/api/outputs/{output}/cancel")
     assert answer["state"] == "cancelled"
     work_off(desk.server.context)
-    assert desk.get(f"/api/artefacts/{artefact}")["state"] == "cancelled"
-    assert desk.post(f"/api/artefacts/{artefact}/cancel")["state"] == "cancelled", "again: nothing happens"
+    assert desk.get(f"/api/outputs/{output}")["state"] == "cancelled"
+    assert desk.post(f"/api/outputs/{output}/cancel")["state"] == "cancelled", "again: nothing happens"
 
 
 def test_an_export_is_cancelled_while_it_is_made(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.artefacts.service._TELL", 0.0)
-    artefact = queued(desk)
+    monkeypatch.setattr("app.outputs.service._TELL", 0.0)
+    output = queued(desk)
     with claimed(desk) as task:
-        desk.post(f"/api/artefacts/{artefact}/cancel")
-        assert desk.get(f"/api/artefacts/{artefact}")["state"] == "queued", "its worker has to see it first"
+        desk.post(f"/api/outputs/{output}/cancel")
+        assert desk.get(f"/api/outputs/{output}")["state"] == "queued", "its worker has to see it first"
         with pytest.raises(Stopped):
             task.jobs.kinds.task("export")(task)
         give_back(task)
-    assert desk.get(f"/api/artefacts/{artefact}")["state"] == "cancelled"
+    assert desk.get(f"/api/outputs/{output}")["state"] == "cancelled"
     assert rubbish(desk) == []
 
 
 def test_an_export_that_is_being_made_cannot_be_removed(desk: Desk) -> None:
-    artefact = queued(desk)
-    answer = desk.server.client.delete(f"/api/artefacts/{artefact}")
+    output = queued(desk)
+    answer = desk.server.client.delete(f"/api/outputs/{output}")
     assert answer.status_code == 409
     work_off(desk.server.context)
-    assert desk.server.client.delete(f"/api/artefacts/{artefact}").status_code == 204
+    assert desk.server.client.delete(f"/api/outputs/{output}").status_code == 204
     assert rubbish(desk) == []
-    assert desk.server.client.get(f"/api/artefacts/{artefact}").status_code == 404
+    assert desk.server.client.get(f"/api/outputs/{output}").status_code == 404
 
 
 def test_a_worker_that_died_half_way_leaves_nothing_in_the_next_one(desk: Desk) -> None:
-    artefact = queued(desk)
+    output = queued(desk)
     c = desk.server.context
     with claimed(desk) as task:
-        _, folder = ArtefactService.of_task(task).begin(task)
+        _, folder = OutputService.of_task(task).begin(task)
         (folder / ".export.zip.0123456789abcdef.part").mkdir()
         (folder / "export.zip").write_bytes(b"half")
         with c.database.write() as session:
             assert c.jobs.bury(session, task.job.id, task.job.token) is None
     work_off(c)
-    view = desk.get(f"/api/artefacts/{artefact}")
+    view = desk.get(f"/api/outputs/{output}")
     assert view["state"] == "complete"
-    assert [path.name for path in rubbish(desk)] == [artefact, "export.zip"]
+    assert [path.name for path in rubbish(desk)] == [output, "export.zip"]
     assert "annotations.xml" in unzipped(desk.download(view))
 
 
 def test_the_start_of_a_server_sweeps_what_nothing_comes_of(desk: Desk) -> None:
     kept, gone = desk.export()["id"], queued(desk)
-    desk.post(f"/api/artefacts/{gone}/cancel")
+    desk.post(f"/api/outputs/{gone}/cancel")
     for name in (gone, "f" * 32):
-        artefact_folder(desk.home, name).mkdir(parents=True)
-        (artefact_folder(desk.home, name) / "half").write_bytes(b"x")
-    desk.server.context.artefacts.sweep()
+        output_folder(desk.home, name).mkdir(parents=True)
+        (output_folder(desk.home, name) / "half").write_bytes(b"x")
+    desk.server.context.outputs.sweep()
     assert [path.name for path in (desk.home / "artefacts").iterdir()] == [kept]
 
 
 def test_lists_are_by_kind_and_run(desk: Desk) -> None:
     first, second = desk.export()["id"], desk.export()["id"]
-    found = [artefact["id"] for artefact in desk.get("/api/artefacts?kind=export")["artefacts"]]
+    found = [output["id"] for output in desk.get("/api/outputs?kind=export")["outputs"]]
     assert set(found) == {first, second}
-    assert desk.get("/api/artefacts?kind=scene")["artefacts"] == []
-    assert len(desk.get(f"/api/artefacts?run={desk.run_id}")["artefacts"]) == 2
-    assert desk.get(f"/api/artefacts?run={'0' * 32}")["artefacts"] == []
+    assert desk.get("/api/outputs?kind=scene")["outputs"] == []
+    assert len(desk.get(f"/api/outputs?run={desk.run_id}")["outputs"]) == 2
+    assert desk.get(f"/api/outputs?run={'0' * 32}")["outputs"] == []
 
 
 def test_a_run_can_go_and_its_exports_stay(desk: Desk) -> None:
-    artefact = desk.export()
+    output = desk.export()
     assert desk.server.client.delete(f"/api/runs/{desk.run_id}").status_code == 204
-    assert desk.get(f"/api/artefacts/{artefact['id']}")["run_id"] is None
-    assert unzipped(desk.download(artefact))
+    assert desk.get(f"/api/outputs/{output['id']}")["run_id"] is None
+    assert unzipped(desk.download(output))
     late = desk.server.client.post("/api/exports", json={"runs": [desk.run_id], "format": "cvat-video"})
     assert late.status_code == 404
 
 
 def test_a_run_that_goes_before_its_export_begins_is_told(desk: Desk) -> None:
-    artefact = queued(desk)
+    output = queued(desk)
     desk.server.client.delete(f"/api/runs/{desk.run_id}")
     work_off(desk.server.context)
-    view = desk.get(f"/api/artefacts/{artefact}")
+    view = desk.get(f"/api/outputs/{output}")
     assert view["state"] == "failed"
     assert view["error"] == "The run has been removed in the meantime."
 
@@ -327,9 +329,9 @@ def test_pages_hear_of_each_step(desk: Desk) -> None:
 
 
 def test_a_file_that_is_gone_is_told(desk: Desk) -> None:
-    artefact = desk.export()
-    (artefact_folder(desk.home, artefact["id"]) / "export.zip").unlink()
-    answer = desk.server.client.get(f"/api/artefacts/{artefact['id']}/download")
+    output = desk.export()
+    (output_folder(desk.home, output["id"]) / "export.zip").unlink()
+    answer = desk.server.client.get(f"/api/outputs/{output['id']}/download")
     assert answer.status_code == 404
     assert "Make it again" in answer.json()["error"]["message"]
 
@@ -337,12 +339,12 @@ def test_a_file_that_is_gone_is_told(desk: Desk) -> None:
 def test_progress_is_told_now_and_then_only(desk: Desk) -> None:
     queued(desk)
     with claimed(desk) as task:
-        service = ArtefactService.of_task(task)
-        artefact, _ = service.begin(task)
+        service = OutputService.of_task(task)
+        output, _ = service.begin(task)
         began = time.monotonic()
         for done in range(5000):
-            service.progress(task, artefact.id, done, 5000)
+            service.progress(task, output.id, done, 5000)
         assert time.monotonic() - began < within(3)
         with task.database.read() as session:
-            assert session.get_one(Artefact, artefact.id).total == 5000
+            assert session.get_one(Output, output.id).total == 5000
             assert session.get_one(Job, task.job.id).state == "running"

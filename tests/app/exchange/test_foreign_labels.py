@@ -54,9 +54,9 @@ def test_the_file_of_the_issue(
     file.write_bytes(THEIRS)
     onto = ["import", str(file), "--onto", str(tracked.video), "--as", "run", *home]
     assert tsr(onto) == 2
-    told = capsys.readouterr().err
-    assert "'pedestrian_crossing' (1 track, 2 boxes" in told
-    assert "yield" not in told
+    reported = capsys.readouterr().err
+    assert "'pedestrian_crossing' (1 track, 2 boxes" in reported
+    assert "yield" not in reported
     assert tsr([*onto, "--unknown", "add", "--json"]) == 0
     run = json.loads(capsys.readouterr().out)
     assert any("'pedestrian_crossing' was added" in sentence for sentence in run["repaired"])
@@ -130,8 +130,8 @@ def test_attributes_of_an_annotation_come_back(desk: Desk) -> None:
     assert drawn.changing["lit"].tolist() == [True] * 3 + [False] * 4
     content = desk.download(desk.export(format="coco", states=ALL))
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        told = json.loads(archive.read("annotations/instances_default.json"))
-    said = [note["attributes"] for note in told["annotations"] if "side" in note["attributes"]]
+        reported = json.loads(archive.read("annotations/instances_default.json"))
+    said = [note["attributes"] for note in reported["annotations"] if "side" in note["attributes"]]
     assert [each["lit"] for each in said] == [True] * 3 + [False] * 4
     again = desk.bring_in(content, "annotation", name="back.zip")
     assert (again["tracks"], again["edit"]) == (0, None), "nothing has changed"

@@ -42,16 +42,18 @@ def test_what_was_exported_and_came_back_as_a_run_is_the_same_run(untouched: Des
 def test_a_file_becomes_ground_truth(desk: Desk, annotations: bytes) -> None:
     found = desk.bring_in(annotations, "truth", name="theirs.xml")
     assert (found["kind"], found["tracks"]) == ("truth", 2)
-    truths = desk.get(f"/api/videos/{desk.video_id}/truths")["truths"]
-    assert [(truth["name"], truth["count"]) for truth in truths] == [("theirs.xml", found["boxes"])]
-    boxes = desk.get(f"/api/truths/{found['id']}/boxes?first=0&last=74")["boxes"]
+    ground_truths = desk.get(f"/api/videos/{desk.video_id}/ground-truths")["ground_truths"]
+    assert [(truth["name"], truth["count"]) for truth in ground_truths] == [("theirs.xml", found["boxes"])]
+    boxes = desk.get(f"/api/ground-truths/{found['id']}/boxes?first=0&last=74")["boxes"]
     wanted = visible(desk.tracks()["m1"], 320, 240)
     mine = [box for box in boxes if box["track"] == 1]
     assert [box["frame"] for box in mine] == wanted.frames.tolist()
     np.testing.assert_allclose([box["box"] for box in mine], wanted.boxes, atol=0.51)
     assert {box["class_id"] for box in mine} == {wanted.label}
     desk.bring_in(annotations, "truth", name="theirs.xml")
-    assert len(desk.get(f"/api/videos/{desk.video_id}/truths")["truths"]) == 1, "one of the same name is replaced"
+    assert len(desk.get(f"/api/videos/{desk.video_id}/ground-truths")["ground_truths"]) == 1, (
+        "one of the same name is replaced"
+    )
 
 
 def test_a_file_becomes_a_run_that_every_screen_can_show(desk: Desk, annotations: bytes) -> None:
@@ -300,5 +302,5 @@ def test_the_stream_of_events_does_not_carry_an_import_of_very_many_tracks(desk:
     found = desk.bring_in(content, "annotation", name="many.csv", author="bob")
     assert found["tracks"] == 600
     with desk.server.context.database.read() as session:
-        told = session.scalars(select(Event).where(Event.kind == "edit")).all()[-1].data
-    assert (told["seq"], told["docs"]) == (found["edit"], None)
+        reported = session.scalars(select(Event).where(Event.kind == "edit")).all()[-1].data
+    assert (reported["seq"], reported["docs"]) == (found["edit"], None)

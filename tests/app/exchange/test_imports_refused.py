@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from app.artefacts.placing import sweep
 from app.exchange.imports import ImportService
-from app.storage.models import Run, Truth
+from app.outputs.placing import sweep
+from app.storage.models import GroundTruth, Run
 from tests.app.exchange.exchange_desk import Desk, zipped
 from tests.odd_archives import ODD, long_list
 from tsr_engine.errors import StorageError
@@ -23,12 +23,12 @@ from tsr_engine.exchange.archive import ArchiveLimits
 
 
 def state(desk: Desk) -> tuple[int, int, int, list[str]]:
-    """Runs, truths, edits, and what lies in the folders of runs and uploads."""
+    """Runs, ground truths, edits, and what lies in the folders of runs and uploads."""
     with desk.server.context.database.read() as session:
-        runs, truths = session.query(Run).count(), session.query(Truth).count()
+        runs, ground_truths = session.query(Run).count(), session.query(GroundTruth).count()
     edits = len(desk.get(f"/api/runs/{desk.run_id}/edits")["edits"])
     files = [path.name for folder in ("runs", "uploads") for path in (desk.home / folder).glob("*")]
-    return runs, truths, edits, sorted(files)
+    return runs, ground_truths, edits, sorted(files)
 
 
 REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
@@ -178,7 +178,7 @@ def test_what_a_killed_import_has_left_is_swept(untouched: Desk) -> None:
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from app.artefacts import placing
+from app.outputs import placing
 from app.context import build_context
 from app.exchange.imports import Incoming
 from app.settings import Settings

@@ -94,9 +94,9 @@ def test_a_corrected_drive_comes_back_as_it_was(drive: Desk, name: str) -> None:
     loss, wanted = LOSSES[name], in_picture(drive)
     assert len(wanted) >= 2
     pictures = "annotated" if FORMATS[name].needs_pictures else "none"
-    artefact = drive.export(format=name, pictures=pictures)
-    assert artefact["state"] == "complete", artefact["error"]
-    content = drive.download(artefact)
+    output = drive.export(format=name, pictures=pictures)
+    assert output["state"] == "complete", output["error"]
+    content = drive.download(output)
     file = f"{name}.zip"
     back = drive.bring_in(content, "run", name=file)
     found = drive.tracks(back["id"])

@@ -10,7 +10,7 @@ import pytest
 from sqlalchemy import func, select
 
 from app.follows import service
-from app.follows.settling import settle_follow
+from app.follows.on_job_failed import follow_job_failed
 from app.follows.task import follow_track
 from app.jobs.context import Stopped, TaskContext
 from app.storage.models import Event, Follow, FollowPiece, Job, Run, Video
@@ -190,7 +190,7 @@ def test_a_follow_that_is_dropped_while_it_runs_ends_without_a_trace(server: Ser
         follow_track(task)
     with context.database.write() as session:
         context.jobs.finish(session, job.id, job.token, "cancelled")
-        settle_follow(session, context.events, job, "cancelled", None)
+        follow_job_failed(session, context.events, job, "cancelled", None)
     assert left(server) == NOTHING
 
 

@@ -98,13 +98,13 @@ def test_a_worker_waits_for_room_and_does_not_end(
         return answer
 
     worker._work(one_job, JobKinds([], worker="w"), lambda: left == 0, stays=False)
-    told = warnings(caplog)
-    assert [("disk is full" in text, "No space left" in text) for text in told] == [
+    reported = warnings(caplog)
+    assert [("disk is full" in text, "No space left" in text) for text in reported] == [
         (True, False),
         (False, True),
         (False, False),
     ]
-    assert "that is over" in told[-1]
+    assert "that is over" in reported[-1]
 
 
 def test_the_supervisor_says_once_that_it_cannot_look_after_the_workers(

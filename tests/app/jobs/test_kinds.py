@@ -11,7 +11,7 @@ import pytest
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.kinds import JobKind, JobKinds
-from app.jobs.outcome import settle_subject
+from app.jobs.outcome import tell_subject
 from app.jobs.queue import MOST_CRASHES, JobQueue
 from app.jobs.readiness import preparations
 from app.jobs.supervisor import Supervisor
@@ -30,7 +30,7 @@ class Bakery:
 
     database: Database
     home: Path
-    told: list[tuple[str, str | None]] = field(default_factory=list)
+    reported: list[tuple[str, str | None]] = field(default_factory=list)
     cleared: list[tuple[Path, str]] = field(default_factory=list)
     work: Callable[[TaskContext], None] = lambda _: None
 
@@ -40,7 +40,7 @@ class Bakery:
 
     def _settle(self, session: object, events: EventBus, job: Job, state: str, error: str | None) -> None:
         assert (job.subject, events) == (SUBJECT, self.jobs.events)
-        self.told.append((state, error))
+        self.reported.append((state, error))
 
     def _clear(self, home: Path, subject: str) -> None:
         self.cleared.append((home, subject))
@@ -83,7 +83,7 @@ def test_what_is_done_is_nobodys_business_but_the_tasks(bakery: Bakery) -> None:
     bakery.work = lambda task: seen.append(task.job.subject)
     job = bakery.submit()
     _execute(bakery.claim(job))
-    assert (bakery.state(job), seen, bakery.told, bakery.cleared) == ("done", [SUBJECT], [], [])
+    assert (bakery.state(job), seen, bakery.reported, bakery.cleared) == ("done", [SUBJECT], [], [])
 
 
 def test_what_fails_is_settled_and_cleared_as_its_kind_says(bakery: Bakery) -> None:
@@ -91,7 +91,7 @@ def test_what_fails_is_settled_and_cleared_as_its_kind_says(bakery: Bakery) -> N
     job = bakery.submit()
     _execute(bakery.claim(job))
     assert bakery.state(job) == "failed"
-    assert bakery.told == [("failed", "The flour is gone.")]
+    assert bakery.reported == [("failed", "The flour is gone.")]
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
 
@@ -99,13 +99,13 @@ def test_what_is_given_back_is_settled_and_what_is_cancelled_is_cleared_too(bake
     bakery.work = stop
     job = bakery.submit()
     _execute(bakery.claim(job))
-    assert (bakery.state(job), bakery.told, bakery.cleared) == ("queued", [("queued", None)], [])
+    assert (bakery.state(job), bakery.reported, bakery.cleared) == ("queued", [("queued", None)], [])
     task = bakery.claim(job)
     with bakery.database.write() as session:
         bakery.jobs.cancel(session, SUBJECT)
     _execute(task)
     assert bakery.state(job) == "cancelled"
-    assert bakery.told[1:] == [("cancelled", None)]
+    assert bakery.reported[1:] == [("cancelled", None)]
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
 
@@ -116,18 +116,18 @@ def test_what_keeps_dying_is_settled_by_the_supervisor(bakery: Bakery) -> None:
         supervisor = Supervisor(task.settings, bakery.database, bakery.jobs)
         supervisor._cause = lambda _: "crashed"  # type: ignore[method-assign]
         supervisor._bury(task.job)
-    assert [state for state, _ in bakery.told] == ["queued"] * (MOST_CRASHES - 1) + ["failed"]
-    assert "died 3 times before its first frame" in (bakery.told[-1][1] or "")
+    assert [state for state, _ in bakery.reported] == ["queued"] * (MOST_CRASHES - 1) + ["failed"]
+    assert "died 3 times before its first frame" in (bakery.reported[-1][1] or "")
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
 
 def test_a_job_of_a_newer_version_is_told_nobody_and_breaks_nothing(bakery: Bakery) -> None:
     with bakery.database.write() as session:
         newer = bakery.jobs.submit(session, "fly", SUBJECT)
-        settle_subject(session, bakery.jobs, newer, "failed", "There is no such work.")
+        tell_subject(session, bakery.jobs, newer, "failed", "There is no such work.")
     with bakery.database.read() as session:
         assert bakery.jobs.waiting(session, "long") == [newer.id]
-    assert bakery.told == []
+    assert bakery.reported == []
 
 
 def test_what_is_short_is_prepared_in_order_and_names_are_ones_own(bakery: Bakery) -> None:

@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 from sqlalchemy.orm import Session
 
-from app.artefacts.folders import artefact_folder
 from app.context import Context, build_context
 from app.events import EventBus
 from app.exchange.export import ExportRequest
@@ -21,9 +20,10 @@ from app.jobs.locks import JobLock, holder
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
 from app.kinds import KINDS
+from app.outputs.folders import output_folder
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Artefact, Job, Run
+from app.storage.models import Job, Output, Run
 from tests.app.long_run import SEGMENT, make_long_run
 from tests.app.toy_server import SECRET
 from tests.patience import until
@@ -72,10 +72,10 @@ def the_run(context: Context) -> Run:
         return session.query(Run).filter(Run.state == "complete").one()
 
 
-def ended(context: Context, artefact_id: str) -> Artefact:
+def ended(context: Context, output_id: str) -> Output:
     """Wait for an export."""
-    found: Artefact = until(
-        lambda: a if (a := row(context, Artefact, artefact_id)).state not in ("queued", "running") else None
+    found: Output = until(
+        lambda: a if (a := row(context, Output, output_id)).state not in ("queued", "running") else None
     )
     return found
 
@@ -163,19 +163,19 @@ def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -
     long = context.runs.start(run.video_id)
     second = context.runs.start(run.video_id)
     until(lambda: row(context, Run, long.id).state == "running")
-    artefact = context.exports.start(pictures_of(run))
-    folder = artefact_folder(context.settings.home, artefact.id)
+    output = context.exports.start(pictures_of(run))
+    folder = output_folder(context.settings.home, output.id)
 
     def half_made() -> int | None:
-        if row(context, Artefact, artefact.id).state != "running":
+        if row(context, Output, output.id).state != "running":
             return None
         busy = any(path.is_file() for path in folder.glob(".export.zip.*/**/*"))
-        return holder(context.settings.home, job_of(context, artefact.id).id) if busy else None
+        return holder(context.settings.home, job_of(context, output.id).id) if busy else None
 
     os.kill(until(half_made), signal.SIGKILL)
     assert not (folder / "export.zip").exists()
-    until(lambda: job_of(context, artefact.id).payload.get("ends") == {"killed": 1})
-    found = ended(context, artefact.id)
+    until(lambda: job_of(context, output.id).payload.get("ends") == {"killed": 1})
+    found = ended(context, output.id)
     assert found.state == "complete", found.error
     assert row(context, Run, long.id).state == "running", "the run was not held up, and did not hold it up"
     assert row(context, Run, second.id).state == "queued", "long work still goes one after the other"
@@ -191,8 +191,8 @@ def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -
 
 @pytest.mark.slow
 def test_an_export_is_cancelled_and_leaves_nothing(context: Context) -> None:
-    artefact = context.exports.start(pictures_of(the_run(context)))
-    until(lambda: row(context, Artefact, artefact.id).state == "running")
-    context.artefacts.cancel(artefact.id)
-    assert ended(context, artefact.id).state == "cancelled"
-    until(lambda: not artefact_folder(context.settings.home, artefact.id).exists())
+    output = context.exports.start(pictures_of(the_run(context)))
+    until(lambda: row(context, Output, output.id).state == "running")
+    context.outputs.cancel(output.id)
+    assert ended(context, output.id).state == "cancelled"
+    until(lambda: not output_folder(context.settings.home, output.id).exists())

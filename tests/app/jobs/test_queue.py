@@ -86,7 +86,7 @@ def test_who_holds_an_old_token_writes_nothing(database: Database, queue: JobQue
         assert session.get_one(Run, RUN).state == "queued"
         assert queue.events.newest(session) == 0
     assert state(database, job) == ("running", 2, 1)
-    assert old.cancelled(), "it is told to stop, too"
+    assert old.cancelled(), "it is asked to stop, too"
     with new.write() as session:
         session.get_one(Run, RUN).state = "running"
     with database.write() as session:

@@ -21,7 +21,7 @@ from app.jobs.locks import holder
 from app.jobs.supervisor import Supervisor
 from app.jobs.worker import _prepared
 from app.settings import Settings
-from app.storage.models import Artefact, Job, Run
+from app.storage.models import Job, Output, Run
 from tests.app.long_run import SEGMENT, make_long_run
 from tests.app.toy_server import SECRET
 from tests.patience import until
@@ -79,7 +79,7 @@ def test_it_does_the_work_and_stays(desk: Desk) -> None:
         with desk.context.database.read() as session:
             job = session.query(Job).filter(Job.subject == made.id).one()
             seen.add(holder(desk.context.settings.home, job.id))
-            found = session.get_one(Artefact, made.id).state
+            found = session.get_one(Output, made.id).state
             return found if found not in ("queued", "running") else None
 
     assert wait(state) == "complete"

@@ -36,7 +36,7 @@ def compute(seconds: float) -> None:
 
 
 def test_steps_that_follow_each_other_and_waiting_are_let_alone(ended: threading.Event) -> None:
-    task: Any = None  # nobody is told anything
+    task: Any = None  # nobody is informed anything
     with watched(task, 0.5, lambda: "", every=0.02) as step:
         for _ in range(8):
             compute(0.1)
@@ -56,7 +56,7 @@ def test_an_import_whose_decoder_never_returns_fails_with_a_sentence(
             tell(frame + 1)
         while not ended.is_set():
             compute(0.05)
-        raise VideoError("this comes too late to be told")
+        raise VideoError("this comes too late to be reported")
 
     monkeypatch.setattr(importing, "decode_all", decode)
     context = build_context(Settings(home=tmp_path, roots=(tmp_path,), sample=False, workers=0, token=SECRET))

@@ -77,7 +77,7 @@ def test_a_cancelled_run_stops_and_can_go_on(office: Office, undisturbed: Path) 
     office.ended(run_id, "cancelled")
     assert time.monotonic() - began < within(4)
     assert office.run(run_id).frames_done < FRAMES
-    # The state is told while the job is still held: it is let go of a moment later.
+    # The state is reported while the job is still held: it is let go of a moment later.
     office.wait(lambda: not is_alive(office.context.settings.home, office.job(run_id).id))
     office.context.runs.resume(run_id)
     office.ended(run_id)
@@ -124,8 +124,10 @@ def test_what_keeps_dying_is_given_up_and_the_others_go_on(office: Office, tmp_p
     other = office.start(stop=2)
     assert office.ended(other).frames_done == 2
     with office.context.database.read() as session:
-        told = [event.data.get("error") for event in office.context.events.after(session, 0) if event.subject == run_id]
-    assert told[-1] == run.error
+        reported = [
+            event.data.get("error") for event in office.context.events.after(session, 0) if event.subject == run_id
+        ]
+    assert reported[-1] == run.error
 
 
 @pytest.mark.slow

@@ -103,7 +103,7 @@ def test_labels_are_added_with_everything_and_changed(labels: Command) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         (("add", "stop"), "The name 'stop' belongs to 'stop' (label 14, key stop)."),
         (("add", "x", "--shape", "star"), "shape: Input should be 'triangle'"),
@@ -117,9 +117,9 @@ def test_labels_are_added_with_everything_and_changed(labels: Command) -> None:
         (("export", "x.json", "--format", "xls"), "Expected a format of labels"),
     ],
 )
-def test_what_is_refused_is_one_sentence(labels: Command, words: tuple[object, ...], told: str) -> None:
+def test_what_is_refused_is_one_sentence(labels: Command, words: tuple[object, ...], reported: str) -> None:
     said = labels(*words, code=2)
-    assert told in said
+    assert reported in said
     assert "Traceback" not in said
     assert labels.json("list")["version"] == 1
 

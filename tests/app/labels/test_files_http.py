@@ -84,12 +84,12 @@ def test_pictures_that_a_file_names_and_the_library_lacks_are_told(server: Serve
     ]
     file = json.dumps({"schema": 1, "key": "x", "name": "X", "next_id": 2, "labels": labels})
     done = bring(server.client, file).json()
-    assert done["told"] == ["The picture of 'a' was left out: a file names pictures and does not hold them."]
+    assert done["reported"] == ["The picture of 'a' was left out: a file names pictures and does not hold them."]
     assert [label["picture"] is None for label in done["added"]] == [True, False]
 
 
 @pytest.mark.parametrize(
-    ("content", "status", "told"),
+    ("content", "status", "reported"),
     [
         ("", 422, "required"),
         ("\n", 422, "labels: is empty."),
@@ -100,10 +100,10 @@ def test_pictures_that_a_file_names_and_the_library_lacks_are_told(server: Serve
         ([{"name": "\u202e"}], 422, "No label of the file can be used"),
     ],
 )
-def test_a_broken_file_changes_nothing(server: Server, content: Any, status: int, told: str) -> None:
+def test_a_broken_file_changes_nothing(server: Server, content: Any, status: int, reported: str) -> None:
     answer = bring(server.client, content)
     assert answer.status_code == status, answer.text
-    assert told in answer.json()["error"]["message"]
+    assert reported in answer.json()["error"]["message"]
     assert server.client.get("/api/label-sets").json()[0]["version"] == 1
 
 

@@ -13,10 +13,10 @@ from app.compare.service import CompareService
 from app.edits.commands import RelabelTrack, Split
 from app.edits.documents import NO_CLASS
 from app.edits.service import EditService
+from app.ground_truths.service import GroundTruthService
 from app.labels.store import start
 from app.storage.ground_truth_rows import pack
-from app.storage.models import Truth, Video
-from app.truths.service import TruthService
+from app.storage.models import GroundTruth, Video
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label, LabelSet
 
@@ -63,9 +63,9 @@ def test_a_set_that_lacks_what_the_model_reads(home: Any) -> None:
     assert all((seen == NO_CLASS) == (read is not None) for seen, read in zip(lane.top, lane.top_word, strict=True))
     seen = [t for frame in home.evidence.overlays(run, 0, 74) for t in frame.tracks if t.id == track]
     assert {(t.class_id, t.word) for t in seen if t.class_id is not None and t.word is not None} == {(NO_CLASS, word)}
-    truths = TruthService(home.database)
+    ground_truths = GroundTruthService(home.database)
     edits = EditService(home.database, home.events, home.evidence)
-    compare = CompareService(home.database, home.evidence, edits, truths)
+    compare = CompareService(home.database, home.evidence, edits, ground_truths)
     found = compare.compare(f"run:{run}", f"annotation:{run}")
     assert found.confusion.words == {-10: word}
     assert {(cell.reference, cell.candidate) for cell in found.confusion.cells if cell.reference == -10} == {(-10, -10)}
@@ -93,15 +93,15 @@ def test_labels_that_were_merged_are_one(home: Any) -> None:
     rows = np.zeros((len(boxes), 9))
     rows[:, 0], rows[:, 1], rows[:, 2:6], rows[:, 6] = boxes.frame, boxes.track, boxes.boxes, one
     with home.database.write() as session:
-        session.add(Truth(id="e" * 32, video_id=home.video_id, name="t", boxes=pack(rows), count=len(rows)))
-    compare = CompareService(home.database, home.evidence, edits, TruthService(home.database))
+        session.add(GroundTruth(id="e" * 32, video_id=home.video_id, name="t", boxes=pack(rows), count=len(rows)))
+    compare = CompareService(home.database, home.evidence, edits, GroundTruthService(home.database))
     corrected = compare.compare(f"truth:{'e' * 32}", f"annotation:{home.run_id}").confusion
     assert {cell.reference for cell in corrected.cells} <= {two, None}
     assert [cell.count for cell in corrected.cells if (cell.reference, cell.candidate) == (two, two)] == [
         int(np.isin(boxes.class_id, [one, two]).sum())
     ]
     again = columns(home, home.run_id)
-    assert again["rank"] == again["doubt"], "another label that was merged into the engine's is no contradiction"
+    assert again["rank"] == again["uncertainty"], "another label that was merged into the engine's is no contradiction"
 
 
 def test_what_another_run_calls_it(home: Any) -> None:

@@ -107,7 +107,7 @@ def _with_size(width: int, height: int) -> bytes:
 
 
 @pytest.mark.parametrize(
-    ("sent", "told"),
+    ("sent", "reported"),
     [
         ("%%%", "not written in base64"),
         (text(b"GIF89a"), "not a PNG file"),
@@ -120,7 +120,7 @@ def _with_size(width: int, height: int) -> bytes:
         (text(png(4, 4) + b"\0" * MOST_BYTES), "are the most"),
     ],
 )
-def test_what_is_no_picture_is_refused_in_a_sentence(sqlite: Database, sent: str, told: str) -> None:
-    with sqlite.write() as session, pytest.raises(Invalid, match=told) as refused:
+def test_what_is_no_picture_is_refused_in_a_sentence(sqlite: Database, sent: str, reported: str) -> None:
+    with sqlite.write() as session, pytest.raises(Invalid, match=reported) as refused:
         store_picture(session, sent)
     assert refused.value.field == "png"

@@ -17,7 +17,7 @@ from app.labels.service import LabelService
 from app.labels.views import Change
 from app.storage.database import Database
 from app.storage.ground_truth_rows import pack
-from app.storage.models import Edit, Event, LabelSetVersion, Run, TrackDocument, Truth, Video
+from app.storage.models import Edit, Event, GroundTruth, LabelSetVersion, Run, TrackDocument, Video
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label, LabelSet
 
@@ -174,7 +174,7 @@ def test_an_added_label_that_something_names_is_hidden_by_undo_and_never_removed
     with database.write() as session:
         session.add(TrackDocument(run_id=run, key="m1", revision=1, document=document))
         session.add(Edit(**edit, before={"m1": {"class_id": 45}}, after={"m1": {"class_id": 4}}))
-        session.add(Truth(id="b" * 32, video_id=VIDEO, name="t", boxes=pack(truth), count=2))
+        session.add(GroundTruth(id="b" * 32, video_id=VIDEO, name="t", boxes=pack(truth), count=2))
     for version in (2, 3, 4, 5, 6):
         change(labels, "ada", type="undo", version=version)
     now = labels.get(None)

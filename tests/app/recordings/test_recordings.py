@@ -29,7 +29,7 @@ def record(server: Server, run_id: str, **order: Any) -> dict[str, Any]:
     assert answer.status_code == 202, answer.text
     assert answer.json()["state"] == "queued"
     work_off(server.context, "recording")
-    made: dict[str, Any] = server.client.get(f"/api/artefacts/{answer.json()['id']}").json()
+    made: dict[str, Any] = server.client.get(f"/api/outputs/{answer.json()['id']}").json()
     return made
 
 
@@ -62,7 +62,7 @@ def test_a_recording_becomes_a_file_with_corrections_and_truth(server: Server, h
     )
     assert saved.status_code == 200, saved.text
     csv = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n8,4,1,2,30,40,14,1,0\n"
-    server.context.truths.put(home.video_id, "exact", csv.encode())
+    server.context.ground_truths.put(home.video_id, "exact", csv.encode())
 
     made = record(server, home.run_id, frame=8, track=key)
     assert made["state"] == "complete", made["error"]
@@ -78,8 +78,8 @@ def test_a_recording_becomes_a_file_with_corrections_and_truth(server: Server, h
     assert file.status_code == 200
     assert len(file.content) == made["size"]
     assert file.content[:4] == b"RRF2"
-    assert file.content == server.client.get(f"/api/artefacts/{made['id']}/download").content
-    listed = server.client.get("/api/artefacts", params={"kind": "recording", "run": home.run_id}).json()["artefacts"]
+    assert file.content == server.client.get(f"/api/outputs/{made['id']}/download").content
+    listed = server.client.get("/api/outputs", params={"kind": "recording", "run": home.run_id}).json()["outputs"]
     assert [one["id"] for one in listed] == [made["id"]]
 
 
@@ -122,15 +122,15 @@ def test_wrong_orders_are_refused(server: Server, home: Any) -> None:
         assert answer.status_code == 422, order
         assert words in answer.json()["error"]["message"], order
     assert server.client.post(f"/api/runs/{'0' * 32}/recordings", json={"first": 0, "stop": 5}).status_code == 404
-    assert server.client.get("/api/artefacts").json()["artefacts"] == []
+    assert server.client.get("/api/outputs").json()["outputs"] == []
 
 
 def test_only_recordings_are_given_to_the_viewer(server: Server, home: Any) -> None:
     made = record(server, home.run_id)
-    from app.storage.models import Artefact
+    from app.storage.models import Output
 
     with server.context.database.write() as session:
-        session.get_one(Artefact, made["id"]).kind = "export"
+        session.get_one(Output, made["id"]).kind = "export"
     assert server.client.get(f"/rerun/recordings/{made['id']}.rrd").status_code == 404
 
 
@@ -140,8 +140,8 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     out = tmp_path / "a.rrd"
     frames = ["--frames", f"{FIRST}:{STOP}", "--out", str(out)]
     assert command(["record", home.run_id, "--home", str(server.settings.home), *frames, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["stop"], told["run"]) == (40, home.run_id)
+    reported = json.loads(capsys.readouterr().out)
+    assert (reported["stop"], reported["run"]) == (40, home.run_id)
     # who names a video has never seen the folder that its run lies in
     assert command(["record", "drive.mp4", "--home", str(server.settings.home), "--frames", "3:9999", *frames[2:]]) == 2
     said = " ".join(capsys.readouterr().err.split())
@@ -155,13 +155,13 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     assert "no picture" in capsys.readouterr().err
     assert command(["record", str(bare), "--video", str(home.video), *frames, "--at", "9", "--track", "1"]) == 0
     assert "not encoded anew" in capsys.readouterr().out
-    for wrong, told in (
+    for wrong, reported in (
         (["--at", "40"], "one of the frames that are recorded, 3 to 39"),
         (["--track", "99"], "number of one of the run's"),
         (["--track", "seven"], "number of one of the run's"),
     ):
         assert command(["record", str(bare), *frames, *wrong]) == 2
-        assert told in " ".join(capsys.readouterr().err.split())
+        assert reported in " ".join(capsys.readouterr().err.split())
     assert command(["record", str(bare), *frames, "--no-picture", "--track", "m1"]) == 0
     capsys.readouterr()
     assert command(["record", str(bare), "--out", str(tmp_path / "a.mp4")]) == 2

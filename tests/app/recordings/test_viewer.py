@@ -172,9 +172,9 @@ def test_a_missing_viewer_is_told_and_the_server_goes_on(server: Server, tmp_pat
     whole = server.context.viewer
     object.__setattr__(server.context, "viewer", broken)
     try:
-        told = server.client.get("/rerun/state").json()
-        assert told["ready"] is False
-        assert "its program ended at once with code 1" in told["message"]
+        reported = server.client.get("/rerun/state").json()
+        assert reported["ready"] is False
+        assert "its program ended at once with code 1" in reported["message"]
         assert server.client.get("/rerun/9.9.9/re_viewer.js").status_code == 503
     finally:
         object.__setattr__(server.context, "viewer", whole)

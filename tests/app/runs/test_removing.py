@@ -34,7 +34,7 @@ def test_what_waits_for_a_run_that_is_removed_says_so(
     assert asked.status_code == 202, asked.text
     assert server.client.delete(f"/api/runs/{home.run_id}").status_code == 204
     work_off(server.context)
-    made = server.client.get(f"/api/artefacts/{asked.json()['id']}").json()
+    made = server.client.get(f"/api/outputs/{asked.json()['id']}").json()
     assert (made["state"], made["error"]) == ("failed", "The run has been removed in the meantime.")
 
 

@@ -198,7 +198,7 @@ def test_an_export_that_is_not_complete_is_refused(desk: Desk) -> None:
     waiting = desk.client.post("/api/exports", json={"runs": [desk.home.run_id], "format": "cvat-video"}).json()["id"]
     answer = desk.ask(exports=[waiting])
     assert (answer.status_code, answer.json()["error"]["code"]) == (409, "not_complete")
-    desk.client.post(f"/api/artefacts/{waiting}/cancel")
+    desk.client.post(f"/api/outputs/{waiting}/cancel")
 
 
 def _claim(desk: Desk, version: str, leaving: bool) -> TaskContext:

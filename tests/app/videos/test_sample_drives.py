@@ -16,7 +16,7 @@ NAMES = [clip.video.name for clip in SHIPPED]
 
 
 def heard(server: Server) -> dict[str, dict[str, Any]]:
-    """The newest that pages have been told of each video, by name; that of a run changes nothing here."""
+    """The newest that pages have been informed of each video, by name; that of a run changes nothing here."""
     with server.context.database.read() as session:
         events = session.query(Event).where(Event.kind == "video").order_by(Event.seq).all()
         return {event.data["name"]: event.data for event in events}

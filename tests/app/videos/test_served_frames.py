@@ -133,12 +133,12 @@ def test_stepping_hits_the_cache(server: Server, corpus: ModuleType) -> None:
     video = _add(server, _file(corpus, "b_frames", server.settings.home).path)
     frames = server.context.frames
     frames.picture(video, 5, None, "jpeg")
-    reel = frames._open[video]
+    frame_server = frames._open[video]
     for _ in range(200):
-        if (video, 12, reel.snap(None), "jpeg") in frames._cache:
+        if (video, 12, frame_server.snap(None), "jpeg") in frames._cache:
             break
         threading.Event().wait(0.01)
-    assert (video, 12, reel.snap(None), "jpeg") in frames._cache, "nothing was decoded ahead"
+    assert (video, 12, frame_server.snap(None), "jpeg") in frames._cache, "nothing was decoded ahead"
 
 
 def test_the_cache_is_bounded() -> None:

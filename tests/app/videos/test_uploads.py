@@ -379,9 +379,9 @@ def test_what_is_wrong_with_an_upload_is_said_of_the_file_that_was_uploaded(
     run = server.client.post(f"/api/videos/{video}/runs", json={"stop": 2}).json()["id"]
     work_off(server.context, "track")
     with server.context.database.read() as session:
-        told = session.get_one(Run, run).summary["warnings"]
-    assert told
-    assert all(sentence.startswith("Drive 1.mp4 ") for sentence in (*shown["warnings"], *told))
+        reported = session.get_one(Run, run).summary["warnings"]
+    assert reported
+    assert all(sentence.startswith("Drive 1.mp4 ") for sentence in (*shown["warnings"], *reported))
 
 
 def test_other_bytes_of_the_same_size_are_another_video(server: Server, clip: Path) -> None:

@@ -188,8 +188,8 @@ def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
     work(run_whatif)
     with database.read() as session:
         run = session.get_one(Run, asked.id)
-        told = session.get_one(Run, "a" * 32).summary["focus"]
-        assert told == {"x": 0.5, "y": pytest.approx(0.44, abs=0.01), "named": False}
+        reported = session.get_one(Run, "a" * 32).summary["focus"]
+        assert reported == {"x": 0.5, "y": pytest.approx(0.44, abs=0.01), "named": False}
     assert run.summary["focus"] == {"x": 0.5, "y": 0.4, "named": True}
     assert (run.state, run.frames_done, run.frames_total) == ("complete", 50, 50)
     assert set(run.summary["difference"]["counts"]) == {"gained", "lost", "switched", "relabelled"}
@@ -224,9 +224,9 @@ def test_a_run_can_be_renamed_and_pages_hear_of_it(home: Any) -> None:
     made = home.add_run(name="tau = 20", kind="whatif", parent_id=home.run_id)
     assert runs(home).rename(made, "  Stricter gate ").name == "Stricter gate"
     with home.database.read() as session:
-        told = session.scalars(select(Event).where(Event.subject == made).order_by(Event.seq.desc())).first()
-        assert told is not None
-        assert (told.kind, told.data["name"]) == ("run", "Stricter gate")
+        reported = session.scalars(select(Event).where(Event.subject == made).order_by(Event.seq.desc())).first()
+        assert reported is not None
+        assert (reported.kind, reported.data["name"]) == ("run", "Stricter gate")
     with pytest.raises(Invalid, match="needs a name"):
         runs(home).rename(made, "   ")
     with pytest.raises(NotFound):

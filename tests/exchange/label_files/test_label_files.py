@@ -1,4 +1,4 @@
-"""Label sets in files of other tools: what comes back from each, what is told, and what is refused and where."""
+"""Label sets in files of other tools: what comes back from each, what is reported, and what is refused and where."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_names_come_back_from_every_format(tmp_path: Path, format: str) -> None:
     found = back(tmp_path, MINE, format)
     assert [label.name for label in found.labels.offered()] == [label.name for label in STRANGE[:4]]
     assert not found.refused
-    assert not found.told
+    assert not found.reported
     shipped = shipped_set("gtsrb-43")
     assert [label.name for label in back(tmp_path, shipped, format).labels] == [label.name for label in shipped]
 
@@ -137,7 +137,7 @@ def test_cvats_own_file_is_read(tmp_path: Path) -> None:
     ]
     assert (car.attributes[1].low, car.attributes[1].high) == (0, 9)
     assert [refused.reason for refused in found.refused] == ["file, label 2: 'Car' is the same label as 'car' here."]
-    assert [sentence.partition(": ")[2] for sentence in found.told] == [
+    assert [sentence.partition(": ")[2] for sentence in found.reported] == [
         "'car' is a label for skeleton; it was taken as one for boxes.",
         "the default of 'make' is none of its values; it was left out.",
         "the step of 'x' is not kept.",
@@ -171,13 +171,13 @@ def test_a_label_studio_configuration_of_people_is_read(tmp_path: Path) -> None:
         ["state", "n"],
     ]
     assert stop.attributes[0].default == "fine"
-    assert len(found.told) == 5
+    assert len(found.reported) == 5
     only = read(tmp_path, '<View><Choices name="a" toName="b"><Choice value="x"/></Choices></View>')
     assert [label.name for label in only.labels] == ["x"]
 
 
 @pytest.mark.parametrize(
-    ("content", "file", "told"),
+    ("content", "file", "reported"),
     [
         ("", "a", "a: is empty"),
         ("{", "a", "not JSON"),
@@ -219,10 +219,10 @@ def test_a_label_studio_configuration_of_people_is_read(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_breaks_a_rule_is_refused_in_a_sentence(tmp_path: Path, content: Any, file: str, told: str) -> None:
+def test_what_breaks_a_rule_is_refused_in_a_sentence(tmp_path: Path, content: Any, file: str, reported: str) -> None:
     with pytest.raises(InputError) as refused:
         read(tmp_path, content, file)
-    assert told in str(refused.value)
+    assert reported in str(refused.value)
     assert str(refused.value).endswith(".")
 
 

@@ -85,7 +85,7 @@ test('refusals wait longer each time; the number after a reset counts from there
   assert.deepEqual(found.seen, [41]);
 });
 
-test('a full disk is told beside the numbered stream', async () => {
+test('a full disk is reported beside the numbered stream', async () => {
   const full = (/** @type {string} */ text) => `event: storage\ndata: {"text":${text}}\n\n`;
   const found = await play([`id: 3\nevent: hello\ndata: {"seq": 3}\n\n${full('"full"')}${change(4)}${full('null')}`]);
   assert.deepEqual(found.storage, ['full', null]);
@@ -93,7 +93,7 @@ test('a full disk is told beside the numbered stream', async () => {
   assert.deepEqual(found.asked, [null, '4']);
 });
 
-test('a lost credential is told apart from a lost server', async () => {
+test('a lost credential is distinguished from a lost server', async () => {
   const found = await play([401, 'id: 1\nevent: hello\ndata: {}\n\n']);
   assert.equal(found.denied, 1);
 });

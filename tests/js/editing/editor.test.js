@@ -31,7 +31,7 @@ test('what several tracks are about names none of them, what one is about names 
   assert.equal(describeUndone('set_box', 12, '#1', 1), 'box corrected in frame 12');
 });
 
-test('what was said of tracks is told from what nobody has said anything of', async () => {
+test('what was said of tracks is distinguished from what nobody has said anything of', async () => {
   const { editor, review } = await createWorld();
   assert.deepEqual(correctedKeys(review()), []);
   assert.ok(editor.edit({ name: 'add_note', key: 'm1', note_id: 'n'.repeat(32), frame: 5, text: 'Odd.' }));
@@ -103,9 +103,9 @@ for (const { what, status, code, reason } of [
   let tries = 0;
   server.before = () => {
     if (++tries < 3) throw new ApiError(status, code, reason);
-    const told = store.get().banners.find(({ id }) => id === 'saving')?.text ?? '';
-    assert.ok(told.startsWith(reason), told);
-    assert.match(told, /Your changes are kept in this page/);
+    const reported = store.get().banners.find(({ id }) => id === 'saving')?.text ?? '';
+    assert.ok(reported.startsWith(reason), reported);
+    assert.match(reported, /Your changes are kept in this page/);
     assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
     assert.equal(review().unsaved.length, 1);
   };
@@ -207,7 +207,7 @@ test('an edit made before somebody else saved is never put on top unasked, even 
   editor.edit(setBox('m1', 5, 20));
   editor.edit(setBox('m1', 6, 30));
   editor.edit(setBox('m2', 60, 5));
-  editor.hear(server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' }), 'theirs');
+  editor.receive(server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' }), 'theirs');
   down = false;
   await editor.settled();
   const { dialog } = store.get();
@@ -311,8 +311,8 @@ test('what others do while the corrections are read is shown with what an earlie
   server.annotation = async () => {
     const answer = structuredClone(await read());
     if (asked++ === 0) {
-      editor.hear(docs, 'one', 'a');
-      editor.hear(server.other({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' }), 'theirs', 'b');
+      editor.receive(docs, 'one', 'a');
+      editor.receive(server.other({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' }), 'theirs', 'b');
     }
     return answer;
   };
@@ -340,9 +340,9 @@ test('sentences call tracks by their names', () => {
 test('a selected track that somebody else takes away is no longer selected', async () => {
   const { editor, server, review, store, toasts } = await createWorld();
   store.dispatch((state) => select(state, 'm1'));
-  editor.hear(server.other({ name: 'delete_track', key: 'm2', frame: 60 }), 'x1');
+  editor.receive(server.other({ name: 'delete_track', key: 'm2', frame: 60 }), 'x1');
   assert.equal(review().selected, 'm1');
-  editor.hear(server.other({ name: 'delete_track', key: 'm1', frame: 5 }), 'x2');
+  editor.receive(server.other({ name: 'delete_track', key: 'm1', frame: 5 }), 'x2');
   assert.equal(review().selected, null);
   assert.deepEqual(toasts, ['Track #1 was deleted in another page.']);
 });
@@ -350,7 +350,7 @@ test('a selected track that somebody else takes away is no longer selected', asy
 test('one that somebody else merged is selected where it is now', async () => {
   const { editor, server, review, store, toasts } = await createWorld();
   store.dispatch((state) => select(state, 'm2'));
-  editor.hear(server.other({ name: 'merge', key: 'm1', others: ['m2'], frame: 60 }), 'x1');
+  editor.receive(server.other({ name: 'merge', key: 'm1', others: ['m2'], frame: 60 }), 'x1');
   assert.equal(review().selected, 'm1');
   assert.match(toasts[0], /#2 was merged into #1/);
 });

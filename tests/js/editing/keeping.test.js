@@ -5,7 +5,7 @@ import { test } from 'node:test';
 
 import { named } from '../../../static/js/editing/words.js';
 import { select } from '../../../static/js/store/actions/review.js';
-import { told } from '../../../static/js/views/dialogs/conflict.js';
+import { reported } from '../../../static/js/views/dialogs/conflict.js';
 import { createWorld, setBox } from './world.js';
 
 /** @typedef {import('../../../static/js/types.js').Command} Command */
@@ -31,7 +31,7 @@ test('a deleted track is restored with the edit, and both versions show it', asy
   const { plan, editor, server, review, toasts } = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m1', 5, 20), setBox('m1', 9, 30)]);
   assert.deepEqual([plan.saved.map((/** @type {any} */ doc) => doc.gone), plan.mine.map((/** @type {any} */ doc) => doc.gone)], [[true], [false]]);
   assert.deepEqual(Object.keys(plan.mine[0].keys), ['5', '9']);
-  assert.deepEqual(told(plan, { m1: { author: 'Ann', time: '', name: 'delete_track', frame: 0 } }, (key) => `#${key.slice(1)}`, () => 'Monday'), ['Ann changed track #1 on Monday: track deleted.', 'Track #1 was deleted: “Keep mine” restores it.']);
+  assert.deepEqual(reported(plan, { m1: { author: 'Ann', time: '', name: 'delete_track', frame: 0 } }, (key) => `#${key.slice(1)}`, () => 'Monday'), ['Ann changed track #1 on Monday: track deleted.', 'Track #1 was deleted: “Keep mine” restores it.']);
   plan.keepMine();
   await editor.settled();
   assert.deepEqual([server.docs.m1.gone, Object.keys(server.docs.m1.keys)], [false, ['5', '9']]);
@@ -41,7 +41,7 @@ test('a deleted track is restored with the edit, and both versions show it', asy
 test('what was said of a merged track goes to the one that it is part of', async () => {
   const { plan, editor, server, review, toasts } = await meet([{ name: 'merge', key: 'm1', frame: 0, others: ['m2'] }], [setBox('m2', 120, 20)]);
   assert.deepEqual([plan.moved, plan.mine.map((/** @type {any} */ doc) => doc.key)], [[{ key: 'm2', into: 'm1' }], ['m1']]);
-  assert.match(told(plan, {}, (key) => `#${key.slice(1)}`)[0], /#2 was merged into #1/);
+  assert.match(reported(plan, {}, (key) => `#${key.slice(1)}`)[0], /#2 was merged into #1/);
   plan.keepMine();
   await editor.settled();
   assert.deepEqual([Object.keys(server.docs.m1.keys), server.docs.m2.merged_into, toasts], [['120'], 'm1', []]);
@@ -71,10 +71,10 @@ test('merging two tracks that somebody else has merged is not asked either', asy
   assert.deepEqual([plan, review().unsaved], [null, []]);
 });
 
-test('what makes no sense any more is told with its reason and is not made', async () => {
+test('what makes no sense any more is reported with its reason and is not made', async () => {
   const { plan } = await meet([{ name: 'delete_from', key: 'm1', frame: 30 }], [{ name: 'split', key: 'm1', frame: 50, new_key: 'h00000001' }]);
   assert.deepEqual([plan.commands, plan.mine, plan.lost.length], [[], [], 1]);
-  assert.match(named(told(plan, {}, (key) => key)[0], {}), /cannot be kept\. Track #1 has nothing on one side of frame 50/);
+  assert.match(named(reported(plan, {}, (key) => key)[0], {}), /cannot be kept\. Track #1 has nothing on one side of frame 50/);
 });
 
 test('a note goes on top of what others have said without a question', async () => {

@@ -28,8 +28,8 @@ function createWorld() {
     },
   });
   const sets = createLabelSets({ store, api, author: () => 'Ben', say: (text) => void said.push(text) });
-  const hear = (version = server.version, subject = 'gtsrb-43') => sets.hear({ seq: 1, kind: 'labels', subject, data: { version } });
-  return { store, server, sets, said, hear };
+  const receive = (version = server.version, subject = 'gtsrb-43') => sets.receive({ seq: 1, kind: 'labels', subject, data: { version } });
+  return { store, server, sets, said, receive };
 }
 
 test('labels are those of the video’s own set while it is on the screen', async () => {
@@ -49,22 +49,22 @@ test('labels are those of the video’s own set while it is on the screen', asyn
 });
 
 test('a change is in the store once it is made, and is no news to the page that made it', async () => {
-  const { store, sets, said, hear } = createWorld();
+  const { store, sets, said, receive } = createWorld();
   await sets.reload();
   const change = sets.change({ type: 'add', name: 'no parking' });
-  await Promise.all([change, hear(2)]);
+  await Promise.all([change, receive(2)]);
   assert.deepEqual(store.get().labels.map(({ name }) => name), ['stop', 'no parking']);
   assert.deepEqual([(await change).sentence, said], ['Ben in gtsrb-43', []]);
 });
 
 test('what somebody else has changed comes in with a sentence', async () => {
-  const { store, sets, server, said, hear } = createWorld();
+  const { store, sets, server, said, receive } = createWorld();
   await sets.reload();
   server.version = 2;
   server.labels = [label({ id: 0, name: 'stop', hidden: true })];
-  await hear();
+  await receive();
   assert.deepEqual([store.get().labels[0].hidden, said], [true, ['Anna: Added ‘no parking’.']]);
-  await hear(7, 'vienna');
+  await receive(7, 'vienna');
   assert.equal(said.length, 1, 'another set is not on the screen');
 });
 

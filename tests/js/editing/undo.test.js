@@ -115,11 +115,11 @@ test('undo follows what the same person does in another page', async () => {
   const [one, other] = [await createWorld(server), await createWorld(server)];
   one.editor.edit(setBox('m1', 5, 20));
   await one.editor.settled();
-  const told = () => {
-    other.editor.hear(structuredClone(Object.values(server.docs)), String(server.log.length), 'a');
+  const reported = () => {
+    other.editor.receive(structuredClone(Object.values(server.docs)), String(server.log.length), 'a');
     return new Promise((resolve) => setTimeout(resolve, 5));
   };
-  await told();
+  await reported();
   assert.equal(other.review().undo?.frame, 5);
   await other.editor.undo();
   assert.deepEqual([server.log, server.docs.m1.keys], [['set_box', 'undo'], {}]);
@@ -127,7 +127,7 @@ test('undo follows what the same person does in another page', async () => {
   // pressed before the answer to what was heard: it is about what the server says then
   one.editor.edit(setBox('m2', 60, 20));
   await one.editor.settled();
-  void told();
+  void reported();
   await other.editor.undo();
   assert.deepEqual([server.log.at(-1), server.docs.m2.keys], ['undo', {}]);
 });

@@ -100,33 +100,33 @@ test('a soft stand-in is shown until the picture is asked for, and never counts 
   /** @type {string[]} */
   const closed = [];
   const api = /** @type {any} */ ({
-    frame: async (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { glance }) => {
-      asked.push(glance);
-      return { blob: glance ? 'soft' : 'sharp', ordinal: frame, exact: !glance };
+    frame: async (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { preview }) => {
+      asked.push(preview);
+      return { blob: preview ? 'soft' : 'sharp', ordinal: frame, exact: !preview };
     },
   });
   const decode = async (/** @type {any} */ blob) => /** @type {any} */ ({ width: 1, height: 1, close: () => closed.push(blob) });
   const cache = createFrameCache(api, 'v', { decode });
-  assert.equal((await cache.glance(5)).width, 0);
+  assert.equal((await cache.preview(5)).width, 0);
   assert.equal(cache.peek(5)?.width, 0);
   assert.equal((await cache.load(5)).width, 1280);
   assert.deepEqual(closed, ['soft']);
-  assert.equal((await cache.glance(5)).width, 1280); // it is there: nothing is asked
+  assert.equal((await cache.preview(5)).width, 1280); // it is there: nothing is asked
   assert.deepEqual(asked, [true, false]);
 });
 
-test('the picture does not wait for a glance that is still on its way', async () => {
+test('the picture does not wait for a preview that is still on its way', async () => {
   /** @type {boolean[]} */
   const aborted = [];
   const api = /** @type {any} */ ({
-    frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { glance, signal }) => new Promise((resolve, reject) => {
-      if (!glance) resolve({ blob: 'sharp', ordinal: frame, exact: true });
-      signal.addEventListener('abort', () => { aborted.push(glance); reject(new DOMException('', 'AbortError')); });
+    frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { preview, signal }) => new Promise((resolve, reject) => {
+      if (!preview) resolve({ blob: 'sharp', ordinal: frame, exact: true });
+      signal.addEventListener('abort', () => { aborted.push(preview); reject(new DOMException('', 'AbortError')); });
     }),
   });
   const decode = async () => /** @type {any} */ ({ width: 1, height: 1, close: () => {} });
   const cache = createFrameCache(api, 'v', { decode });
-  const soft = cache.glance(5);
+  const soft = cache.preview(5);
   soft.catch(() => {});
   assert.equal((await cache.load(5)).width, 1280);
   assert.deepEqual(aborted, [true]);

@@ -25,9 +25,9 @@ function create() {
   /** @type {[number, boolean][]} */
   const painted = [];
   const ask = (/** @type {string} */ kind) => (/** @type {number} */ frame) => new Promise((resolve, fail) => {
-    asked.push({ kind, frame, come: () => resolve({ frame, width: kind === 'glance' ? 0 : 1280, bitmap: {} }), fail });
+    asked.push({ kind, frame, come: () => resolve({ frame, width: kind === 'preview' ? 0 : 1280, bitmap: {} }), fail });
   });
-  const cache = /** @type {any} */ ({ peek: () => null, load: ask('load'), glance: ask('glance'), want: () => {}, setWidth: () => {}, clear: () => {} });
+  const cache = /** @type {any} */ ({ peek: () => null, load: ask('load'), preview: ask('preview'), want: () => {}, setWidth: () => {}, clear: () => {} });
   let clock = 0;
   const player = createPlayer(store, cache, { now: () => clock, tick: () => 1, untick: () => {}, again: 1 });
   player.onShot((shot, passing) => painted.push([shot.frame, passing]));
@@ -46,7 +46,7 @@ test('the first leap of all asks for what comes soonest', async () => {
   const { asked, go } = create();
   await turn();
   await go(4000);
-  assert.deepEqual(asked.map(({ kind, frame }) => [kind, frame]), [['load', 0], ['glance', 4000]]);
+  assert.deepEqual(asked.map(({ kind, frame }) => [kind, frame]), [['load', 0], ['preview', 4000]]);
 });
 
 test('who scrubs sees pictures on the way: one is asked for at a time, and none is given up', async () => {
@@ -58,7 +58,7 @@ test('who scrubs sees pictures on the way: one is asked for at a time, and none 
   await turn();
   assert.deepEqual(painted.at(-1), [1000, true]);
   assert.equal(store.get().review?.shown, 1000); // nobody draws the boxes of 3000 on it
-  assert.deepEqual(asked.slice(2).map(({ kind, frame }) => [kind, frame]), [['glance', 3000]]);
+  assert.deepEqual(asked.slice(2).map(({ kind, frame }) => [kind, frame]), [['preview', 3000]]);
   asked[2].come();
   await turn();
   assert.deepEqual(painted.at(-1), [3000, true]);

@@ -21,15 +21,15 @@ export function drive(frames, count) {
   const next = random(7);
   /** @type {any} */
   const tracks = { tau: 15, complete: true };
-  for (const name of ['id', 'first', 'last', 'frames', 'detected', 'clearest', 'class_id', 'share', 'runner_up', 'runner_up_share', 'score', 'side', 'rejected', 'relocalised', 'doubt', 'rank', 'reasons']) tracks[name] = [];
+  for (const name of ['id', 'first', 'last', 'frames', 'detected', 'clearest', 'class_id', 'share', 'runner_up', 'runner_up_share', 'score', 'side', 'rejected', 'relocalised', 'uncertainty', 'rank', 'reasons']) tracks[name] = [];
   /** @type {any} */
   const lanes = { track: [], first: [], last: [], source: [] };
   for (let i = 0; i < count; i += 1) {
     const first = Math.floor(next() * (frames - 20));
     const last = Math.min(frames - 1, first + 12 + Math.floor(next() ** 3 * 400));
-    const doubt = next() ** 3;
+    const uncertainty = next() ** 3;
     const cls = Math.floor(next() * 43);
-    const values = { id: i + 1, first, last, frames: last - first + 1, detected: last - first, clearest: last, class_id: cls, share: 0.95 - doubt * 0.5, runner_up: (cls + 1) % 43, runner_up_share: 0.03 + doubt * 0.4, score: 1 + next() * 8, side: 20 + next() * 80, rejected: 1, relocalised: 1, doubt, rank: doubt, reasons: doubt > 0.2 ? [`Its class leads by ${(100 - doubt * 90).toFixed(0)} % of the votes only.`, `It is short: ${last - first + 1} frames.`] : [] };
+    const values = { id: i + 1, first, last, frames: last - first + 1, detected: last - first, clearest: last, class_id: cls, share: 0.95 - uncertainty * 0.5, runner_up: (cls + 1) % 43, runner_up_share: 0.03 + uncertainty * 0.4, score: 1 + next() * 8, side: 20 + next() * 80, rejected: 1, relocalised: 1, uncertainty, rank: uncertainty, reasons: uncertainty > 0.2 ? [`Its class leads by ${(100 - uncertainty * 90).toFixed(0)} % of the votes only.`, `It is short: ${last - first + 1} frames.`] : [] };
     for (const [name, value] of Object.entries(values)) tracks[name].push(value);
     let at = first;
     while (at <= last) {

@@ -193,7 +193,7 @@ test('events are sentences without the track that the inspector names already', 
   assert.equal(short(null), '–');
 });
 
-test('the end and the beginning are told once, and no sentence names the track', () => {
+test('the end and the beginning are reported once, and no sentence names the track', () => {
   const lane = laneOf(tracks, 2);
   lane.confident.fill(true);
   const end = lane.frame.at(-1) ?? 0;
@@ -211,9 +211,9 @@ test('a frame says where its box comes from, and its verdict with all factors', 
   const lane = laneOf(tracks, 2);
   Object.assign(lane, { tau: 15, score: [3.86, null, 4], raw_score: [3, null, 4.5], source: [0, 2, 0], decision: [null, 0.5, null], probability: [null, 0.63, null] });
   Object.assign(lane, { confident: [null, false, true], l_positive: [null, 18.22, 9], symmetry: [null, 1.6667, 2], hash_distance: [null, 20, 4], position_distance: [null, 0.5466, 0.5] });
-  assert.equal(sourceAt(lane, 0), 'Detected with score 3.86: raw 3, plus 0.86 by the prior.');
-  assert.equal(sourceAt(lane, 2), 'Detected with score 4: raw 4.5, less 0.5 by the prior.');
-  assert.equal(sourceAt(lane, 1), 'Relocalised by the online detector: f = 0.5, probability 0.63.');
+  assert.equal(sourceAt(lane, 0), 'Score 3.86 = detector 3 + prior 0.86.');
+  assert.equal(sourceAt(lane, 2), 'Score 4 = detector 4.5 - prior 0.5.');
+  assert.equal(sourceAt(lane, 1), 'Re-detected by the online detector: f = 0.5, probability 0.63.');
   assert.equal(verdictAt(lane, 0), null);
   assert.equal(verdictAt(lane, 1), 'Prediction rejected: L = 1.67 (symmetry) × 20 (bits of its look) × 0.547 (position) = 18.2 > 15.');
   assert.equal(verdictAt(lane, 2), 'Prediction confident: L = 9 < 15, from 2 (symmetry), 4 (bits of its look), 0.5 (position).');

@@ -65,6 +65,6 @@ test('typed numbers are numbers in their range', () => {
   assert.ok('error' in numberIn('1.5', { name: 'The seed', low: 0, high: 5, whole: true }));
 });
 
-test('videos are told from annotations by name', () => {
+test('videos are distinguished from annotations by name', () => {
   assert.deepEqual(['a.MP4', 'b.mkv', 'c.xml', 'd.zip', 'mp4.json'].map((name) => isVideoFile({ name })), [true, true, false, false, false]);
 });

@@ -21,6 +21,6 @@ test('no run, an older one, an untold one and a video without a size have none',
 });
 
 test('words say where a focus comes from', () => {
-  assert.equal(focusWords(run({ focus: { x: 0.5, y: 0.4419, named: false } })), '0.442 of the height, told from the drive');
+  assert.equal(focusWords(run({ focus: { x: 0.5, y: 0.4419, named: false } })), '0.442 of the height, estimated from the drive');
   assert.equal(focusWords(run({ focus: { x: 0.5, y: 0.5, named: true } })), '0.500 of the height, as it was named');
 });

@@ -13,7 +13,7 @@ const nameOf = (id) => className(labels, id);
 const bare = emptyDoc({ track: 7, first: 0, last: 99 });
 const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
 
-test('no word, not in the set and a number that no label has are told apart', () => {
+test('no word, not in the set and a number that no label has are distinguished', () => {
   assert.deepEqual([null, NO_CLASS, 1, 40].map((id) => className(labels, id)), ['no label', 'not in the set', 'yield', 'label 40']);
 });
 

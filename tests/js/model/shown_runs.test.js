@@ -59,7 +59,7 @@ test('a track that may still grow is shown as far as it has come', () => {
   assert.deepEqual(shownRuns({ ...growing, gone: true }), []);
 });
 
-test('what people said of a frame is told', () => {
+test('what people said of a frame is reported', () => {
   const given = doc([[0, 60]], { 10: { box: BOX, interpolate: true }, 20: { box: BOX, occluded: true }, 30: { outside: true }, 40: { occluded: true }, 50: {} });
   for (const [frame, text] of /** @type {[number, string|null][]} */ ([
     [5, null],

@@ -106,8 +106,8 @@ test('the same lanes give the same object', () => {
 
 test('sentences are those of the frames that are left, and say where it was cut and joined', () => {
   const found = documentLane('m7', cut([[7, 12, 13], [9, 20, 21]]), LANES);
-  const told = found ? sentencesOfTrack(found).filter(({ kind }) => kind === 'joined' || kind === 'cut' || kind === 'born') : [];
-  assert.deepEqual(told.map(({ frame, kind, text }) => [frame, kind, text]), [
+  const reported = found ? sentencesOfTrack(found).filter(({ kind }) => kind === 'joined' || kind === 'cut' || kind === 'born') : [];
+  assert.deepEqual(reported.map(({ frame, kind, text }) => [frame, kind, text]), [
     [12, 'joined', 'from here on it is the engine’s track #7'],
     [13, 'cut', 'the engine’s track #7 goes on, but no longer in this track'],
     [20, 'joined', 'from here on it is the engine’s track #9'],
@@ -115,7 +115,7 @@ test('sentences are those of the frames that are left, and say where it was cut 
   ]);
 });
 
-test('how the engine’s track ended is told in its last part', () => {
+test('how the engine’s track ended is reported in its last part', () => {
   const died = { ...SEVEN, events: [...SEVEN.events, { frame: 15, kind: 'died', text: 'Track 7 has had no detection for 20 frames.' }] };
   /** @param {[number, number, number][]} pieces */
   const kinds = (pieces) => {

@@ -87,7 +87,7 @@ test('asking for a class changes no document', () => {
   assert.equal(draftOf({ ...asked, dialog: { kind: 'relabel', data: { key: 'm1' } } }), null);
 });
 
-test('who merges two signs that are seen at once is told what is hidden', () => {
+test('who merges two signs that are seen at once is informed what is hidden', () => {
   /** @param {string} key @param {number} first @param {number} last */
   const track = (key, first, last) => ({ ...blankDoc(key), keys: { [first]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null }, [last]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null } } });
   const docs = { h00000001: track('h00000001', 10, 20), h00000002: track('h00000002', 19, 30), h00000003: track('h00000003', 31, 40), h00000004: track('h00000004', 20, 22) };

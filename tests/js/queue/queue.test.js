@@ -13,21 +13,21 @@ const LABELS = [label({ id: 1, name: 'Yield', aliases: ['give way'] }), label({ 
  * @param {object} [docs]
  * @param {object} [filter]
  * @param {string|null} [selected]
- * @returns {any} three tracks: doubt 0.1, 0.9, 0.5
+ * @returns {any} three tracks: uncertainty 0.1, 0.9, 0.5
  */
 function state(docs = {}, filter = {}, selected = null) {
-  const tracks = { ...drive(1000, 3).tracks, id: [1, 2, 3], doubt: [0.1, 0.9, 0.5], rank: [0.1, 0.9, 0.5], class_id: [1, 2, 1], first: [30, 20, 10], last: [40, 30, 20], score: [3, 2, 1], reasons: [[], ['It is short: 11 frames.'], []] };
+  const tracks = { ...drive(1000, 3).tracks, id: [1, 2, 3], uncertainty: [0.1, 0.9, 0.5], rank: [0.1, 0.9, 0.5], class_id: [1, 2, 1], first: [30, 20, 10], last: [40, 30, 20], score: [3, 2, 1], reasons: [[], ['It is short: 11 frames.'], []] };
   return { labels: LABELS, review: { tracks, docs, filter: { ...NO_FILTER, ...filter }, selected } };
 }
 const doc = (/** @type {number} */ track, /** @type {object} */ change) => ({ ...emptyDoc({ track, first: 10, last: 40 }), ...change });
 
-test('the most doubtful track comes first', () => assert.deepEqual(queueOrder(state()), ['m2', 'm3', 'm1']));
+test('the most uncertain track comes first', () => assert.deepEqual(queueOrder(state()), ['m2', 'm3', 'm1']));
 
 for (const [sort, order] of /** @type {const} */ ([['time', ['m3', 'm2', 'm1']], ['class', ['m3', 'm1', 'm2']], ['score', ['m3', 'm2', 'm1']]])) {
   test(`order by ${sort}`, () => assert.deepEqual(queueOrder(state({}, { sort })), order));
 }
 
-for (const [filter, order] of /** @type {[object, string[]][]} */ ([[{ class_id: 2 }, ['m2']], [{ least_doubt: 0.4 }, ['m2', 'm3']], [{ text: 'yield' }, ['m3', 'm1']], [{ text: '#3' }, ['m3']], [{ text: 'short' }, ['m2']], [{ text: 'nothing like it' }, []]])) {
+for (const [filter, order] of /** @type {[object, string[]][]} */ ([[{ class_id: 2 }, ['m2']], [{ least_uncertainty: 0.4 }, ['m2', 'm3']], [{ text: 'yield' }, ['m3', 'm1']], [{ text: '#3' }, ['m3']], [{ text: 'short' }, ['m2']], [{ text: 'nothing like it' }, []]])) {
   test(`filter ${JSON.stringify(filter)}`, () => assert.deepEqual(queueOrder(state({}, filter)), order));
 }
 
@@ -90,9 +90,9 @@ test('none of the classes is an answer of its own: filtered, found and doubted a
   assert.deepEqual(queueOrder(state(docs, { text: 'not set' })), ['m1']);
   assert.deepEqual(queueOrder(state(docs, { sort: 'class' })), ['m3', 'm2', 'm1']);
   const { tracks } = state().review;
-  assert.equal(trackEntries(tracks, docs).find(({ key }) => key === 'm1')?.doubt, 1);
+  assert.equal(trackEntries(tracks, docs).find(({ key }) => key === 'm1')?.uncertainty, 1);
   const never = { ...tracks, class_id: [null, 2, 1] };
-  assert.equal(trackEntries(never, { ...docs }).find(({ key }) => key === 'm1')?.doubt, 0.1, 'the engine has read none either');
+  assert.equal(trackEntries(never, { ...docs }).find(({ key }) => key === 'm1')?.uncertainty, 0.1, 'the engine has read none either');
 });
 
 test('deleted tracks are not in the queue, people’s own are', () => {
@@ -148,8 +148,8 @@ test('tracks without a score come last, and the order is total', () => {
   assert.equal(queueOf(entries, { ...NO_FILTER, sort: 'score' }, LABELS).at(-1)?.key, 'm1');
 });
 
-test('whom a person overrules is doubtful until it is decided, and no row moves meanwhile', () => {
-  for (const [change, doubt, told] of /** @type {[object, number, string[]][]} */ ([
+test('whom a person overrules is uncertain until it is decided, and no row moves meanwhile', () => {
+  for (const [change, uncertainty, reported] of /** @type {[object, number, string[]][]} */ ([
     [{ class_id: 2 }, 1, ['A person calls it something else than the engine.']],
     [{ class_id: 2, review: 'needs_work' }, 1, ['A person calls it something else than the engine.']],
     [{ class_id: 2, review: 'accepted' }, 0.1, []],
@@ -159,9 +159,9 @@ test('whom a person overrules is doubtful until it is decided, and no row moves 
   ])) {
     const docs = { m1: doc(1, change) };
     const entry = trackEntries(state(docs).review.tracks, docs)[0];
-    assert.deepEqual([entry.key, entry.doubt, entry.reasons], ['m1', doubt, told], JSON.stringify(change));
+    assert.deepEqual([entry.key, entry.uncertainty, entry.reasons], ['m1', uncertainty, reported], JSON.stringify(change));
     assert.deepEqual(queueOrder(state(docs)), ['m2', 'm3', 'm1']);
-    assert.deepEqual(queueOrder(state(docs, { least_doubt: 0.95 })), doubt === 1 ? ['m1'] : []);
+    assert.deepEqual(queueOrder(state(docs, { least_uncertainty: 0.95 })), uncertainty === 1 ? ['m1'] : []);
   }
 });
 

@@ -97,7 +97,7 @@ test('a correction is one more anchor, and what was cut off stays so', async () 
   end();
 });
 
-test('what cannot be followed is told, and nothing is left on the page', async () => {
+test('what cannot be followed is reported, and nothing is left on the page', async () => {
   const { control, said, now, end } = world({ startFollow: async () => { throw new ApiError(422, 'no_such_frame', 'The video has frames 0 to 9. Got 50.'); } });
   control.start(ASKED);
   await settle();

@@ -26,7 +26,7 @@ async function create({ answers = {}, track = null } = {}) {
   /** What requests for lanes end with. @type {{thrown: Error|null}} */
   const failure = { thrown: null };
   /** Ground truths of the video, those that were removed, and requests for boxes. @type {{list: {id: string, name?: string}[], gone: Set<string>, asked: string[]}} */
-  const truths = { list: [], gone: new Set(), asked: [] };
+  const groundTruths = { list: [], gone: new Set(), asked: [] };
   const api = /** @type {any} */ ({
     video: async () => video,
     runs: async () => [run],
@@ -34,10 +34,10 @@ async function create({ answers = {}, track = null } = {}) {
     tracks: async () => null,
     lanes: async () => null,
     earlier: async () => null,
-    truths: async () => truths.list,
+    groundTruths: async () => groundTruths.list,
     truthBoxes: async (/** @type {string} */ id, /** @type {number} */ first) => {
-      truths.asked.push(`${id}/${first}`);
-      if (truths.gone.has(id)) throw new ApiError(404, 'not_found', `There is no truth '${id}'.`);
+      groundTruths.asked.push(`${id}/${first}`);
+      if (groundTruths.gone.has(id)) throw new ApiError(404, 'not_found', `There is no truth '${id}'.`);
       return [];
     },
     annotation: async () => ({ docs: [{ key: 'm1' }] }),
@@ -60,7 +60,7 @@ async function create({ answers = {}, track = null } = {}) {
   store.subscribe(() => loader.sync());
   loader.sync();
   for (let i = 0; i < 5; i++) await turn();
-  return { store, asked, lanes, failure, truths, loader, go: async (/** @type {number} */ frame) => {
+  return { store, asked, lanes, failure, groundTruths, loader, go: async (/** @type {number} */ frame) => {
     store.dispatch((state) => seek(state, frame));
     await turn();
   } };
@@ -159,27 +159,27 @@ test('what fails rests before it is asked for again, and what is not there is no
 });
 
 test('a ground truth that another of its name has replaced is looked up anew, without a word of complaint', async () => {
-  const { store, loader, truths, asked } = await create();
+  const { store, loader, groundTruths, asked } = await create();
   const settle = async () => {
     for (let i = 0; i < 8; i++) {
       for (const { come } of asked.splice(0)) come();
       await turn();
     }
   };
-  truths.list = [{ id: 'old' }];
+  groundTruths.list = [{ id: 'old' }];
   loader.showTruth('old');
   await settle();
-  assert.equal(truths.asked[0], 'old/0');
-  truths.list = [{ id: 'new', name: 'second pass' }];
-  truths.gone.add('old');
+  assert.equal(groundTruths.asked[0], 'old/0');
+  groundTruths.list = [{ id: 'new', name: 'second pass' }];
+  groundTruths.gone.add('old');
   store.dispatch((state) => seek(state, 1000));
   await settle();
-  assert.ok(truths.asked.some((name) => name.startsWith('new/')), truths.asked.join());
+  assert.ok(groundTruths.asked.some((name) => name.startsWith('new/')), groundTruths.asked.join());
   assert.equal(store.get().review?.truthName, 'second pass'); // what the layer's button says
   assert.deepEqual(store.get().banners, []);
 });
 
-test('a run laid over another one brings its tracks, and its corrections where they are asked for', async () => {
+test('a run merged into another one brings its tracks, and its corrections where they are asked for', async () => {
   const { store, loader } = await create();
   loader.showSecond('q', true);
   await turn();
@@ -190,15 +190,15 @@ test('a run laid over another one brings its tracks, and its corrections where t
 });
 
 test('the track that the address names is selected with the tracks, and what is selected then stays', async () => {
-  const truths = held();
+  const groundTruths = held();
   const tracks = held();
-  const { store } = await create({ track: 'm1', answers: { truths: () => truths.promise, tracks: () => tracks.promise } });
+  const { store } = await create({ track: 'm1', answers: { groundTruths: () => groundTruths.promise, tracks: () => tracks.promise } });
   assert.equal(store.get().review?.selected, null, 'without its tracks it could not be judged');
   tracks.release({ id: [1, 2] });
   await turn();
   assert.equal(store.get().review?.selected, 'm1');
   store.dispatch((state) => select(state, 'm2'));
-  truths.release([]);
+  groundTruths.release([]);
   await turn();
   assert.equal(store.get().review?.selected, 'm2');
 });

@@ -18,10 +18,10 @@ const event = (seq, kind, data) => ({seq, kind: /** @type {any} */ (kind), subje
 
 test('an answer older than an event does not hide it', async () => {
   const store = createStore(initialState());
-  const {hear, load} = createCatchUp(store);
+  const {receive, load} = createCatchUp(store);
   const videos = held();
   const done = load(() => videos.promise, setVideos);
-  hear(event(1, 'video', video('r')));
+  receive(event(1, 'video', video('r')));
   videos.release([video(null)]);
   assert.deepEqual(await done, [video(null)], 'the caller gets the answer as it was');
   assert.equal(store.get().videos?.[0]?.latest_run, 'r');
@@ -29,13 +29,13 @@ test('an answer older than an event does not hide it', async () => {
 
 test('a run that ended while its list was on its way has ended, and no state in between is shown', async () => {
   const store = createStore(initialState());
-  const {hear, load} = createCatchUp(store);
+  const {receive, load} = createCatchUp(store);
   const runs = held();
   /** @type {(string|undefined)[]} */
   const shown = [];
   store.subscribe((state) => shown.push(state.runs['v']?.[0]?.state));
   const done = load(() => runs.promise, (state, found) => setRuns(state, 'v', found));
-  hear(event(1, 'run', run('complete')));
+  receive(event(1, 'run', run('complete')));
   runs.release([run('running')]);
   await done;
   assert.deepEqual(shown.filter(Boolean), ['complete']);
@@ -43,18 +43,18 @@ test('a run that ended while its list was on its way has ended, and no state in 
 
 test('what was heard before the question is in the answer and is not heard again', async () => {
   const store = createStore(initialState());
-  const {hear, load} = createCatchUp(store);
-  hear(event(1, 'run', run('running')));
+  const {receive, load} = createCatchUp(store);
+  receive(event(1, 'run', run('running')));
   await load(async () => [run('complete')], (state, found) => setRuns(state, 'v', found));
   assert.equal(store.get().runs['v']?.[0]?.state, 'complete');
 });
 
 test('a video removed while the list was on its way stays removed', async () => {
   const store = createStore(initialState());
-  const {hear, load} = createCatchUp(store);
+  const {receive, load} = createCatchUp(store);
   const videos = held();
   const done = load(() => videos.promise, setVideos);
-  hear({seq: 1, kind: 'removed', subject: 'v', data: {}});
+  receive({seq: 1, kind: 'removed', subject: 'v', data: {}});
   videos.release([video(null)]);
   await done;
   assert.deepEqual(store.get().videos, []);

@@ -78,11 +78,11 @@ test('the address says where one is, and never the run that is being left', () =
 
 test('files and versions take their place, and leave it', () => {
   const made = (/** @type {string} */ id, more = {}) => /** @type {any} */ ({id, state: 'queued', active: false, ...more});
-  assert.equal(actions.putArtefact(initialState(), made('a')).artefacts, null);
-  let state = actions.setArtefacts(initialState(), [made('a')]);
-  state = actions.putArtefact(actions.putArtefact(state, made('b')), made('a', {state: 'complete'}));
-  assert.deepEqual(state.artefacts?.map(({id, state: now}) => [id, now]), [['b', 'queued'], ['a', 'complete']]);
-  assert.deepEqual(actions.dropMade(state, 'b').artefacts?.map(({id}) => id), ['a']);
+  assert.equal(actions.putOutput(initialState(), made('a')).outputs, null);
+  let state = actions.setOutputs(initialState(), [made('a')]);
+  state = actions.putOutput(actions.putOutput(state, made('b')), made('a', {state: 'complete'}));
+  assert.deepEqual(state.outputs?.map(({id, state: now}) => [id, now]), [['b', 'queued'], ['a', 'complete']]);
+  assert.deepEqual(actions.dropMade(state, 'b').outputs?.map(({id}) => id), ['a']);
   assert.equal(actions.dropMade(state, 'x'), state);
 });
 

@@ -13,29 +13,29 @@ const refuse = () => Promise.reject(new ApiError(409, 'not_resumable', 'Run 1 is
 /**
  * @param {() => Promise<any>} call
  * @param {AbortSignal} [signal]
- * @param {any[]} [heard]   runs that the event stream brings before the answer
- * @returns {Promise<{runs: any[], told: string[]}>} what the page shows afterwards
+ * @param {any[]} [received]   runs that the event stream brings before the answer
+ * @returns {Promise<{runs: any[], reported: string[]}>} what the page shows afterwards
  */
-async function changed(call, signal, heard = []) {
+async function changed(call, signal, received = []) {
   /** @type {any} */
   let state = { runs: { v: [BEFORE] }, review: null };
   /** @type {string[]} */
-  const told = [];
+  const reported = [];
   const page = new EventTarget();
-  page.addEventListener(TOAST, (event) => told.push(/** @type {CustomEvent} */ (event).detail.text));
+  page.addEventListener(TOAST, (event) => reported.push(/** @type {CustomEvent} */ (event).detail.text));
   Object.assign(globalThis, { document: page });
   const app = createCatchUp(/** @type {any} */ ({ get: () => state, dispatch: (/** @type {any} */ action) => { state = action(state); } }));
   await changeRun(app, async () => {
     const run = await call();
-    for (const data of heard) app.hear(/** @type {any} */ ({ kind: 'run', subject: 'r', data }));
+    for (const data of received) app.receive(/** @type {any} */ ({ kind: 'run', subject: 'r', data }));
     return run;
   }, signal);
-  return { runs: state.runs.v, told };
+  return { runs: state.runs.v, reported };
 }
 
 test('what the server answers is shown', async () => {
-  assert.deepEqual(await changed(async () => AFTER), { runs: [AFTER], told: [] });
-  assert.deepEqual(await changed(async () => AFTER, AbortSignal.abort()), { runs: [AFTER], told: [] });
+  assert.deepEqual(await changed(async () => AFTER), { runs: [AFTER], reported: [] });
+  assert.deepEqual(await changed(async () => AFTER, AbortSignal.abort()), { runs: [AFTER], reported: [] });
 });
 
 test('an answer that what was heard has overtaken does not take its place', async () => {
@@ -43,9 +43,9 @@ test('an answer that what was heard has overtaken does not take its place', asyn
   assert.deepEqual((await changed(async () => AFTER, undefined, [later])).runs, [later]);
 });
 
-test('a refusal is told, unless it comes after the end of the dialog that asked', async () => {
-  const told = ['Run 1 is complete.'];
-  assert.deepEqual(await changed(refuse), { runs: [BEFORE], told });
-  assert.deepEqual(await changed(refuse, new AbortController().signal), { runs: [BEFORE], told });
-  assert.deepEqual(await changed(refuse, AbortSignal.abort()), { runs: [BEFORE], told: [] });
+test('a refusal is reported, unless it comes after the end of the dialog that asked', async () => {
+  const reported = ['Run 1 is complete.'];
+  assert.deepEqual(await changed(refuse), { runs: [BEFORE], reported });
+  assert.deepEqual(await changed(refuse, new AbortController().signal), { runs: [BEFORE], reported });
+  assert.deepEqual(await changed(refuse, AbortSignal.abort()), { runs: [BEFORE], reported: [] });
 });

@@ -1,32 +1,32 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
-import {content, facts, partOf, skipped, warnings} from '../../../static/js/views/artefact-words.js';
+import {content, facts, partOf, skipped, warnings} from '../../../static/js/views/output-words.js';
 import {expectedWords, goingOnWords} from '../../../static/js/views/dialogs/bundle.js';
 import {rangeAround, rangeWords} from '../../../static/js/views/dialogs/frame-range.js';
 import {madeWords, tellWhenMade} from '../../../static/js/views/made_notice.js';
 import {createStore} from '../../../static/js/store/store.js';
 import {initialState} from '../../../static/js/store/initial.js';
-import {putArtefact, setArtefacts} from '../../../static/js/store/actions/page.js';
+import {putOutput, setOutputs} from '../../../static/js/store/actions/page.js';
 import {lineage, modelProgress, modelsOf, modelsTag} from '../../../static/js/views/model-words.js';
 
 /** @param {object} [more] */
-const artefact = (more = {}) => /** @type {import('../../../static/js/types.js').Artefact} */ ({
+const output = (more = {}) => /** @type {import('../../../static/js/types.js').Output} */ ({
   id: 'a', kind: 'export', run_id: null, name: 'x.zip', state: 'complete', error: null, options: {format: 'yolo'}, done: 0, total: null, size: 1500, sha256: '', summary: {}, created: '2026-11-21T09:00:00Z', finished: null, ...more,
 });
 
 test('a file is described by what it is, of what, how large', () => {
-  assert.match(facts(artefact({summary: {title: 'YOLO'}}), 'drive.mp4'), /^Export: YOLO · drive\.mp4 · 1\.5 kB · /);
-  assert.match(facts(artefact({kind: 'recording', options: {first: 1000, stop: 1300}, size: null}), ''), /^Recording · frames 1,000 to 1,299 · /);
-  assert.equal(content(artefact({summary: {counts: {videos: 1, tracks: 2, boxes: 1, by: {}}, files: 3}})), '1 video, 2 tracks, 1 box, 3 files');
-  assert.equal(content(artefact({summary: {counts: {tracks: 1300, boxes: 2}, split: {tracks: {train: 1200, val: 100}}}})), '1,300 tracks (train 1,200, val 100), 2 boxes');
-  assert.equal(content(artefact()), '');
+  assert.match(facts(output({summary: {title: 'YOLO'}}), 'drive.mp4'), /^Export: YOLO · drive\.mp4 · 1\.5 kB · /);
+  assert.match(facts(output({kind: 'recording', options: {first: 1000, stop: 1300}, size: null}), ''), /^Recording · frames 1,000 to 1,299 · /);
+  assert.equal(content(output({summary: {counts: {videos: 1, tracks: 2, boxes: 1, by: {}}, files: 3}})), '1 video, 2 tracks, 1 box, 3 files');
+  assert.equal(content(output({summary: {counts: {tracks: 1300, boxes: 2}, split: {tracks: {train: 1200, val: 100}}}})), '1,300 tracks (train 1,200, val 100), 2 boxes');
+  assert.equal(content(output()), '');
 });
 
 test('what was skipped may be more than is listed', () => {
   const items = [{what: 'a', reason: 'b'}];
-  assert.deepEqual(skipped(artefact({summary: {skipped: items, skipped_count: 7}})), {items, total: 7});
-  assert.deepEqual(skipped(artefact()), {items: [], total: 0});
+  assert.deepEqual(skipped(output({summary: {skipped: items, skipped_count: 7}})), {items, total: 7});
+  assert.deepEqual(skipped(output()), {items: [], total: 0});
 });
 
 test('progress is a share, where it is known', () => {
@@ -84,7 +84,7 @@ test('a list of runs tells them apart by their models once there are several ver
 
 test('lineage names parent, exports, corrections, data and seed', () => {
   const version = /** @type {any} */ ({id: 'v2', parent_id: 'v1', state: 'running', stage: 'trial: boosting', done: 3, total: 9, lineage: {
-    asked: {exports: [{artefact: 'e', name: 'drive.zip'}], folders: {gtsdb: '/d'}, seed: 4, parts: ['detector']},
+    asked: {exports: [{output: 'e', name: 'drive.zip'}], folders: {gtsdb: '/d'}, seed: 4, parts: ['detector']},
     exports: [{videos: [{name: 'drive.mp4', edit_revision: 12}]}], used: {frames: 30, signs: 2, videos: ['drive.mp4']}, held_out: {by: 'sign', signs: ['s']}, seed: 4, parts: ['detector'],
   }});
   const rows = Object.fromEntries(lineage(version, [/** @type {any} */ ({id: 'v1', name: 'First'})]));
@@ -93,11 +93,11 @@ test('lineage names parent, exports, corrections, data and seed', () => {
   assert.equal(Object.fromEntries(lineage({...version, parent_id: 'gone'}, []))['Made from'], 'a version that was removed');
 });
 
-test('a file that was asked for is told of once, unless it is in sight or was taken back', () => {
-  assert.deepEqual(madeWords(artefact(), false), {text: 'x.zip is ready.', tone: 'good', offers: 'download'});
-  assert.deepEqual(madeWords(artefact({state: 'failed', error: 'The disk is full.'}), false), {text: 'x.zip could not be made: The disk is full.', tone: 'bad', offers: 'files'});
-  assert.equal(madeWords(artefact(), true), null);
-  assert.equal(madeWords(artefact({state: 'cancelled'}), false), null);
+test('a file that was asked for is informed of once, unless it is in sight or was taken back', () => {
+  assert.deepEqual(madeWords(output(), false), {text: 'x.zip is ready.', tone: 'good', offers: 'download'});
+  assert.deepEqual(madeWords(output({state: 'failed', error: 'The disk is full.'}), false), {text: 'x.zip could not be made: The disk is full.', tone: 'bad', offers: 'files'});
+  assert.equal(madeWords(output(), true), null);
+  assert.equal(madeWords(output({state: 'cancelled'}), false), null);
   assert.equal(madeWords(undefined, false), null);
 
   const store = createStore(initialState(), (run) => run());
@@ -106,19 +106,19 @@ test('a file that was asked for is told of once, unless it is in sight or was ta
   const said = [];
   tellWhenMade(app, 'a', ({text, action, topic}) => said.push(`${text} ${action?.label} ${topic}`));
   store.dispatch((state) => ({...state})); // the list of files is not loaded yet
-  store.dispatch((state) => setArtefacts(state, [artefact({state: 'running'})]));
+  store.dispatch((state) => setOutputs(state, [output({state: 'running'})]));
   assert.deepEqual(said, []);
-  store.dispatch((state) => putArtefact(state, artefact({state: 'complete'})));
-  store.dispatch((state) => putArtefact(state, artefact({state: 'complete', size: 7})));
+  store.dispatch((state) => putOutput(state, output({state: 'complete'})));
+  store.dispatch((state) => putOutput(state, output({state: 'complete', size: 7})));
   assert.deepEqual(said, ['x.zip is ready. Download made-a']);
 });
 
-test('what a side of a split lacks and what stayed behind is told', () => {
+test('what a side of a split lacks and what stayed behind is reported', () => {
   const lacks = {val: ['stop', '<b>boar</b>'], test: []};
-  assert.deepEqual(warnings(artefact({summary: {split: {lacks}, open_left: 1}})), [
+  assert.deepEqual(warnings(output({summary: {split: {lacks}, open_left: 1}})), [
     'The val side has no sign of stop, <b>boar</b>, which others have.', '1 open track stayed behind: nobody has judged or edited it yet.',
   ]);
-  assert.match(warnings(artefact({summary: {split: {lacks: {train: Array.from({length: 9}, (_, i) => `s${i}`)}}}}))[0], /s5 and 3 more/);
-  assert.deepEqual(warnings(artefact({summary: {open_left: 0}})), []);
-  assert.deepEqual(warnings(artefact()), []);
+  assert.match(warnings(output({summary: {split: {lacks: {train: Array.from({length: 9}, (_, i) => `s${i}`)}}}}))[0], /s5 and 3 more/);
+  assert.deepEqual(warnings(output({summary: {open_left: 0}})), []);
+  assert.deepEqual(warnings(output()), []);
 });

@@ -40,21 +40,21 @@ test('there is a pause between two values', async () => {
   assert.deepEqual(sent, [1, 2]);
 });
 
-test('a failure is told and does not end the following', async () => {
+test('a failure is reported and does not end the following', async () => {
   /** @type {unknown[]} */
-  const told = [];
+  const reported = [];
   /** @type {number[]} */
   const sent = [];
   const follower = createFollower(async (/** @type {number} */ value) => {
     sent.push(value);
     if (value === 1) throw new Error('gone');
-  }, { wait: () => Promise.resolve(), failed: (thrown) => told.push(thrown) });
+  }, { wait: () => Promise.resolve(), failed: (thrown) => reported.push(thrown) });
   follower.push(1);
   await turn();
   follower.push(2);
   await turn();
   assert.deepEqual(sent, [1, 2]);
-  assert.equal(told.length, 1);
+  assert.equal(reported.length, 1);
 });
 
 test('a stopped one sends nothing any more', async () => {

@@ -10,7 +10,7 @@ test('a full disk is a banner until there is room, or until another connection s
   /** @type {any} */
   let hooks;
   const store = {get: () => state, dispatch: (/** @type {(state: any) => any} */ action) => (state = action(state))};
-  const app = /** @type {any} */ ({store, api: {}, signal: new AbortController().signal, hear: () => {}, load: async () => {}});
+  const app = /** @type {any} */ ({store, api: {}, signal: new AbortController().signal, receive: () => {}, load: async () => {}});
   startLive(app, {open: (options) => ((hooks = options), /** @type {any} */ ({retry: () => {}}))});
   const shown = () => state.banners.map((/** @type {{id: string, text: string}} */ banner) => [banner.id, banner.text]);
   hooks.onConnection('online');
@@ -31,7 +31,7 @@ test('what could not be loaded without the server is loaded when it is back, and
     if (away) throw new ApiError(0, 'offline', 'No answer.');
   };
   const life = new AbortController();
-  const live = startLive(/** @type {any} */ ({store, api: {}, signal: life.signal, hear: () => {}, load}), {open: () => /** @type {any} */ ({retry: () => {}}), again: 5});
+  const live = startLive(/** @type {any} */ ({store, api: {}, signal: life.signal, receive: () => {}, load}), {open: () => /** @type {any} */ ({retry: () => {}}), again: 5});
   const shown = () => state.banners.map((/** @type {{id: string}} */ banner) => banner.id);
   await live.reload();
   assert.deepEqual(shown(), ['load']);

@@ -23,12 +23,12 @@ test('who shows a note hears of every change, until it ends', () => {
   const { storage } = memory();
   const drafts = createNoteDrafts(() => storage);
   const life = new AbortController();
-  let heard = 0;
-  drafts.onKept(() => void (heard += 1), life.signal);
+  let received = 0;
+  drafts.onKept(() => void (received += 1), life.signal);
   drafts.keep('r', 'm1', 'x');
   life.abort();
   drafts.keep('r', 'm1', 'y');
-  assert.equal(heard, 1);
+  assert.equal(received, 1);
 });
 
 test('a note without words leaves nothing behind', () => {

@@ -177,11 +177,11 @@ test('a place says whose track it is on, in the words of the review', () => {
   const found = /** @type {any} */ ({reference: 'annotation:q', candidate: 'run:b', sides: {reference: {names: drawn}, candidate: {names: {}}}});
   const some = {title: '', frames: [1, 1], lasts: [1, 1], places: 2};
   /** @param {any} compared @param {any} places */
-  const told = (compared, places) => sides(compared, {...some, ...places}, viewOf(compared, places.side), 0);
-  assert.equal(told(found, {side: 'reference', tracks: ['h0001'], partners: [null]}), 'drawn at 70');
-  assert.equal(told(found, {side: 'candidate', tracks: ['m3'], partners: ['h0001']}), '#3 of the other run, drawn at 70');
-  assert.equal(told({...found, candidate: 'truth:t'}, {side: 'candidate', tracks: ['4'], partners: ['h0001']}), 'truth 4, drawn at 70');
-  assert.equal(told({...found, candidate: 'truth:t'}, {side: 'candidate', tracks: ['4'], partners: [null]}), 'truth 4');
+  const reported = (compared, places) => sides(compared, {...some, ...places}, viewOf(compared, places.side), 0);
+  assert.equal(reported(found, {side: 'reference', tracks: ['h0001'], partners: [null]}), 'drawn at 70');
+  assert.equal(reported(found, {side: 'candidate', tracks: ['m3'], partners: ['h0001']}), '#3 of the other run, drawn at 70');
+  assert.equal(reported({...found, candidate: 'truth:t'}, {side: 'candidate', tracks: ['4'], partners: ['h0001']}), 'truth 4, drawn at 70');
+  assert.equal(reported({...found, candidate: 'truth:t'}, {side: 'candidate', tracks: ['4'], partners: [null]}), 'truth 4');
 });
 
 test('what is not saved yet says what it waits for', () => {

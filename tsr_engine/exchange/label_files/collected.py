@@ -32,12 +32,12 @@ class FileLabels:
     Attributes:
         labels: a set; ids are the numbers of the file where it has such numbers, else the order.
         refused: names that are no labels.
-        told: what the file says and a set cannot hold, in sentences.
+        reported: what the file says and a set cannot hold, in sentences.
     """
 
     labels: LabelSet
     refused: tuple[Refused, ...] = ()
-    told: tuple[str, ...] = ()
+    reported: tuple[str, ...] = ()
 
 
 class Collector:
@@ -48,18 +48,18 @@ class Collector:
         self.file = file
         self._labels: list[Label] = []
         self._refused: list[Refused] = []
-        self._told: list[str] = []
+        self._reported: list[str] = []
         self._words: dict[str, str] = {}
         self._ids: dict[int, str] = {}
         self._digits: set[int] = set()
 
     def tell(self, sentence: str) -> None:
         """Say once what is left out."""
-        if sentence not in self._told:
-            self._told.append(sentence)
+        if sentence not in self._reported:
+            self._reported.append(sentence)
 
     def attribute(self, label: str, facts: dict[str, Any]) -> Attribute | None:
-        """An attribute; None: it is left out, which is told."""
+        """An attribute; None: it is left out, which is reported."""
         try:
             return Attribute(**facts)
         except ValidationError as error:
@@ -122,7 +122,7 @@ class Collector:
         labels = [self._with_free_key(label) for label in self._labels]
         next_id = max((label.id for label in labels), default=-1) + 1
         made = LabelSet(key=key, name=name, next_id=next_id, labels=tuple(labels))
-        return FileLabels(made, tuple(self._refused), tuple(self._told))
+        return FileLabels(made, tuple(self._refused), tuple(self._reported))
 
     def _with_free_key(self, label: Label) -> Label:
         """The label with a key that does not read like a word of another label."""

@@ -101,18 +101,18 @@ export function hideBanner(state, id) {
   return state.banners.some((banner) => banner.id === id) ? {...state, banners: state.banners.filter((banner) => banner.id !== id)} : state;
 }
 
-/** @param {State} state @param {import('../../types.js').Artefact[]} artefacts @returns {State} */
-export const setArtefacts = (state, artefacts) => ({...state, artefacts});
+/** @param {State} state @param {import('../../types.js').Output[]} outputs @returns {State} */
+export const setOutputs = (state, outputs) => ({...state, outputs});
 
 /**
  * Take over a file that is new or has gone on; the newest stand first.
  * @param {State} state
- * @param {import('../../types.js').Artefact} artefact
+ * @param {import('../../types.js').Output} output
  * @returns {State}
  */
-export function putArtefact(state, artefact) {
-  if (state.artefacts === null) return state;
-  return {...state, artefacts: replaced(state.artefacts, artefact)};
+export function putOutput(state, output) {
+  if (state.outputs === null) return state;
+  return {...state, outputs: replaced(state.outputs, output)};
 }
 
 /** @param {State} state @param {import('../../types.js').ModelVersion[]} models @returns {State} */
@@ -138,9 +138,9 @@ export function putModel(state, version) {
  * @returns {State}
  */
 export function dropMade(state, id) {
-  const artefacts = without(state.artefacts, id);
+  const outputs = without(state.outputs, id);
   const models = without(state.models, id);
-  return artefacts === state.artefacts && models === state.models ? state : {...state, artefacts, models};
+  return outputs === state.outputs && models === state.models ? state : {...state, outputs, models};
 }
 
 /**

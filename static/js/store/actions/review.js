@@ -84,7 +84,7 @@ export const hover = (state, key) => changeReview(state, (review) => (review.few
 /** @param {State} state @param {ReviewState['mode']} mode @returns {State} */
 export const setMode = (state, mode) => changeReview(state, { mode, drag: null, marked: [] });
 
-/** What stands beside the picture; the same again: nothing. @param {State} state @param {'recording'|'space'} beside @returns {State} */
+/** What stands beside the picture; the same again: nothing. @param {State} state @param {'recording'|'scene3d'} beside @returns {State} */
 export const toggleBeside = (state, beside) => changeReview(state, (review) => ({ beside: review.beside === beside ? null : beside }));
 
 /** @param {State} state @param {string} key @returns {State} */
@@ -132,7 +132,7 @@ export function putOverlays(state, slot, found) {
 
 /**
  * @param {State} state
- * @param {import('../../types.js').TruthBox[]} boxes
+ * @param {import('../../types.js').GroundTruthBox[]} boxes
  * @param {number} first
  * @param {number} last
  * @returns {State}

@@ -5,7 +5,7 @@ import {sentence} from '../../api/errors.js';
 import {shownSpan} from '../../model/effective.js';
 import {listed, trackName} from '../../model/track_name.js';
 import {correctedKeys} from '../../review/shown_tracks.js';
-import {putArtefact} from '../../store/actions/page.js';
+import {putOutput} from '../../store/actions/page.js';
 import {h, setText} from '../dom.js';
 import {count, plural} from '../format.js';
 import {icon} from '../icons.js';
@@ -82,11 +82,11 @@ export function bundleDialog({app, close, signal}) {
     go.disabled = true;
     try {
       const {id} = review.run;
-      const artefact = await app.load(() => app.api.makeBundle(id, {...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? {tracks: [review.selected]} : {})}, {signal}), putArtefact);
-      toast('The bundle is being made. It will be under Files.', {topic: `made-${artefact.id}`, action: {label: 'Files', run: () => {
+      const output = await app.load(() => app.api.makeBundle(id, {...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? {tracks: [review.selected]} : {})}, {signal}), putOutput);
+      toast('The bundle is being made. It will be under Files.', {topic: `made-${output.id}`, action: {label: 'Files', run: () => {
         location.hash = '#/files';
       }}});
-      tellWhenMade(app, artefact.id);
+      tellWhenMade(app, output.id);
       close();
     } catch (thrown) {
       if (signal.aborted) return;

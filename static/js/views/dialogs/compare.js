@@ -45,15 +45,15 @@ export function compareDialog({app, data, close, signal}) {
   const error = h('p', {class: 'field-error', role: 'alert'});
   const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, 'Compare');
   const file = h('input', {type: 'file', accept: '.csv,text/csv', class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Ground truth as CSV', onchange: addTruth});
-  /** @type {import('../../api/client.js').Truth[]} */
-  let truths = [];
+  /** @type {import('../../api/client.js').GroundTruth[]} */
+  let groundTruths = [];
 
   async function load() {
     try {
       const asked = video;
-      const [runs, found] = await Promise.all([app.load(() => api.runs(asked, {signal}), (state, known) => setRuns(state, asked, known)), api.truths(asked, {signal})]);
+      const [runs, found] = await Promise.all([app.load(() => api.runs(asked, {signal}), (state, known) => setRuns(state, asked, known)), api.groundTruths(asked, {signal})]);
       if (asked !== video) return; // another one has been chosen meanwhile
-      truths = found;
+      groundTruths = found;
       const listed = listRuns(runs.filter(({state}) => state === 'complete'));
       const usable = listed.map(({run}) => run);
       const name = usableVideos.find(({id}) => id === video)?.name ?? 'this video';
@@ -65,7 +65,7 @@ export function compareDialog({app, data, close, signal}) {
         fill(select,
           usable.length > 0 && h('optgroup', {label: `Runs of ${name}`}, ...listed.map(({run, under}) => h('option', {value: `run:${run.id}`}, `${under ? '↳ ' : ''}${titleOf(run)}`))),
           usable.length > 0 && h('optgroup', {label: `Corrections on ${name}`}, ...usable.filter(({kind}) => kind !== 'whatif').map((run) => h('option', {value: `annotation:${run.id}`}, `Corrections of ${titleOf(run)}`))),
-          truths.length > 0 && h('optgroup', {label: `Ground truth of ${name}`}, ...truths.map((truth) => h('option', {value: `truth:${truth.id}`}, `${truth.name}, ${plural(truth.count, 'box', 'boxes')}`))));
+          groundTruths.length > 0 && h('optgroup', {label: `Ground truth of ${name}`}, ...groundTruths.map((truth) => h('option', {value: `truth:${truth.id}`}, `${truth.name}, ${plural(truth.count, 'box', 'boxes')}`))));
         if (before) select.value = before;
       }
       const begun = firstChoice([...reference.options].map(({value}) => value), data);

@@ -74,7 +74,7 @@ function keyText(doc, frame) {
  * @param {(time: string) => string} [when]
  * @returns {string[]}
  */
-export function told({moved, lost}, others, nameOf, when = moment) {
+export function reported({moved, lost}, others, nameOf, when = moment) {
   const people = Object.entries(others).map(([key, {author, time, name, frame}]) => `${author} changed track ${nameOf(key)} on ${when(time)}: ${describeUndone(name, frame)}.`);
   const gone = moved.map(({key, into}) => (into === null
     ? `Track ${nameOf(key)} was deleted: “Keep mine” restores it.`
@@ -112,7 +112,7 @@ export function conflictDialog({app, data, close}) {
     title: 'This track was changed in the meantime', size: 'middle', focus: intro,
     body: h('div', {class: 'stack'},
       intro,
-      ...told(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', null, named(text, docs))),
+      ...reported(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', null, named(text, docs))),
       ...mine.flatMap((doc) => {
         const before = saved.find(({key}) => key === doc.key);
         return [versions(doc.key, before, doc, labels), twoVersions(app, review, before, doc)];

@@ -74,7 +74,7 @@ export function createExportLabels(labels, kept, changed) {
       option.disabled = !can;
       if (!can && outside.value === 'ignore') outside.value = 'leave-out';
     },
-    /** What goes out by label, once it is known. @param {Map<number, number>|null} byLabel */
+    /** Data by label, once it is known. @param {Map<number, number>|null} byLabel */
     show(byLabel) {
       const used = new Set(byLabel?.keys());
       const picked = chosen();

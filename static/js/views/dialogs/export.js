@@ -3,9 +3,9 @@
 
 import {ApiError, sentence} from '../../api/errors.js';
 import {numberIn, restoreChoice} from '../../model/exchange.js';
-import {putArtefact, setRuns} from '../../store/actions/page.js';
-import {createArtefactRow} from '../artefact-row.js';
-import {isActive} from '../artefact-words.js';
+import {putOutput, setRuns} from '../../store/actions/page.js';
+import {createOutputRow} from '../output-row.js';
+import {isActive} from '../output-words.js';
 import {fill, h, setText} from '../dom.js';
 import {icon} from '../icons.js';
 import {tellWhenMade} from '../made_notice.js';
@@ -16,7 +16,7 @@ import {createExportRuns} from './export-runs.js';
 import {field, group, numberInput, tick} from './fields.js';
 
 /** @typedef {import('../../types.js').Format} Format */
-/** @typedef {import('../../types.js').Artefact} Artefact */
+/** @typedef {import('../../types.js').Output} Output */
 /** @typedef {import('../../types.js').ExportRequest} ExportRequest */
 
 const STATES = /** @type {const} */ ([['open', 'Open', 'Nobody has judged or edited them yet.'], ['edited', 'Edited', 'Open tracks that a person has drawn, moved, relabelled or cut.'], ['accepted', 'Accepted', ''], ['needs_work', 'Needs work', ''], ['rejected', 'False positives, apart', 'They go out in the manifest, as what looks like a sign and is none: background for a retraining.']]);
@@ -61,9 +61,9 @@ export function exportDialog({app, data, close, signal}) {
   const thinField = field('Largest error between key frames, px', thin, 'Tracks get only as many key frames as straight lines between them need to stay this close; 0 makes every frame one.');
   const name = h('input', {class: 'input', type: 'text', id: 'export-name', maxlength: 120, autocomplete: 'off', placeholder: 'made up from video and format'});
   const result = h('div', {class: 'export-result', 'aria-live': 'polite'});
-  /** @type {{row: ReturnType<typeof createArtefactRow>, id: string}|null} */
+  /** @type {{row: ReturnType<typeof createOutputRow>, id: string}|null} */
   let made = null;
-  /** @type {Artefact|null} */
+  /** @type {Output|null} */
   let shownMade = null;
 
   const chosenFormat = () => formats.find((one) => one.name === format.value);
@@ -151,13 +151,13 @@ export function exportDialog({app, data, close, signal}) {
       switches: {...kept.switches, [found.request.format]: found.request.switches},
     }));
     try {
-      const artefact = await app.load(() => api.startExport(found.request, {signal}), putArtefact);
-      const row = createArtefactRow(app, artefact);
-      made = {row, id: artefact.id};
-      shownMade = artefact;
+      const output = await app.load(() => api.startExport(found.request, {signal}), putOutput);
+      const row = createOutputRow(app, output);
+      made = {row, id: output.id};
+      shownMade = output;
       fill(result, h('h3', null, 'The export'), h('ul', {class: 'made-list'}, row.element), h('p', {class: 'muted small'}, 'You can close this: it goes on, and stays under ', h('a', {href: '#/files', onclick: close}, 'Files'), '.'));
       result.scrollIntoView({block: 'nearest'});
-      void follow(artefact);
+      void follow(output);
     } catch (thrown) {
       if (signal.aborted) return;
       const where = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
@@ -167,15 +167,15 @@ export function exportDialog({app, data, close, signal}) {
     }
   }
 
-  /** The stream tells faster, but a stream can be down. @param {Artefact} now */
+  /** The stream tells faster, but a stream can be down. @param {Output} now */
   async function follow(now) {
     while (isActive(now) && made?.id === now.id) {
       await new Promise((resolve) => setTimeout(resolve, 1500));
       if (signal.aborted) return;
       try {
         const {id} = now;
-        now = await app.load(() => api.artefact(id, {signal}), putArtefact);
-        if (store.get().artefacts === null) made?.row.show(now);
+        now = await app.load(() => api.output(id, {signal}), putOutput);
+        if (store.get().outputs === null) made?.row.show(now);
       } catch (thrown) {
         if (signal.aborted || thrown instanceof ApiError && thrown.status === 404) return;
       }
@@ -207,10 +207,10 @@ export function exportDialog({app, data, close, signal}) {
     title: 'Export annotations', size: 'wide', submit, focus: format,
     body: h('div', {class: 'stack'},
       h('div', {class: 'run-dialog'},
-        h('section', {class: 'run-column', 'aria-labelledby': 'export-what'}, h('h3', {id: 'export-what'}, 'What goes out'),
+        h('section', {class: 'run-column', 'aria-labelledby': 'export-what'}, h('h3', {id: 'export-what'}, 'Data'),
           runs.element, group('Review states', h('div', {class: 'ticks'}, ...states.map(({element}) => element))), labels.element,
           field('Smallest shorter side, px', side), range),
-        h('section', {class: 'run-column', 'aria-labelledby': 'export-how'}, h('h3', {id: 'export-how'}, 'As what'),
+        h('section', {class: 'run-column', 'aria-labelledby': 'export-how'}, h('h3', {id: 'export-how'}, 'Format options'),
           h('div', {class: 'stack'}, field('Format', format), summary), switches,
           group('Pictures', h('div', {class: 'ticks'}, ...pictures.map(({element}) => element))),
           h('div', {class: 'stack'}, split.element, splitFields),
@@ -220,7 +220,7 @@ export function exportDialog({app, data, close, signal}) {
     footer: [counter.element, error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],
     update(state) {
       runs.update(state);
-      const now = made && state.artefacts?.find(({id}) => id === made?.id);
+      const now = made && state.outputs?.find(({id}) => id === made?.id);
       if (made && now && now !== shownMade) {
         shownMade = now;
         made.row.show(now);

@@ -5,7 +5,7 @@ import {ApiError, sentence} from '../../api/errors.js';
 import {parseLabelMap} from '../../model/label_mapping.js';
 import {formatRoute} from '../../model/route.js';
 import {putRun, setRuns} from '../../store/actions/page.js';
-import {skippedItems} from '../artefact-row.js';
+import {skippedItems} from '../output-row.js';
 import {fill, h, setText} from '../dom.js';
 import {bytes, count, plural} from '../format.js';
 import {icon} from '../icons.js';
@@ -20,7 +20,7 @@ import {createMapping} from './import-labels.js';
 /** @typedef {import('../../types.js').ImportResult} ImportResult */
 
 const KINDS = /** @type {const} */ ([
-  ['annotation', 'Corrections', 'Laid over a run, track by track. One undo takes all of it back.'],
+  ['annotation', 'Corrections', 'Merged into a run, track by track. One undo takes all of it back.'],
   ['truth', 'Ground truth', 'A layer of its own, and what runs are compared with.'],
   ['run', 'Run', 'Somebody else’s detector or tracker, shown and compared like a run of the engine.'],
 ]);

@@ -20,12 +20,12 @@ const FORMATS = /** @type {const} */ ([
 export function labelFilesDialog({app, data, close, signal}) {
   const {store, api} = app;
   const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const told = h('div', {class: 'stack', role: 'status'});
+  const reported = h('div', {class: 'stack', role: 'status'});
   const others = (store.get().labelSets ?? []).filter(({key}) => key !== data.set);
   const from = h('select', {class: 'select', id: 'labels-from'}, ...others.map(({key, name, labels}) => h('option', {value: key}, `${name} (${plural(labels, 'label')})`)));
   const adopt = h('button', {class: 'btn', type: 'button', disabled: others.length === 0, onclick: () => void act(async () => {
     const {sentence: said} = await app.labels.change({type: 'adopt', set: from.value}, data.set);
-    fill(told, h('p', null, said));
+    fill(reported, h('p', null, said));
   })}, icon('add'), 'Add what is missing');
   const drop = createDropField({id: 'labels-file', label: 'File', hint: 'A set of this tool, CVAT’s labels, obj.names, data.yaml, COCO or Label Studio’s XML; it is found out.', onChange: () => {
     bring.disabled = drop.file() === null;
@@ -36,15 +36,15 @@ export function labelFilesDialog({app, data, close, signal}) {
     const file = drop.file();
     if (!file) return;
     const key = fresh.value.trim();
-    const {sentence: said, known, refused, told: notes} = await app.labels.bring(key || data.set, file, key !== '');
-    fill(told, h('p', null, said, known.length > 0 && ` ${plural(known.length, 'label')} known already.`), refused.length + notes.length > 0 && h('ul', {class: 'skipped-list small'}, ...refused.map(({name, reason}) => h('li', null, `${name}: ${reason}`)), ...notes.map((text) => h('li', null, text))));
+    const {sentence: said, known, refused, reported: notes} = await app.labels.bring(key || data.set, file, key !== '');
+    fill(reported, h('p', null, said, known.length > 0 && ` ${plural(known.length, 'label')} known already.`), refused.length + notes.length > 0 && h('ul', {class: 'skipped-list small'}, ...refused.map(({name, reason}) => h('li', null, `${name}: ${reason}`)), ...notes.map((text) => h('li', null, text))));
   })}, icon('import'), 'Bring in');
 
   /** @param {() => Promise<void>} what */
   async function act(what) {
     adopt.disabled = bring.disabled = true;
     setText(error, '');
-    fill(told);
+    fill(reported);
     try {
       await what();
     } catch (thrown) {
@@ -63,7 +63,7 @@ export function labelFilesDialog({app, data, close, signal}) {
         field('From another set', from), h('div', {class: 'row'}, adopt), drop.element, field('As a new set with the key', fresh, 'Letters, digits and hyphens, such as slovenia. Choose the set on the Labels page afterwards.'), h('div', {class: 'row'}, bring)),
       h('section', {class: 'run-column', 'aria-labelledby': 'labels-out'}, h('h3', {id: 'labels-out'}, 'Save this set as a file'),
         h('ul', {class: 'made-list'}, ...FORMATS.map(([format, name, text]) => h('li', {class: 'made'}, h('div', {class: 'stack made-text'}, h('strong', null, name), h('span', {class: 'muted small'}, text)),
-          h('a', {class: 'btn btn-small', href: api.labelFileUrl(data.set, format), download: '', 'aria-label': `Save as ${name}`}, icon('export'), 'Save')))))), told),
+          h('a', {class: 'btn btn-small', href: api.labelFileUrl(data.set, format), download: '', 'aria-label': `Save as ${name}`}, icon('export'), 'Save')))))), reported),
     footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close')],
   };
 }

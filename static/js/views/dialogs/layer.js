@@ -4,13 +4,13 @@
  * the focus goes back to where it was.
  *
  * What `Dialog.data` holds, by kind:
- * - help, add-video, deleted, judge: nothing
+ * - help, add-video, deleted, bulk-review: nothing
  * - confirm: `{title, text, note?, confirm, danger?, run}`; `run` may return a promise, its error is shown
  * - relabel: `{key?, frame?, scope?: 'track'|'box'}` of a track, or `{draft}`: a drawn box that becomes a track with its class
  * - note: `{key?, frame?, note_id?, text?}`
  * - conflict: a `Plan` of editing/keeping.js with `{others, keepMine, takeTheirs}`: who saved, and what the two buttons do
  * - adopted: `{from, to}`: runs
- * - export: `{runs?}`; import: `{video, file?, as?}`; truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
+ * - export: `{runs?}`; import: `{video, file?, as?}`; ground-truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
  * - label: `{set, labels, label?}`: the one that is changed, else a new one; label-merge: `{set, labels, label, usage}`;
  *   label-files, label-history: `{set}`
  * - record, bundle, second, settings: nothing
@@ -31,7 +31,7 @@ import {exportDialog} from './export.js';
 import {helpDialog} from './help.js';
 import {importDialog} from './import.js';
 import {importBundleDialog} from './import-bundle.js';
-import {judgeDialog} from './judge.js';
+import {bulkReviewDialog} from './bulk-review.js';
 import {labelDialog} from './label.js';
 import {labelFilesDialog} from './label-files.js';
 import {labelHistoryDialog} from './label-history.js';
@@ -43,7 +43,7 @@ import {retrainDialog} from './retrain.js';
 import {runDialog} from './run.js';
 import {secondDialog} from './second.js';
 import {settingsDialog} from './settings.js';
-import {truthsDialog} from './truths.js';
+import {groundTruthsDialog} from './ground-truths.js';
 import {whatIfDialog} from './whatif.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -82,7 +82,7 @@ const KINDS = {
   help: helpDialog,
   import: importDialog,
   'import-bundle': importBundleDialog,
-  judge: judgeDialog,
+  'bulk-review': bulkReviewDialog,
   label: labelDialog,
   'label-files': labelFilesDialog,
   'label-history': labelHistoryDialog,
@@ -94,7 +94,7 @@ const KINDS = {
   run: runDialog,
   second: secondDialog,
   settings: settingsDialog,
-  truths: truthsDialog,
+  'ground-truths': groundTruthsDialog,
   whatif: whatIfDialog,
 };
 

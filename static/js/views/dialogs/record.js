@@ -2,7 +2,7 @@
 /** Make a recording for the Rerun viewer of a range of frames. */
 
 import {sentence} from '../../api/errors.js';
-import {putArtefact} from '../../store/actions/page.js';
+import {putOutput} from '../../store/actions/page.js';
 import {changeReview} from '../../store/actions/review.js';
 import {h, setText} from '../dom.js';
 import {icon} from '../icons.js';
@@ -32,7 +32,7 @@ export function recordDialog({app, close, signal}) {
     try {
       const frame = Math.min(found.stop - 1, Math.max(found.first, review.frame));
       const {id} = review.run;
-      await app.load(() => app.api.record(id, {...found, frame, track: review.selected}, {signal}), (state, artefact) => putArtefact(changeReview(state, {beside: null}), artefact));
+      await app.load(() => app.api.record(id, {...found, frame, track: review.selected}, {signal}), (state, output) => putOutput(changeReview(state, {beside: null}), output));
       // The view lists what there is when it opens: one that stood open is opened anew, after it is gone.
       requestAnimationFrame(() => requestAnimationFrame(() => app.store.dispatch((state) => changeReview(state, {beside: 'recording'}))));
       toast('The recording is made; it opens beside the picture.', {tone: 'good'});

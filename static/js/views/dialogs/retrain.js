@@ -3,11 +3,11 @@
 
 import {ApiError, sentence} from '../../api/errors.js';
 import {numberIn} from '../../model/exchange.js';
-import {openDialog, putModel, setArtefacts, setModels} from '../../store/actions/page.js';
+import {openDialog, putModel, setOutputs, setModels} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
 import {moment} from '../format.js';
 import {icon} from '../icons.js';
-import {content} from '../artefact-words.js';
+import {content} from '../output-words.js';
 import {PART_NAMES} from '../model-words.js';
 import {toast} from '../toasts.js';
 import {field, group, numberInput, tick} from './fields.js';
@@ -77,8 +77,8 @@ export function retrainDialog({app, data, close, signal}) {
 
   async function load() {
     try {
-      const [, models] = await app.load(() => Promise.all([api.artefacts({}, {signal}), api.models({signal})]),
-        (state, [files, versions]) => setModels(setArtefacts(state, files), versions));
+      const [, models] = await app.load(() => Promise.all([api.outputs({}, {signal}), api.models({signal})]),
+        (state, [files, versions]) => setModels(setOutputs(state, files), versions));
       fill(parent, ...models.filter(({state}) => state === 'complete').map((one) => h('option', {value: one.id}, one.active ? `${one.name} (in use)` : one.name)));
       parent.value = models.find(({active}) => active)?.id ?? 'shipped';
     } catch (thrown) {
@@ -100,10 +100,10 @@ export function retrainDialog({app, data, close, signal}) {
         group('Parts', h('div', {class: 'kinds'}, ...parts.map(({element}) => element))))),
     footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
     update(state) {
-      if (state.artefacts === shown) return;
+      if (state.outputs === shown) return;
       const before = shown === null ? new Set(data.exports ?? []) : new Set(chosen());
-      shown = state.artefacts;
-      const usable = (state.artefacts ?? []).filter((one) => one.kind === 'export' && one.state === 'complete');
+      shown = state.outputs;
+      const usable = (state.outputs ?? []).filter((one) => one.kind === 'export' && one.state === 'complete');
       fill(exports, ...usable.map((one) => h('li', {class: 'pick'}, h('label', {class: 'tick grow'}, h('input', {type: 'checkbox', value: one.id, checked: before.has(one.id), onchange: check}),
         h('span', {class: 'stack made-text'}, h('span', {class: 'truncate'}, one.name), h('span', {class: 'muted small'}, [content(one), moment(one.finished)].filter(Boolean).join(' · ')))))));
       exports.hidden = usable.length === 0;

@@ -1,5 +1,5 @@
 // @ts-check
-/** What this browser is told once: the name that edits carry, and the theme. */
+/** What this browser is reported once: the name that edits carry, and the theme. */
 
 import {setTheme} from '../../store/actions/page.js';
 import {h} from '../dom.js';

@@ -20,8 +20,8 @@ export function twoVersions(app, review, saved, mine) {
   if (!review || !video?.width || !video.height) return null;
   const {width, height} = video;
   /** @param {number} track @param {number} frame */
-  const machineBox = (track, frame) => review.overlays[frame]?.tracks.find(({id}) => id === track)?.box ?? null;
-  const found = differences(saved, mine, machineBox, review.frame);
+  const engineBox = (track, frame) => review.overlays[frame]?.tracks.find(({id}) => id === track)?.box ?? null;
+  const found = differences(saved, mine, engineBox, review.frame);
   if (found.length === 0) return null;
   return h('div', {class: 'stack'},
     h('div', {class: 'row two-versions'}, ...found.map(({frame, saved: theirs, mine: own}) => {

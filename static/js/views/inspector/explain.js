@@ -23,7 +23,7 @@ export function createExplain(app, signal) {
   /** @type {import('./index.js').Inspected|null} */ let now = null;
   let asked = '';
   let frames = new Int32Array(0);
-  let told = '';
+  let reported = '';
   button.addEventListener('click', async () => {
     const run = now?.review.run;
     if (!now?.found || !run) return;
@@ -67,8 +67,8 @@ export function createExplain(app, signal) {
       // what the verdict says already is not said twice
       const events = inspected.sentences.filter(({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')));
       const all = [...lines, ...events.map(({ text }) => `${text.charAt(0).toUpperCase()}${text.slice(1)}.`)].filter((line) => line !== null);
-      if (all.join('\n') === told) return;
-      told = all.join('\n');
+      if (all.join('\n') === reported) return;
+      reported = all.join('\n');
       fill(facts, ...all.map((line) => h('p', null, line)));
     },
   };

@@ -42,7 +42,7 @@ export function paintAxis(ctx, view, palette, seconds) {
 }
 
 /**
- * How many tracks there are over the whole drive, shaded by the doubt that is still open.
+ * How many tracks there are over the whole drive, shaded by the uncertainty that is still open.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {{width: number, height: number, frames: number}} view
@@ -53,7 +53,7 @@ export function paintOverview(ctx, view, density, palette) {
   const { width, height, frames } = view;
   const level = levelFor(density, frames / width);
   const tracks = density.tracks[level];
-  const doubt = density.doubt[level];
+  const uncertainty = density.uncertainty[level];
   const bucket = density.bucket * 2 ** level;
   const step = (bucket / frames) * width;
   const band = Math.max(2, Math.round(4 * palette.unit));
@@ -65,9 +65,9 @@ export function paintOverview(ctx, view, density, palette) {
     ctx.fillRect(b * step, tall * (1 - part), Math.max(1, step), tall * part);
   }
   ctx.fillStyle = palette.colour.warn;
-  for (let b = 0; b < doubt.length; b += 1) {
-    if (doubt[b] <= 0.05) continue;
-    ctx.globalAlpha = doubt[b] ** 1.5;
+  for (let b = 0; b < uncertainty.length; b += 1) {
+    if (uncertainty[b] <= 0.05) continue;
+    ctx.globalAlpha = uncertainty[b] ** 1.5;
     ctx.fillRect(b * step, height - band, Math.max(1, step), band);
   }
   ctx.globalAlpha = 1;

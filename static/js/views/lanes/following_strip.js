@@ -7,7 +7,7 @@ import { h } from '../dom.js';
 import { prepare } from './palette.js';
 
 /** Boxes below this are worth a look before they are taken. */
-const DOUBTFUL = 0.5;
+const UNCERTAIN = 0.5;
 
 export function createFollowingStrip() {
   const canvas = h('canvas', { class: 'lanes-canvas', 'aria-hidden': 'true' });
@@ -35,7 +35,7 @@ export function createFollowingStrip() {
         const x = toX(span, frame, width);
         if (x + wide < 0 || x > width) continue;
         ctx.globalAlpha = taken.first <= frame && frame <= taken.last ? 1 : 0.3;
-        ctx.fillStyle = confidence < DOUBTFUL ? palette.colour.bad : palette.colour.accent;
+        ctx.fillStyle = confidence < UNCERTAIN ? palette.colour.bad : palette.colour.accent;
         const tall = Math.max(1, confidence * (height - 2));
         ctx.fillRect(x, height - tall, wide, tall);
       }

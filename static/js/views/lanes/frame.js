@@ -6,7 +6,7 @@ import { icon } from '../icons.js';
 import { SUB_LANES, detailHeight } from './detail_painter.js';
 import { SOURCES } from './palette.js';
 
-const NAMES = { detected: 'Detected', predicted: 'Predicted', relocalised: 'Relocalised', corrected: 'Corrected' };
+const NAMES = { detected: 'Detected', predicted: 'Predicted', relocalised: 'Re-detected', corrected: 'Corrected' };
 
 /** @typedef {ReturnType<typeof createFrame>} LanesFrame */
 
@@ -41,7 +41,7 @@ export function createFrame() {
   }, h('span', { class: 'lanes-lane-title' }, h('span', { class: 'truncate' }, lane.label), values[i]),
   lane.kind === 'gate' ? parts.flips : null, lane.kind === 'votes' ? parts.legend : null));
   const gutter = h('div', { class: 'lanes-gutter lanes-detail-gutter' }, names);
-  const overviewPlot = h('div', { class: 'lanes-plot', title: 'The whole drive: tracks at once (height), open doubt (lower band)' }, parts.overview, parts.window, parts.overviewCursor);
+  const overviewPlot = h('div', { class: 'lanes-plot', title: 'The whole drive: tracks at once (height), open uncertainty (lower band)' }, parts.overview, parts.window, parts.overviewCursor);
   const axisPlot = h('div', {
     class: 'lanes-plot', role: 'slider', tabindex: '0', 'aria-label': 'Position in the video',
     title: 'Drag: move. Wheel: zoom. Arrow keys: step; + and -: zoom',
@@ -52,7 +52,7 @@ export function createFrame() {
   const detailPlot = h('div', { class: 'lanes-plot' }, parts.detail);
   const detailPane = h('div', { class: 'lanes-pane lanes-detail', tabindex: '0', style: { '--lanes-full': String(detailHeight(1)) }, role: 'group', 'aria-label': 'Why: values of the selected track over time' }, gutter, detailPlot);
   const head = h('div', { class: 'lanes-head' },
-    h('h2', { class: 'lanes-title' }, 'Why'),
+    h('h2', { class: 'lanes-title' }, 'Timeline'),
     h('ul', { class: 'lanes-legend' }, SOURCES.map((name) => h('li', null, h('span', { class: `lanes-swatch lanes-swatch-${name}` }), NAMES[name]))),
     parts.readout, h('span', { class: 'grow' }), parts.zoomOut, parts.zoomIn, parts.fit);
   const detailHead = h('div', { class: 'lanes-detail-head' }, parts.detailName, h('span', { class: 'grow' }), parts.reset, parts.whatIf, parts.toTrack);
@@ -60,7 +60,7 @@ export function createFrame() {
     h('div', { class: 'lanes-strip lanes-overview' }, h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Drive')), overviewPlot),
     h('div', { class: 'lanes-strip lanes-axis' }, h('div', { class: 'lanes-gutter' }, parts.count), axisPlot),
     tracksPane, detailHead, detailPane, h('div', { class: 'lanes-marks', 'aria-hidden': 'true' }, parts.hover, parts.playhead));
-  const element = h('section', { class: 'lanes panel', 'aria-label': 'Why lanes' }, head, body);
+  const element = h('section', { class: 'lanes panel', 'aria-label': 'Timeline' }, head, body);
   return { ...parts, element, body, names, values, overviewPlot, axisPlot, tracksPlot, tracksPane, detailPlot, detailPane, detailHead };
 }
 

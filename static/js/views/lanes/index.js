@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Why lanes: the tracks of the drive and the values behind the selected one, on one time axis.
+ * Timeline: the tracks of the drive and the values behind the selected one, on one time axis.
  *
  * Playhead and hover line are elements that only move; canvases are painted again when what they show has changed.
  */

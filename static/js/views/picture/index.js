@@ -20,7 +20,7 @@ import { STYLES, paintLayers, readInks } from './painter.js';
 import { listenToPointer } from './pointer.js';
 import { createBoxMenu } from './box_menu.js';
 import { createFollowBar } from './follow_bar.js';
-import { createSight, settledAt } from './sight.js';
+import { createKeepInView, settledAt } from './keep_in_view.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */
@@ -85,7 +85,7 @@ export function createPicture(app) {
   /** @type {Map<number, string>} */
   let names = new Map();
   let said = '';
-  const sight = createSight();
+  const keepInView = createKeepInView();
 
   const observer = new ResizeObserver(() => {
     const place = stage.getBoundingClientRect();
@@ -201,7 +201,7 @@ export function createPicture(app) {
       refit(review);
       return;
     }
-    const view = sight.viewOf(review, size, fitted);
+    const view = keepInView.viewOf(review, size, fitted);
     if (view !== review.viewport) app.store.dispatch((now) => setViewport(now, view));
     if (before && before.viewport !== review.viewport) {
       const whole = fit(sizeOf(review.video), size);

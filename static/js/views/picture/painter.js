@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * Draws the layers of one frame over the picture. Each layer has a colour, a dash and a mark of its own, over a dark
- * casing, so that it can be told apart without colour and before any ground.
+ * casing, so that it can be distinguished without colour and before any ground.
  *
  * @typedef {import('../../state-types.js').ReviewState} ReviewState
  * @typedef {import('../../types.js').Box} Box

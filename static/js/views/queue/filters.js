@@ -18,18 +18,18 @@ import { icon } from '../icons.js';
 export function createFilters(app, signal) {
   const text = h('input', { class: 'input', type: 'search', placeholder: 'Label, number, reason or note', 'aria-label': 'Search tracks', title: 'Every word must occur. Attributes are found as name=answer, such as dirty=yes' });
   const review = select('Review state', [['all', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['accepted', 'Accepted'], ['rejected', 'False positive']]);
-  const sort = select('Sort by', [['doubt', 'By doubt'], ['time', 'By time'], ['class', 'By label'], ['score', 'By score']]);
-  const doubt = select('Least doubt', [['0', 'Any doubt'], ['0.1', '≥ 10 %'], ['0.25', '≥ 25 %'], ['0.5', '≥ 50 %'], ['0.75', '≥ 75 %']]);
+  const sort = select('Sort by', [['uncertainty', 'By uncertainty'], ['time', 'By time'], ['class', 'By label'], ['score', 'By score']]);
+  const uncertainty = select('Least uncertainty', [['0', 'Any uncertainty'], ['0.1', '≥ 10 %'], ['0.25', '≥ 25 %'], ['0.5', '≥ 50 %'], ['0.75', '≥ 75 %']]);
   const kind = select('Label', [['', 'All labels']]);
   const noted = h('button', { class: 'btn btn-icon queue-noted', type: 'button', title: 'Only tracks with notes', 'aria-label': 'Only tracks with notes', onclick: () => filter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }) }, icon('note'));
   text.addEventListener('input', () => filter(app, { text: text.value }), { signal });
   review.addEventListener('change', () => filter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
   sort.addEventListener('change', () => filter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
-  doubt.addEventListener('change', () => filter(app, { least_doubt: Number(doubt.value) }), { signal });
+  uncertainty.addEventListener('change', () => filter(app, { least_uncertainty: Number(uncertainty.value) }), { signal });
   kind.addEventListener('change', () => filter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
   const least = limit('Least score', 'Score ≥', (score) => filter(app, { least_score: score }));
   const most = limit('Largest score', 'Score ≤', (score) => filter(app, { most_score: score }));
-  const element = h('div', { class: 'queue-filters' }, h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted), sort, review, kind, doubt, least, most);
+  const element = h('div', { class: 'queue-filters' }, h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted), sort, review, kind, uncertainty, least, most);
   leaveKeysToPicture(element);
   followFocus(element);
   let listed = '';
@@ -59,7 +59,7 @@ export function createFilters(app, signal) {
       setAttribute(noted, 'aria-pressed', String(now.with_notes));
       review.value = now.review;
       sort.value = now.sort;
-      doubt.value = String(now.least_doubt);
+      uncertainty.value = String(now.least_uncertainty);
       kind.value = chosen === null ? '' : String(chosen);
       const range = scoreRange(entries);
       for (const [input, value, name] of /** @type {const} */ ([[least, now.least_score, 'Least'], [most, now.most_score, 'Largest']])) {

@@ -1,10 +1,10 @@
 // @ts-check
-/** The queue: doubtful tracks first, filtered and counted. A virtual listbox: only the rows on screen exist. */
+/** The queue: uncertain tracks first, filtered and counted. A virtual listbox: only the rows on screen exist. */
 
 import { deletedTracks } from '../../model/deleted.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
-import { sightHint } from '../../model/sight_hints.js';
+import { extendHint } from '../../model/extend_hints.js';
 import { framesOf } from '../../store/actions/review.js';
 import { dialog, mark, seek, select } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
@@ -27,12 +27,12 @@ export function createQueue(app) {
   const left = h('strong', { class: 'queue-left' });
   const shown = h('span', { class: 'muted small' });
   const deleted = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'What was deleted, with a way back', onclick: () => dialog(app, { kind: 'deleted' }) });
-  const judge = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'One verdict on all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'judge' }) }, 'Judge all …');
+  const judge = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'One verdict on all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'bulk-review' }) }, 'Bulk review …');
   const bar = h('span');
   const meter = h('div', { class: 'meter meter-good', role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' }, bar);
   const list = h('div', { class: 'queue-rows' });
   const empty = createNoTracks(app, 'queue-empty');
-  const scroller = h('div', { class: 'queue-list', role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by doubt' }, list);
+  const scroller = h('div', { class: 'queue-list', role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by uncertainty' }, list);
   const element = h('section', { class: 'queue panel', 'aria-label': 'Queue' },
     h('div', { class: 'panel-head' }, h('h2', { class: 'queue-title' }, 'Queue'), left, h('span', { class: 'grow' }), deleted, judge, shown),
     meter, filters.element, h('div', { class: 'queue-body' }, scroller, empty.element));
@@ -105,7 +105,7 @@ export function createQueue(app) {
         rows.set(entry.key, row);
         list.append(row.element);
       }
-      row.update(entry, state.labels, { place: i, size: order.length, top: i * rowHeight, height: rowHeight, selected: entry.key === review.selected, marked: review.marked.includes(entry.key), hint: sightHint(review.tracks, entry, video) });
+      row.update(entry, state.labels, { place: i, size: order.length, top: i * rowHeight, height: rowHeight, selected: entry.key === review.selected, marked: review.marked.includes(entry.key), hint: extendHint(review.tracks, entry, video) });
     }
     const chosen = review.selected === null ? undefined : rows.get(review.selected);
     setAttribute(scroller, 'aria-activedescendant', chosen?.element.id);

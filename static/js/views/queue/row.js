@@ -22,14 +22,14 @@ export function createRow(key) {
   const reasons = [0, 1].map(() => h('span', { class: 'queue-reason truncate small muted' }));
   const span = h('span', { class: 'queue-span small muted', title: 'Frames' });
   const score = h('span', { class: 'queue-score truncate small muted', title: 'Best score of its detections' });
-  const doubt = h('span', { class: 'queue-doubt', title: 'Doubt' }, h('span'));
-  const doubtText = h('span', { class: 'small queue-doubt-text' });
+  const uncertainty = h('span', { class: 'queue-uncertainty', title: 'Uncertainty' }, h('span'));
+  const uncertaintyText = h('span', { class: 'small queue-uncertainty-text' });
   const element = h('div', { class: 'queue-row', role: 'option', id: `queue-${key}`, dataset: { key } },
     picture,
     h('span', { class: 'queue-text' },
       h('span', { class: 'queue-line' }, name, number, h('span', { class: 'grow' }), badge),
       h('span', { class: 'queue-reasons' }, reasons),
-      h('span', { class: 'queue-line' }, span, score, h('span', { class: 'grow' }), doubtText, doubt)));
+      h('span', { class: 'queue-line' }, span, score, h('span', { class: 'grow' }), uncertaintyText, uncertainty)));
   return {
     element,
     /**
@@ -63,8 +63,8 @@ export function createRow(key) {
       element.title = [...reasonsAndHint, ...entry.notes.map((note) => `Note: ${note}`)].join('\n');
       setText(span, frameSpan(entry.first, entry.last));
       setText(score, Number.isFinite(entry.score) ? `· score ${figure(entry.score)}` : '');
-      setText(doubtText, `doubt ${percent(entry.doubt)}`);
-      /** @type {HTMLElement} */ (doubt.firstElementChild).style.setProperty('width', `${entry.doubt * 100}%`);
+      setText(uncertaintyText, `uncertainty ${percent(entry.uncertainty)}`);
+      /** @type {HTMLElement} */ (uncertainty.firstElementChild).style.setProperty('width', `${entry.uncertainty * 100}%`);
     },
   };
 }

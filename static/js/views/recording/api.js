@@ -32,15 +32,15 @@ export function createRecordingApi({base, signal, fetch = globalThis.fetch.bind(
   return {
     /** Recordings of a run, the newest first. @param {string} run @returns {Promise<Recording[]>} */
     list: async (run) => {
-      const answer = expectObject('GET /artefacts', await readJson(await send('/artefacts', {query: {kind: 'recording', run}})), {artefacts: 'array'});
-      return expectList('GET /artefacts', answer.artefacts, RECORDING);
+      const answer = expectObject('GET /outputs', await readJson(await send('/outputs', {query: {kind: 'recording', run}})), {outputs: 'array'});
+      return expectList('GET /outputs', answer.outputs, RECORDING);
     },
     /** @param {string} id @returns {Promise<Recording>} */
-    get: async (id) => expectObject('GET /artefacts/…', await readJson(await send(`/artefacts/${e(id)}`)), RECORDING),
+    get: async (id) => expectObject('GET /outputs/…', await readJson(await send(`/outputs/${e(id)}`)), RECORDING),
     /** @param {string} run @param {RecordingOrder} order @returns {Promise<Recording>} */
     make: async (run, order) => expectObject('POST /runs/…/recordings', await readJson(await send(`/runs/${e(run)}/recordings`, {method: 'POST', body: order})), RECORDING),
     /** @param {string} id @returns {string} address of the file, for people */
-    downloadUrl: (id) => `${base}/artefacts/${e(id)}/download`,
+    downloadUrl: (id) => `${base}/outputs/${e(id)}/download`,
     /** @param {string} id @returns {string} address of the file, for the viewer */
     viewerUrl: (id) => `/rerun/recordings/${e(id)}.rrd`,
     /** @returns {Promise<ViewerState>} */

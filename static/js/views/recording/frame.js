@@ -38,10 +38,10 @@ let handle = null;
 /** The timeline that is shown; recordings open on this one. */
 let timeline = TIMELINE;
 /** The frame that both sides know of. @type {number|null} */
-let told = null;
+let reported = null;
 /** Frames that the page has asked for and the viewer has not shown yet: their echo is not told. @type {number[]} */
 let asked = [];
-/** What is told when the recording is open. @type {FromFrame|null} */
+/** What is informed when the recording is open. @type {FromFrame|null} */
 let opening = null;
 let broken = false;
 
@@ -109,7 +109,7 @@ async function start(version, theme, url) {
     notebook: false,
     persist: false,
     theme,
-    on_viewer_event: heard,
+    on_viewer_event: received,
   }));
   canvas.hidden = false;
   await handle.start(canvas);
@@ -127,7 +127,7 @@ async function start(version, theme, url) {
 }
 
 /** @param {string} text   JSON */
-function heard(text) {
+function received(text) {
   /** @type {any} */
   let event;
   try {
@@ -140,9 +140,9 @@ function heard(text) {
     setTimeout(announce, LONGEST_OPENING);
   } else if (event.type === 'timeline_change') {
     timeline = String(event.timeline);
-    heardTime(Number(event.time));
+    receivedTime(Number(event.time));
   } else if (event.type === 'time_update') {
-    heardTime(Number(event.time));
+    receivedTime(Number(event.time));
   } else if (event.type === 'selection_change') {
     const item = event.items?.find((/** @type {any} */ one) => one.type === 'entity');
     tell({type: 'selected', entity: item ? String(item.entity_path) : null, instance: typeof item?.instance_id === 'number' ? item.instance_id : null});
@@ -157,24 +157,24 @@ function announce() {
 }
 
 /** @param {number} time */
-function heardTime(time) {
+function receivedTime(time) {
   const frame = Math.floor(time);
-  if (opening) told = frame; // where it opens by itself; the page says next where it wants to be
+  if (opening) reported = frame; // where it opens by itself; the page says next where it wants to be
   announce();
   if (timeline !== TIMELINE || !Number.isFinite(frame)) return;
   const place = asked.indexOf(frame);
   if (place >= 0) {
     asked = asked.slice(place + 1);
-    told = frame;
+    reported = frame;
   }
-  if (frame === told) return;
-  told = frame;
+  if (frame === reported) return;
+  reported = frame;
   tell({type: 'time', frame});
 }
 
 /** @param {number} frame */
 async function seek(frame) {
-  if (!handle || (frame === told && asked.length === 0)) return;
+  if (!handle || (frame === reported && asked.length === 0)) return;
   asked = [...asked, frame].slice(-MOST_ASKED);
   for (let tries = 1; ; tries++) {
     try {

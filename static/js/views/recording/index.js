@@ -222,10 +222,10 @@ export function createRecordingView(app) {
     setText(notice, outside ? `Frame ${count(frame())} is not in this recording.` : '');
   }
 
-  /** Recordings that were made or removed elsewhere on the page. @param {import('../../types.js').Artefact[]} artefacts */
-  function hear(artefacts) {
+  /** Recordings that were made or removed elsewhere on the page. @param {import('../../types.js').Output[]} outputs */
+  function receive(outputs) {
     if (recordings === null) return;
-    const found = /** @type {any[]} */ (artefacts.filter(({kind, run_id: of}) => kind === 'recording' && of === run));
+    const found = /** @type {any[]} */ (outputs.filter(({kind, run_id: of}) => kind === 'recording' && of === run));
     const news = (/** @type {readonly {id: string, state: string}[]} */ list) => list.map(({id, state: how}) => id + how).join();
     if (news(found) === news(recordings)) return;
     recordings = found;
@@ -237,7 +237,7 @@ export function createRecordingView(app) {
     element,
     update(next) {
       const before = state?.review;
-      const told = state?.artefacts;
+      const reported = state?.outputs;
       state = next;
       const now = next.review;
       if (!now?.run) return;
@@ -245,7 +245,7 @@ export function createRecordingView(app) {
         void load(now.run.id);
         return;
       }
-      if (next.artefacts && next.artefacts !== told) hear(next.artefacts);
+      if (next.outputs && next.outputs !== reported) receive(next.outputs);
       const moved = before?.frame !== now.frame;
       if (moved || before?.selected !== now.selected || before?.overlays !== now.overlays) follow();
       if (moved || before?.run !== now.run) {

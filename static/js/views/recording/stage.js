@@ -62,7 +62,7 @@ export function createStage({version, url, theme, frame, opened, moved, selected
   }
 
   /** @param {FromFrame} message */
-  function heard(message) {
+  function received(message) {
     if (message.type === 'ready') {
       post({type: 'start', version, theme, url});
     } else if (message.type === 'opened') {
@@ -100,7 +100,7 @@ export function createStage({version, url, theme, frame, opened, moved, selected
   addEventListener('message', (event) => {
     if (event.origin !== location.origin || event.source !== element.contentWindow) return;
     const message = readMessage(event.data, HEARD);
-    if (message) heard(/** @type {FromFrame} */ (message));
+    if (message) received(/** @type {FromFrame} */ (message));
   }, {signal: ended.signal});
 
   return {

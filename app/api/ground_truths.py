@@ -1,0 +1,98 @@
+"""Ground truth: import, list, read, remove."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Path, Query
+
+from app.api.responses import failures
+from app.context import ContextDep
+from app.shapes import Model
+from app.storage.models import GroundTruth
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["ground truth"])
+
+VideoId = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="SHA-256 of the video")]
+GroundTruthId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="32 hexadecimal digits")]
+Name = Annotated[str, Path(min_length=1, max_length=120, pattern=r"^[^/\x00-\x1f\x7f]+$")]
+Ordinal = Annotated[int, Query(ge=0, le=2**31 - 1)]
+
+
+class GroundTruthView(Model):
+    """One truth of a video."""
+
+    id: str
+    name: str
+    count: int
+
+
+class GroundTruths(Model):
+    """All ground truths of a video."""
+
+    ground_truths: list[GroundTruthView]
+
+
+class GroundTruthBox(Model):
+    """One sign in one frame."""
+
+    frame: int
+    track: int
+    box: tuple[float, float, float, float]
+    class_id: int | None
+    """None: a sign of no known class."""
+    visibility: float
+    ignore: bool
+
+
+class GroundTruthBoxes(Model):
+    """A window of frames."""
+
+    boxes: list[GroundTruthBox]
+
+
+def _view(truth: GroundTruth) -> GroundTruthView:
+    return GroundTruthView(id=truth.id, name=truth.name, count=truth.count)
+
+
+@router.get("/videos/{video_id}/ground-truths", operation_id="list_ground_truths", responses=failures(404))
+def list_ground_truths(video_id: VideoId, context: ContextDep) -> GroundTruths:
+    """Ground truths of a video, by name."""
+    return GroundTruths(ground_truths=[_view(truth) for truth in context.ground_truths.of_video(video_id)])
+
+
+@router.put(
+    "/videos/{video_id}/ground-truths/{name}", operation_id="put_truth", status_code=201, responses=failures(404)
+)
+def put_truth(
+    video_id: VideoId, name: Name, content: Annotated[bytes, Body(media_type="text/csv")], context: ContextDep
+) -> GroundTruthView:
+    """Import a CSV, all of it or nothing; a truth of the same name is replaced."""
+    return _view(context.ground_truths.put(video_id, name, content))
+
+
+@router.get("/ground-truths/{truth_id}/boxes", operation_id="get_truth_boxes", responses=failures(404))
+def get_truth_boxes(truth_id: GroundTruthId, first: Ordinal, last: Ordinal, context: ContextDep) -> GroundTruthBoxes:
+    """Boxes of ``first <= frame <= last``, at most 256 frames."""
+    rows = context.ground_truths.window(truth_id, first, last).tolist()
+    return GroundTruthBoxes(
+        boxes=[
+            GroundTruthBox(
+                frame=int(row[0]),
+                track=int(row[1]),
+                box=(row[2], row[3], row[4], row[5]),
+                class_id=None if row[6] < 0 else int(row[6]),
+                visibility=row[7],
+                ignore=bool(row[8]),
+            )
+            for row in rows
+        ]
+    )
+
+
+@router.delete("/ground-truths/{truth_id}", operation_id="remove_truth", status_code=204, responses=failures(404))
+def remove_truth(truth_id: GroundTruthId, context: ContextDep) -> None:
+    """Remove one truth."""
+    context.ground_truths.remove(truth_id)

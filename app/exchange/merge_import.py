@@ -1,0 +1,279 @@
+"""A file's track merged into one of the run's: where both show the same, the document stays as it is.
+
+A box that a file only hands back is nobody's word: it goes on coming from the engine, with its source, its score and
+its lanes, or from whoever set it before. Key frames are made where the file says something else than the run shows,
+and where a line that ran there is cut.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.edits.documents import KeyFrame, Segment, TrackDoc
+from app.edits.effective import effective_track
+from app.exchange.marks import answers_at
+from tsr_engine.exchange.dataset import UNSAID, Track
+from tsr_engine.exchange.filters import part_of
+from tsr_engine.exchange.thinning import key_frames, runs_of
+from tsr_engine.labels.model import AttributeValue
+
+__all__ = ["Match", "as_shown", "key_frames_of", "labels_of", "match", "merge_import", "whole_label"]
+
+_WRITTEN_PX = 0.06
+"""What formats with two decimals or percents of the picture lose, px."""
+_WHOLE_PX = 0.51
+"""What formats with whole pixels lose, px."""
+_DRAWN_PX = 1.0
+"""By how much interpolated boxes may differ from ours: what thinning lost on the way out and what rounding adds, px."""
+
+_KEPT, _SAID, _ABSENT = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """Where a track of a file and one of the run agree about boxes.
+
+    Attributes:
+        run: the run's track, cut at the edges of the picture as importers do; None: it lies outside.
+        boxes: frame of the file's track by frame: the run shows the same box there, shape (n,).
+    """
+
+    run: Track | None
+    boxes: NDArray[np.bool_]
+
+
+def match(track: Track, shown: Track, base: TrackDoc, size: tuple[int, int], thin_px: float) -> Match:
+    """Compare the boxes of two tracks, as far as a file can hold them.
+
+    Args:
+        track: of the file.
+        shown: what the run shows.
+        base: the document that shows it.
+        size: width and height of the picture, px.
+        thin_px: by how much thinning may have moved an edge between key frames when they came in, px.
+    """
+    edges = np.array([*size, *size], np.float64)
+    cut = np.clip(shown.boxes, 0.0, edges)
+    run = part_of(replace(shown, boxes=cut), (cut[:, 2] > cut[:, 0]) & (cut[:, 3] > cut[:, 1]))
+    same = np.zeros(len(track.frames), np.bool_)
+    if run is not None:
+        _, mine, theirs = np.intersect1d(track.frames, run.frames, assume_unique=True, return_indices=True)
+        far = np.abs(track.boxes[mine] - run.boxes[theirs]).max(axis=1, initial=0.0)
+        written = _WHOLE_PX if np.array_equal(track.boxes, np.rint(track.boxes)) else _WRITTEN_PX
+        drawn = np.isin(run.frames[theirs], _on_lines(base, shown))
+        same[mine] = far <= np.where(track.key[mine], written + thin_px * drawn, _DRAWN_PX)
+    return Match(run, same)
+
+
+def labels_of(track: Track) -> NDArray[np.int64]:
+    """The label of each frame, -1: none of the classes, ``UNSAID``: the file says nothing; shape (n,)."""
+    labels = np.full(len(track.frames), track.label) if track.labels is None else track.labels
+    return labels if track.silent is None else np.where(track.silent, UNSAID, labels)
+
+
+def whole_label(track: Track) -> int | None:
+    """The label of the whole track, -1: none of the classes; None: the file says nothing in any frame."""
+    return None if track.silent is not None and track.silent.all() else track.label
+
+
+def as_shown(track: Track, found: Match) -> bool:
+    """Whether the run shows the same boxes in the same frames, hidden and labelled the same where it says a label."""
+    if found.run is None or not np.array_equal(track.frames, found.run.frames):
+        return False
+    said = labels_of(track)
+    labels = ((said == labels_of(found.run)) | (said == UNSAID)).all()
+    answers = track.attributes.items() <= found.run.attributes.items() and all(
+        name in found.run.changing and (values == found.run.changing[name]).all()
+        for name, values in track.changing.items()
+    )
+    return bool(found.boxes.all() and labels and answers and np.array_equal(track.occluded, found.run.occluded))
+
+
+def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, KeyFrame], bool]:
+    """Key frames that show a track by themselves, and whether a box of its own in every frame was thinned to them.
+
+    Lines run between key frames; the last one before a gap, and the last of all, holds no line.
+
+    Args:
+        track: of the file.
+        thin_px: how far an edge may move, px.
+        label: of the whole track; key frames name another one.
+    """
+    dense = len(track.frames) > 2 and bool(track.key.all())
+    keep = key_frames(replace(track, key=np.zeros_like(track.key)) if dense else track, thin_px)
+    thinned = dense and not bool(keep.all())
+    ends = np.zeros(len(track.frames), np.bool_)
+    ends[runs_of(track.frames)[1:] - 1] = True
+    labels = labels_of(track)
+    own = (labels != label) & (labels != UNSAID)
+    keep = keep | own  # a label of its own holds for one key frame alone
+    keys: dict[str, KeyFrame] = {}
+    for i in np.flatnonzero(keep).tolist():
+        x1, y1, x2, y2 = track.boxes[i].tolist()
+        keys[str(int(track.frames[i]))] = KeyFrame(
+            box=(x1, y1, x2, y2),
+            occluded=bool(track.occluded[i]),
+            interpolate=not ends[i],
+            class_id=int(labels[i]) if own[i] else None,
+            attributes=answers_at(track, i),
+        )
+    return keys, thinned
+
+
+def merge_import(
+    track: Track, found: Match, base: TrackDoc, engine: int | None, thin_px: float
+) -> tuple[TrackDoc, bool]:
+    """The document that shows what the file says, and keeps what the run shows alike.
+
+    Args:
+        track: of the file.
+        found: where both agree; ``run`` is not None.
+        base: the document that shows the run's track, not gone.
+        engine: the engine's class of it, -1: never recognised; None: it has no track of the engine's.
+        thin_px: how far an edge may move between key frames, px.
+
+    Returns:
+        The document, and whether boxes of the file were thinned to key frames.
+    """
+    assert found.run is not None
+    run = found.run
+    first, last = int(track.frames[0]), int(track.frames[-1])
+    frames = base.frames()
+    # what the run shows before the file's first frame, or after its last one, goes
+    cut_before, cut_after = int(run.frames[0]) < first, int(run.frames[-1]) > last
+    ends_outside = not (frames and frames[-1] > last) and _outside(base, last)
+    segments = _clipped(base.segments, first if cut_before else 0, last if cut_after or ends_outside else None)
+    start = first if cut_before else min([first, *frames])
+    stop = last + 1 if cut_after else max([last, *frames]) + 1
+    said = whole_label(track)
+    label = run.label if said is None else said
+    new = _Over(base, track, label)
+    thinned = False
+    for a, b, mode in _stretches(track, found, start, stop):
+        if mode == _ABSENT:
+            new.hide(a)
+        elif mode == _KEPT:
+            new.keep(a, b)
+        else:
+            part = part_of(track, (a <= track.frames) & (track.frames <= b))
+            assert part is not None
+            keys, thinner = key_frames_of(part, thin_px, label)
+            new.keys |= keys
+            thinned |= thinner
+    # the engine's own class is nobody's word
+    class_id = base.class_id if label == run.label else None if label == engine else label
+    return base.model_copy(update={"class_id": class_id, "segments": segments, "keys": new.keys}), thinned
+
+
+class _Over:
+    """Key frames as they come together, in order of frames."""
+
+    def __init__(self, base: TrackDoc, track: Track, label: int) -> None:
+        self.keys: dict[str, KeyFrame] = {}
+        self._base = base
+        self._frames = base.frames()
+        self._shown: list[int] = track.frames.tolist()
+        self._hidden = dict(zip(track.frames.tolist(), track.occluded.tolist(), strict=True))
+        labels = zip(track.frames.tolist(), labels_of(track).tolist(), strict=True)
+        self._labels = {f: c for f, c in labels if c != UNSAID}
+        self._label = label
+        self._answers = {f: answers_at(track, k) for k, f in enumerate(self._shown)} if track.changing else None
+        turns = np.flatnonzero(np.diff(track.occluded, prepend=track.occluded[:1]))
+        own = [f for f, c in self._labels.items() if c != label]
+        for values in track.changing.values():
+            own += track.frames[1:][values[1:] != values[:-1]].tolist()
+        self._telling = sorted({*track.frames[turns].tolist(), *own})
+
+    def hide(self, frame: int) -> None:
+        """Nothing is shown from here to the next key frame."""
+        self.keys[str(frame)] = KeyFrame(outside=True)
+
+    def keep(self, a: int, b: int) -> None:
+        """Show from ``a`` to ``b`` what the document showed, hidden and labelled as the file says."""
+        telling = {a, *(f for f in (*self._frames, *self._telling) if a <= f <= b)}
+        # what a frame without a box says of being hidden holds on to the next one with a box
+        after = (self._shown[i] for f in telling if (i := bisect_left(self._shown, f)) < len(self._shown))
+        for frame in sorted(telling | {f for f in after if f <= b}):
+            wanted = self._at(frame, begins=frame == a)
+            if wanted is not None:
+                self.keys[str(frame)] = wanted
+        here, line = self.keys.get(str(b)), self._base.line_at(b)
+        if line is not None and (here is None or here.box is None):  # it must not run on to what comes next
+            carried = self._carried()
+            here = KeyFrame(occluded=carried.occluded, attributes=carried.attributes) if here is None else here
+            self.keys[str(b)] = here.model_copy(update={"box": line, "interpolate": False})
+
+    def _at(self, frame: int, *, begins: bool) -> KeyFrame | None:
+        """The key frame that has to stand there; None: what holds anyway is right."""
+        own, carried = self._base.keys.get(str(frame)), self._carried()
+        line = self._base.line_at(frame)
+        # a line that leads nowhere would find its end among the new key frames
+        runs = line is not None and self._base.line_at(frame + 1) is not None
+        said = self._labels.get(frame)
+        whole = None if own is None else own.class_id
+        wanted = KeyFrame(
+            box=line if own is None or begins else own.box,
+            occluded=self._hidden.get(frame, carried.occluded if own is None else own.occluded),
+            outside=_outside(self._base, frame),
+            interpolate=runs and (own is None or own.interpolate),
+            class_id=whole if said is None else said if said != self._label else None,
+            attributes=self._attributes(frame),
+        )
+        says = own is not None or (begins and line is not None) or wanted.class_id is not None
+        as_carried = (wanted.outside, wanted.occluded, wanted.attributes) == (
+            carried.outside,
+            carried.occluded,
+            carried.attributes,
+        )
+        return wanted if says or not as_carried else None
+
+    def _attributes(self, frame: int) -> dict[str, AttributeValue]:
+        """What holds from a frame on: as the file says, or as it was."""
+        if self._answers is not None:
+            return self._answers.get(frame, self._carried().attributes)
+        before = self._base.last_key(frame)
+        return {} if before is None else self._base.keys[str(before)].attributes
+
+    def _carried(self) -> KeyFrame:
+        return self.keys[next(reversed(self.keys))] if self.keys else KeyFrame()
+
+
+def _stretches(track: Track, found: Match, start: int, stop: int) -> Iterator[tuple[int, int, int]]:
+    """First frame, last frame and mode of what follows each other in ``start <= frame < stop``."""
+    assert found.run is not None
+    mode = np.full(stop - start, _KEPT)
+    runs = found.run.frames[(start <= found.run.frames) & (found.run.frames < stop)]
+    mode[runs - start] = _ABSENT
+    mode[track.frames - start] = np.where(found.boxes, _KEPT, _SAID)
+    bounds = [0, *(np.flatnonzero(np.diff(mode)) + 1).tolist(), len(mode)]
+    for a, b in pairwise(bounds):
+        yield start + a, start + b - 1, int(mode[a])
+
+
+def _on_lines(doc: TrackDoc, shown: Track) -> NDArray[np.int64]:
+    """The frames that show a box on the line between two key frames."""
+    found = effective_track(doc, lambda _: (shown.frames, shown.boxes), int(shown.frames[-1]) + 1)
+    drawn: NDArray[np.int64] = found.frame[found.origin == 2]
+    return drawn
+
+
+def _outside(doc: TrackDoc, frame: int) -> bool:
+    """Whether the key frame that holds there hides the track."""
+    before = doc.last_key(frame)
+    return before is not None and doc.keys[str(before)].outside
+
+
+def _clipped(segments: tuple[Segment, ...], first: int, last: int | None) -> tuple[Segment, ...]:
+    """The pieces within ``first`` to ``last``; None: to their ends."""
+    kept = []
+    for piece in segments:
+        low, high = max(piece.first, first), piece.last if last is None else min(piece.last, last)
+        if low <= high:
+            kept.append(piece.model_copy(update={"first": low, "last": high}))
+    return tuple(kept)

@@ -1,0 +1,123 @@
+"""What people do with ground truth."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Sequence
+
+import numpy as np
+from sqlalchemy import delete, select
+from sqlalchemy.orm import undefer
+
+from app.errors import Invalid, NotFound
+from app.evidence.tables import BoxTable
+from app.storage.database import Database
+from app.storage.ground_truth_rows import Rows, pack, parse, unpack
+from app.storage.models import GroundTruth, Video
+
+__all__ = ["MOST_FRAMES", "GroundTruthService"]
+
+MOST_FRAMES = 256
+"""Frames a request."""
+
+
+class GroundTruthService:
+    """Import, list, read, remove."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def put(self, video_id: str, name: str, content: bytes) -> GroundTruth:
+        """Import a CSV; one of the same name is replaced, all or nothing.
+
+        Raises:
+            NotFound: no such video.
+            Invalid: the first line that breaks a rule, and the rule.
+        """
+        with self._database.read() as session:
+            video = session.get(Video, video_id)
+            if video is None:
+                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            frames = video.frames if video.state == "ready" else None
+        return self.put_rows(video_id, name, parse(content, frames))
+
+    def put_rows(self, video_id: str, name: str, rows: Rows) -> GroundTruth:
+        """Store checked rows; a truth of the same name is replaced.
+
+        Columns are those of ``app.storage.ground_truth_rows.COLUMNS``.
+
+        Raises:
+            NotFound: no such video.
+        """
+        truth = GroundTruth(id=uuid.uuid4().hex, video_id=video_id, name=name, boxes=pack(rows), count=len(rows))
+        with self._database.write() as session:
+            if session.get(Video, video_id) is None:
+                raise NotFound(f"There is no video {video_id[:80]!r} any more.")
+            session.execute(delete(GroundTruth).where(GroundTruth.video_id == video_id, GroundTruth.name == name))
+            session.add(truth)
+        return truth
+
+    def of_video(self, video_id: str) -> Sequence[GroundTruth]:
+        """Ground truths of a video by name.
+
+        Raises:
+            NotFound: no such video.
+        """
+        with self._database.read() as session:
+            if session.get(Video, video_id) is None:
+                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            return session.scalars(
+                select(GroundTruth).where(GroundTruth.video_id == video_id).order_by(GroundTruth.name)
+            ).all()
+
+    def rows(self, truth_id: str) -> tuple[str, str, Rows]:
+        """Video, name and rows of one truth; columns as in ``app.storage.ground_truth_rows.COLUMNS``.
+
+        Raises:
+            NotFound: there is none of that id.
+        """
+        with self._database.read() as session:
+            query = select(GroundTruth).where(GroundTruth.id == truth_id).options(undefer(GroundTruth.boxes))
+            truth = session.scalars(query).first()
+            if truth is None:
+                raise NotFound(f"There is no truth {truth_id[:40]!r}.")
+            return truth.video_id, truth.name, unpack(truth.boxes)
+
+    def window(self, truth_id: str, first: int, last: int) -> Rows:
+        """Rows of ``first <= frame <= last``.
+
+        Raises:
+            NotFound: there is none of that id.
+            Invalid: the window is empty or too long.
+        """
+        if not first <= last < first + MOST_FRAMES:
+            raise Invalid(f"Ask for 1 to {MOST_FRAMES} frames. Got {first} to {last}.", field="last")
+        rows = self.rows(truth_id)[2]
+        return rows[slice(*np.searchsorted(rows[:, 0], [first, last + 1]))]
+
+    def boxes(self, truth_id: str) -> tuple[str, str, BoxTable]:
+        """Video, name, and the rows as boxes; keys are ``t`` and the track's number."""
+        video_id, name, rows = self.rows(truth_id)
+        ids, track = np.unique(rows[:, 1].astype(np.int64), return_inverse=True)
+        table = BoxTable(
+            frame=rows[:, 0].astype(np.int64),
+            track=track.astype(np.int64),
+            boxes=np.ascontiguousarray(rows[:, 2:6]),
+            class_id=rows[:, 6].astype(np.int64),
+            ignore=rows[:, 8] != 0,
+            source=np.full(len(rows), -1),
+            keys=tuple(f"t{i}" for i in ids.tolist()),
+        )
+        return video_id, name, table
+
+    def remove(self, truth_id: str) -> None:
+        """Remove one truth.
+
+        Raises:
+            NotFound: there is none of that id.
+        """
+        with self._database.write() as session:
+            truth = session.get(GroundTruth, truth_id)
+            if truth is None:
+                raise NotFound(f"There is no truth {truth_id[:40]!r}.")
+            session.delete(truth)

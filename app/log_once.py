@@ -1,0 +1,37 @@
+"""Logs what keeps a loop from its work, such as a full disk, once for each different error."""
+
+from __future__ import annotations
+
+import logging
+
+from sqlalchemy.exc import DBAPIError
+
+__all__ = ["LogOnce"]
+
+
+class LogOnce:
+    """Logs what keeps one loop from its work, once for each different error.
+
+    Args:
+        log: where it is reported.
+        what: what does not work meanwhile; begins a sentence.
+    """
+
+    def __init__(self, log: logging.Logger, what: str) -> None:
+        self._log = log
+        self._what = what
+        self._reported: str | None = None
+
+    def came(self, error: Exception) -> None:
+        """Tell it, if it is not what was reported last. What nobody expected is reported with its traceback."""
+        text = str(error.orig) if isinstance(error, DBAPIError) else str(error)
+        if text != self._reported:
+            self._reported = text
+            expected = isinstance(error, DBAPIError | OSError)
+            self._log.warning("%s: %s. It is tried again.", self._what, text, exc_info=None if expected else error)
+
+    def gone(self) -> None:
+        """It works again."""
+        if self._reported is not None:
+            self._reported = None
+            self._log.warning("%s: that is over.", self._what)

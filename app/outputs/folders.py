@@ -1,0 +1,26 @@
+"""Folders of outputs. A folder counts only if its row says ``complete``; other content is left from broken work."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from tsr_engine.io.unfinished import fsync_path
+
+__all__ = ["clear_folder", "output_folder", "sync_file"]
+
+
+def output_folder(home: Path, output_id: str) -> Path:
+    """The folder of one output."""
+    return home / "artefacts" / output_id
+
+
+def clear_folder(home: Path, output_id: str) -> None:
+    """Remove what an output has written so far."""
+    shutil.rmtree(output_folder(home, output_id), ignore_errors=True)
+
+
+def sync_file(path: Path) -> None:
+    """Bring a finished file and its name to the disk."""
+    for place in (path, path.parent):
+        fsync_path(place)

@@ -1,0 +1,111 @@
+"""Files that go to their places while a transaction is open, noted first, so that a crash leaves nothing behind.
+
+Neither order is safe by itself: a row without its files is a lie, files without their row are rubbish that nobody ever
+finds. So a note is brought to the disk before the first file moves, and removed after the commit. Whoever starts next
+compares what it names with the database. The process at work holds a lock on its note: a second server on the same
+folder lets it alone.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from sqlalchemy import select
+
+from app.outputs.folders import sync_file
+from app.storage.database import Database
+from app.storage.models import Run, Video
+from tsr_engine.io.unfinished import fsync_path
+
+__all__ = ["Placing", "placing", "sweep"]
+
+_NOTE = ".placing-"
+_PLACES = ("runs", "uploads")
+_MOST_BYTES = 10_000
+
+
+class Placing:
+    """The files of one run, and of its video, on their way."""
+
+    def __init__(self) -> None:
+        self._placed: list[Path] = []
+
+    def put(self, source: Path, place: Path) -> None:
+        """Move a file or folder to its place, on the same disk; what lies there without an owner gives way."""
+        place.parent.mkdir(parents=True, exist_ok=True)
+        for path in sorted(source.rglob("*")) if source.is_dir() else (source,):
+            if path.is_file():
+                sync_file(path)
+        self._placed.append(place)
+        source.replace(place)
+        fsync_path(place.parent)
+
+    def take_back(self) -> None:
+        """Remove what has been placed."""
+        for place in self._placed:
+            _remove(place)
+
+
+@contextmanager
+def placing(home: Path, run_id: str, upload: Path | None = None) -> Iterator[Placing]:
+    """Around a transaction that gives a run, and perhaps its video, their files; if it fails, they are gone again.
+
+    Args:
+        home: the data folder.
+        run_id: the run; its folder is ``runs/<run_id>``.
+        upload: where its video will lie, if it is placed.
+    """
+    note = home / "runs" / f"{_NOTE}{run_id}"
+    note.parent.mkdir(parents=True, exist_ok=True)
+    with note.open("x", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        json.dump({"upload": upload and upload.name}, file)
+        file.flush()
+        sync_file(note)
+        work = Placing()
+        try:
+            yield work
+        except BaseException:
+            work.take_back()
+            raise
+        finally:
+            note.unlink(missing_ok=True)
+
+
+def sweep(home: Path, database: Database) -> None:
+    """Remove what processes that died before their commit have placed; called when a server starts."""
+    for note in (home / "runs").glob(f"{_NOTE}*"):
+        with suppress(OSError), note.open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)  # fails where somebody is at work
+            _undo(home, database, note, file.read(_MOST_BYTES))
+            note.unlink(missing_ok=True)
+
+
+def _undo(home: Path, database: Database, note: Path, content: bytes) -> None:
+    run_id = note.name.removeprefix(_NOTE)
+    try:
+        facts = json.loads(content)
+        name = facts["upload"]
+        upload = None if name is None else home / "uploads" / Path(str(name)).name
+    except (ValueError, KeyError, TypeError):
+        return  # cut off while it was written: nothing had been placed yet
+    with database.read() as session:
+        if session.get(Run, run_id) is None:
+            _remove(home / "runs" / run_id)
+        if upload is not None and session.scalars(select(Video.id).where(Video.path == str(upload))).first() is None:
+            _remove(upload)
+
+
+def _remove(place: Path) -> None:
+    if place.parent.name not in _PLACES or not place.name:
+        return
+    with suppress(OSError):
+        if place.is_dir():
+            shutil.rmtree(place, ignore_errors=True)
+        else:
+            place.unlink(missing_ok=True)

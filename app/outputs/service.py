@@ -1,0 +1,256 @@
+"""What is done with outputs: queued by routes, made by jobs, listed, downloaded, removed.
+
+A job that makes one calls, in this order, ``begin``, ``progress`` as often as it likes, and ``complete``. It need not
+clean up: when it is cancelled, fails or dies, its folder is removed, and ``begin`` starts with an empty one.
+"""
+
+from __future__ import annotations
+
+import time
+import uuid
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.errors import Conflict, NotFound
+from app.events import EventBus
+from app.jobs.context import Stopped, TaskContext
+from app.jobs.queue import JobQueue
+from app.outputs.folders import clear_folder, output_folder, sync_file
+from app.outputs.on_job_failed import output_job_failed
+from app.outputs.view import OutputView, output_view, publish_output
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Output
+from app.storage.places import require_here
+from tsr_engine.errors import InputError
+from tsr_engine.io.atomic import storage_error
+from tsr_engine.io.digest import file_sha256
+
+__all__ = ["KINDS", "OutputService"]
+
+KINDS = ("export", "recording", "bundle", "scene")
+PRIORITY = 15
+"""Somebody waits for it: before imports, after what-ifs."""
+_ACTIVE = ("queued", "running")
+_TELL = 0.3
+"""Seconds between two notes of progress."""
+
+
+class OutputService:
+    """Queue, make, list, open, cancel, remove."""
+
+    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+        self._home = settings.home
+        self._database = database
+        self._events = events
+        self._jobs = jobs
+        self._reported: dict[str, float] = {}
+
+    @classmethod
+    def of_task(cls, task: TaskContext) -> OutputService:
+        """The service within a worker."""
+        return cls(task.settings, task.database, task.events, task.jobs)
+
+    # ------------------------------------------------------------------------------------------------- for routes
+
+    def queue(
+        self, session: Session, kind: str, run_id: str | None, name: str, options: Mapping[str, Any], job_kind: str
+    ) -> Output:
+        """Ask for an output, within the caller's transaction.
+
+        Args:
+            session: writes.
+            kind: one of ``KINDS``.
+            run_id: the run that it is made from, where there is exactly one.
+            name: file name offered for the download.
+            options: everything that the job needs to know, as plain JSON values.
+            job_kind: name of the job, see :mod:`app.kinds`; its subject is the output.
+        """
+        output = Output(
+            id=uuid.uuid4().hex,
+            kind=kind,
+            run_id=run_id,
+            name=name,
+            state="queued",
+            options=dict(options),
+            done=0,
+            path="",
+            sha256="",
+            summary={},
+        )
+        session.add(output)
+        session.flush()
+        self._jobs.submit(session, job_kind, output.id, priority=PRIORITY)
+        publish_output(session, self._events, output)
+        return output
+
+    def get(self, output_id: str) -> Output:
+        """One output.
+
+        Raises:
+            NotFound: there is none of that name.
+        """
+        with self._database.read() as session:
+            return _require(session, output_id)
+
+    def list(self, kind: str | None = None, run_id: str | None = None) -> list[OutputView]:
+        """Outputs, the newest first; of one kind, of one run."""
+        query = select(Output).order_by(Output.created.desc(), Output.id)
+        if kind is not None:
+            query = query.where(Output.kind == kind)
+        if run_id is not None:
+            query = query.where(Output.run_id == run_id)
+        with self._database.read() as session:
+            return [output_view(output) for output in session.scalars(query)]
+
+    def open(self, output_id: str) -> tuple[Path, str]:
+        """The finished file, and the name that it is offered under.
+
+        Raises:
+            NotFound: no such output, or its file is gone.
+            Conflict: it is not finished.
+        """
+        with self._database.read() as session:
+            output = _require(session, output_id)
+            require_here(session, output.place, output.name)
+        if output.state != "complete":
+            raise Conflict(f"{output.name} is {output.state}: there is no file yet.", code="not_complete")
+        path = self._home / output.path
+        if not path.is_file():
+            raise NotFound(f"The file of {output.name} is gone from the data folder. Make it again.")
+        return path, output.name
+
+    def cancel(self, output_id: str) -> Output:
+        """Stop the making of an output; nothing of it stays. One that is finished stays as it is."""
+        with self._database.write() as session:
+            output = _require(session, output_id)
+            waited = [job for job in self._jobs.cancel(session, output_id) if job.state == "cancelled"]
+            for job in waited:
+                output_job_failed(session, self._events, job, "cancelled", None)
+        if waited:
+            clear_folder(self._home, output_id)
+        return output
+
+    def remove(self, output_id: str) -> None:
+        """Remove an output with its file.
+
+        Raises:
+            NotFound: there is none of that name.
+            Conflict: it is being made.
+        """
+        with self._database.write() as session:
+            output = _require(session, output_id)
+            require_here(session, output.place, output.name)
+            if output.state in _ACTIVE:
+                raise Conflict(f"{output.name} is {output.state}. Cancel it first.", code="still_running")
+            session.delete(output)
+            self._events.publish(session, "removed", output_id, {"artefact": output_id})
+        clear_folder(self._home, output_id)
+
+    def sweep(self) -> None:
+        """Remove folders that nothing will ever come of: their work has failed or was cancelled as the machine died."""
+        root = self._home / "artefacts"
+        folders = {path.name for path in root.iterdir()} if root.is_dir() else set()
+        if not folders:
+            return
+        with self._database.read() as session:
+            kept = select(Output.id).where(Output.state.in_((*_ACTIVE, "complete")))
+            folders -= set(session.scalars(kept))
+        for name in folders:
+            clear_folder(self._home, name)
+
+    # --------------------------------------------------------------------------------------------------- for jobs
+
+    def begin(self, task: TaskContext) -> tuple[Output, Path]:
+        """Start to make the job's output: its row, and its folder, which is empty.
+
+        Raises:
+            InputError: the output has been removed.
+            StorageError: its folder cannot be made.
+            Fenced: the job belongs to another process.
+        """
+        with task.write() as session:
+            output = session.get(Output, task.job.subject)
+            if output is None:
+                raise InputError("What was asked for has been removed in the meantime. Ask for it again.")
+            output.state, output.error, output.done, output.total = "running", None, 0, None
+            output.path, output.size, output.sha256, output.summary = "", None, "", {}
+            publish_output(session, task.events, output)
+        clear_folder(self._home, output.id)
+        folder = output_folder(self._home, output.id)
+        try:
+            folder.mkdir(parents=True)
+        except OSError as error:
+            raise storage_error(folder, error) from None
+        return output, folder
+
+    def progress(self, task: TaskContext, output_id: str, done: int, total: int | None) -> None:
+        """Note how far it is; cheap, so that it can be called for every track or frame.
+
+        Raises:
+            Stopped: a person has cancelled it, or the process is to end. Let it through.
+            Fenced: the job belongs to another process.
+        """
+        now = time.monotonic()
+        if task.leaving():
+            raise Stopped
+        if now - self._reported.get(output_id, 0.0) < _TELL:
+            return
+        self._reported[output_id] = now
+        if task.cancelled():
+            raise Stopped
+        with task.write() as session:
+            output = session.get_one(Output, output_id)
+            output.done, output.total = done, total
+            task.reached(session, done)
+            publish_output(session, task.events, output)
+
+    def complete(
+        self, task: TaskContext, output_id: str, path: Path, summary: Mapping[str, Any], name: str | None = None
+    ) -> None:
+        """The file is whole.
+
+        Args:
+            task: the job.
+            output_id: of the output.
+            path: the file, in the folder that ``begin`` gave.
+            summary: counts, skipped items; plain JSON values.
+            name: another name for the download; unset: as it was queued.
+
+        Raises:
+            Fenced: the job belongs to another process.
+            StorageError: the disk is full.
+        """
+        try:
+            sync_file(path)
+            digest, size = file_sha256(path), path.stat().st_size
+        except OSError as error:
+            raise storage_error(path, error) from None
+        with task.write() as session:
+            output = session.get_one(Output, output_id)
+            output.state, output.error, output.finished = "complete", None, datetime.now(UTC)
+            output.path, output.size, output.sha256 = str(path.relative_to(self._home)), size, digest
+            output.total = output.total if output.total is not None else output.done
+            output.done, output.summary = output.total, dict(summary)
+            output.name = output.name if name is None else name
+            publish_output(session, task.events, output)
+
+    def fail(self, task: TaskContext, output_id: str, message: str) -> None:
+        """It cannot be made; a job that raises a ``TsrError`` need not call this."""
+        clear_folder(self._home, output_id)
+        with task.write() as session:
+            output = session.get_one(Output, output_id)
+            output.state, output.error, output.finished = "failed", message, datetime.now(UTC)
+            publish_output(session, task.events, output)
+
+
+def _require(session: Session, output_id: str) -> Output:
+    output = session.get(Output, output_id)
+    if output is None:
+        raise NotFound(f"There is no output {output_id[:40]!r}.")
+    return output

@@ -1,0 +1,58 @@
+"""The view of an output for the page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app.events import EventBus
+from app.shapes import Model
+from app.storage.models import Output
+
+__all__ = ["OutputView", "output_view", "publish_output"]
+
+
+class OutputView(Model):
+    """One output; see ``Output`` in static/js/types.js."""
+
+    id: str
+    kind: str
+    run_id: str | None
+    name: str
+    state: str
+    error: str | None
+    options: dict[str, Any]
+    done: int
+    total: int | None
+    size: int | None
+    sha256: str
+    summary: dict[str, Any]
+    created: str
+    finished: str | None
+
+
+def output_view(output: Output) -> OutputView:
+    """The output's present state."""
+    return OutputView(
+        id=output.id,
+        kind=output.kind,
+        run_id=output.run_id,
+        name=output.name,
+        state=output.state,
+        error=output.error,
+        options=output.options,
+        done=output.done,
+        total=output.total,
+        size=output.size,
+        sha256=output.sha256,
+        summary=output.summary,
+        created=output.created.isoformat(),
+        finished=None if output.finished is None else output.finished.isoformat(),
+    )
+
+
+def publish_output(session: Session, events: EventBus, output: Output) -> None:
+    """Tell the pages how the output stands."""
+    session.flush()
+    events.publish(session, "artefact", output.id, output_view(output).model_dump(mode="json"))

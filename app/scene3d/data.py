@@ -1,0 +1,230 @@
+"""The data of the scenes, read once from a run's evidence."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.evidence.service import EvidenceService
+from app.evidence.tables import SOURCE_SQL, FloatColumn, IntColumn, columns
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.labels.model import Label, LabelSet
+
+__all__ = ["SIGN_SIZES", "UNKNOWN_SIZE", "Hits", "Scene3dData", "Sign", "load_hits", "load_scene3d"]
+
+SIGN_SIZES = {"circle": 0.60, "triangle": 0.90, "inverted triangle": 0.90, "octagon": 0.90, "diamond": 0.60}
+"""Width of a sign by shape, m: the sizes of class 2 of the German catalogue (VzKat), usual at 50 to 100 km/h."""
+UNKNOWN_SIZE = 0.60
+FLAGGED_UNCERTAINTY = 0.6
+MOST_FLAGGED = 40
+MOST_HITS = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """What a track shows.
+
+    Attributes:
+        name: for people.
+        size: usual width of the sign, m.
+        pictogram: see ``Label.pictogram``; empty: there is none.
+    """
+
+    name: str
+    size: float = UNKNOWN_SIZE
+    pictogram: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Scene3dData:
+    """The confirmed tracks of a run; rows are sorted by track, then frame.
+
+    Attributes:
+        run_id: the run.
+        video_id: its video.
+        width: of the picture, px.
+        height: of the picture, px.
+        frames: shape (k,), ordinals that the run has stored.
+        times: shape (k,), their presentation times, s.
+        ids: shape (t,), the tracks' numbers.
+        class_id: shape (t,), see ``signs``; -1: never recognised.
+        flagged: shape (t,), worth a look: the most uncertain, and those that a person marked as needing work.
+        frame: shape (n,).
+        track: shape (n,), position in ``ids``.
+        boxes: shape (n, 4), px.
+        source: shape (n,), 0 detected, 1 predicted, 2 relocalised.
+        verdict: shape (n,), 0 not judged, 1 confident, 2 rejected.
+        signs: the video's labels by id; behind them what the engine calls signs that the set lacks.
+    """
+
+    run_id: str
+    video_id: str
+    width: int
+    height: int
+    frames: IntColumn
+    times: FloatColumn
+    ids: IntColumn
+    class_id: IntColumn
+    flagged: NDArray[np.bool_]
+    frame: IntColumn
+    track: IntColumn
+    boxes: FloatColumn
+    source: IntColumn
+    verdict: IntColumn
+    signs: Mapping[int, Sign]
+
+    def sign(self, track: int) -> Sign | None:
+        """What the track at a position shows; None: never recognised."""
+        return self.signs.get(int(self.class_id[track]))
+
+    @property
+    def sign_names(self) -> dict[int, str]:
+        """Names of all signs."""
+        return {label: sign.name for label, sign in self.signs.items()}
+
+    @property
+    def interval(self) -> float:
+        """Usual duration of a frame, s."""
+        return float(np.median(np.diff(self.times))) if len(self.times) > 1 else 0.04
+
+    def seconds(self, frame: IntColumn | int) -> FloatColumn:
+        """Presentation times of frames; those that were not stored lie between their neighbours."""
+        if not len(self.frames):
+            return np.asarray(np.asarray(frame, np.float64) * self.interval)
+        return np.asarray(np.interp(frame, self.frames, self.times))
+
+    def position(self, key: str | None) -> int | None:
+        """Position of the track that the page calls ``m7``; None: not one of the engine's."""
+        if key is None or not key.startswith("m") or not key[1:].isdecimal():
+            return None
+        found = np.flatnonzero(self.ids == int(key[1:]))
+        return int(found[0]) if len(found) else None
+
+    def key(self, track: int) -> str:
+        """The page's name of the track at a position."""
+        return f"m{self.ids[track]}"
+
+    def name(self, track: int) -> str:
+        """The same as people read it."""
+        return f"#{self.ids[track]}"
+
+
+@dataclass(frozen=True, slots=True)
+class Hits:
+    """Detections of a run, evenly thinned if they are very many.
+
+    Attributes:
+        centres: shape (n, 2), normalised (x, y) in [0, 1].
+        prior: shape (n,), the value of the prior that the detector used there.
+        tracked: shape (n,), whether the detection belongs to a confirmed track.
+        total: number before thinning.
+    """
+
+    centres: FloatColumn
+    prior: FloatColumn
+    tracked: NDArray[np.bool_]
+    total: int
+
+
+def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[int] = frozenset()) -> Scene3dData:
+    """Read a run.
+
+    Args:
+        evidence: reads.
+        run_id: the run.
+        needs_work: tracks that a person marked.
+
+    Raises:
+        NotFound: there is no such run.
+        Conflict: it has stored nothing yet.
+    """
+    place = evidence.place(run_id)
+    reported = json.loads(evidence.tracks(run_id))
+    ids = np.array(reported["id"], np.int64)
+    classes, signs = _signs(reported, place.classes.labels)
+    uncertainty = np.array(reported["rank"], np.float64)
+    with evidence.reading(place) as reader:
+        shape = reader.query("SELECT width, height FROM frames ORDER BY frame LIMIT 1")
+        table = columns(reader.query("SELECT frame, seconds FROM frames ORDER BY frame"), 2)
+        rows = columns(reader.query(_ROWS), 9)
+    width, height = shape[0] if shape else (1280, 720)
+    order = np.argsort(ids)
+    track = rows[1].astype(np.int64)
+    place_of = np.searchsorted(ids[order], track) if len(ids) else np.zeros(len(track), np.int64)
+    known = (place_of < len(ids)) & np.isfinite(rows[2:6]).all(axis=0)
+    if len(ids):
+        known &= ids[order][np.minimum(place_of, len(ids) - 1)] == track
+    return Scene3dData(
+        run_id=run_id,
+        video_id=place.video_id,
+        width=int(width),
+        height=int(height),
+        frames=table[0].astype(np.int64),
+        times=_times(table[1], table[0]),
+        ids=ids,
+        class_id=classes,
+        flagged=_flagged(ids, uncertainty, needs_work),
+        frame=rows[0].astype(np.int64)[known],
+        track=(order[place_of[known]] if len(ids) else place_of[known]).astype(np.int64),
+        boxes=np.ascontiguousarray(rows[2:6].T[known]),
+        source=rows[6].astype(np.int64)[known],
+        verdict=np.where(np.isnan(rows[7]), 0, np.where(rows[7] > 0, 1, 2)).astype(np.int64)[known],
+        signs=signs,
+    )
+
+
+def _signs(reported: Mapping[str, Any], labels: LabelSet) -> tuple[IntColumn, dict[int, Sign]]:
+    """Each track's sign, shape (t,), and what these are."""
+    signs = {label.id: Sign(label.name, _size(label), label.pictogram) for label in labels}
+    strange: dict[str, int] = {}
+    found = []
+    for label, word in zip(reported["class_id"], reported["word"], strict=True):
+        if word is not None:
+            label = strange.setdefault(word, labels.next_id + len(strange))
+            signs[label] = Sign(word)
+        found.append(-1 if label is None else label)
+    return np.array(found, np.int64), signs
+
+
+def _size(label: Label) -> float:
+    """Real width of a sign, m: the label's own, else the usual one of its shape."""
+    return SIGN_SIZES.get(label.shape, UNKNOWN_SIZE) if label.size_mm is None else label.size_mm / 1000
+
+
+_ROWS = f"""
+SELECT t.frame, t.track_id, t.x1, t.y1, t.x2, t.y2, {SOURCE_SQL}, g.confident, t.row
+FROM track_frames t LEFT JOIN gates g ON g.frame = t.frame AND g.track_id = t.track_id
+WHERE t.state <> 'dead' ORDER BY t.track_id, t.frame
+"""  # noqa: S608
+
+
+def load_hits(reader: EvidenceReader, width: int, height: int, confirmed: IntColumn) -> Hits:
+    """Read the detections of a run; at most ``MOST_HITS``, spread evenly over it."""
+    total = int(reader.query("SELECT count(*) FROM detections")[0][0])
+    every = max(1, -(-total // MOST_HITS))
+    sql = (
+        "SELECT x, y, prior, track_id FROM (SELECT (d.x1 + d.x2) / 2 AS x, (d.y1 + d.y2) / 2 AS y, d.prior AS prior, "
+        "t.track_id AS track_id, row_number() OVER (ORDER BY d.frame, d.row) AS number FROM detections d "
+        "LEFT JOIN track_frames t ON t.frame = d.frame AND t.detection = d.row) WHERE number % ? = 0"
+    )
+    table = columns(reader.query(sql, (every,)) if every > 1 else reader.query(sql.replace("? = 0", "1 = 0")), 4)
+    good = np.isfinite(table[:2]).all(axis=0)
+    centres = np.clip(table[:2, good].T / np.array([width, height]), 0.0, 1.0)
+    return Hits(centres, np.nan_to_num(table[2, good]), np.isin(table[3, good], confirmed), total)
+
+
+def _flagged(ids: IntColumn, uncertainty: FloatColumn, needs_work: frozenset[int]) -> NDArray[np.bool_]:
+    flagged = np.zeros(len(ids), np.bool_)
+    worst = np.argsort(-uncertainty, kind="stable")[:MOST_FLAGGED]
+    flagged[worst[uncertainty[worst] >= FLAGGED_UNCERTAINTY]] = True
+    return flagged | np.isin(ids, list(needs_work))
+
+
+def _times(seconds: FloatColumn, frames: FloatColumn) -> FloatColumn:
+    """Times without holes: a frame without one gets 25 frames a second."""
+    return np.where(np.isfinite(seconds), seconds, frames / 25.0)

@@ -1,0 +1,60 @@
+"""Writes a scene as one HTML file: viser's player, the scene, and a legend."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+from typing import Any
+
+from app.scene3d.colours import legend_html
+from app.scene3d.host import Host
+from app.scene3d.page import HUSH
+from app.scene3d.scenes.stage import Image, Look, Stage
+from app.scene3d.view import SCENES, aim, set_up
+from app.scene3d.view_state import ViewState
+
+__all__ = ["scene_html"]
+
+
+def scene_html(
+    stage: Callable[[Any], Stage], picture: Callable[[int], Image | None], view_state: ViewState, title: str
+) -> str:
+    """Draw one scene and pack it.
+
+    Args:
+        stage: makes the stage for a scene API.
+        picture: frame k as RGB; None: it cannot be had.
+        view_state: what to draw.
+        title: of the page.
+    """
+    host = Host(title)
+    try:
+        set_up(host.server)
+        scene = SCENES[view_state.mode](stage(host.server.scene))
+        look = scene.draw(view_state, None)
+        scene.show(picture(view_state.frame))
+        aim(host.server, look)
+        page: str = host.server.scene.as_html(dark_mode=True)
+    finally:
+        host.stop()
+    return _finish(page, look, title)
+
+
+def _finish(page: str, look: Look, title: str) -> str:
+    """Name the page, shut it off from the network, and lay the legend over it."""
+    policy = (
+        "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; connect-src data: blob:; "
+        "img-src data: blob:; style-src 'unsafe-inline'; font-src data:"
+    )
+    head = f'<meta http-equiv="Content-Security-Policy" content="{policy}" />'
+    first = f'<meta charset="utf-8" />\n    {head}\n    <script>{HUSH}</script>'
+    page = page.replace('<meta charset="utf-8" />', first, 1)
+    page = page.replace("<title>Viser</title>", f"<title>{html.escape(title)}</title>", 1)
+    legend = (
+        '<div style="position:fixed;left:12px;bottom:12px;z-index:5;max-width:300px;padding:8px 0 2px;'
+        'border-radius:8px;background:rgb(20 24 30/.86);color:#e7eaef;pointer-events:none">'
+        f'<div style="font:600 13px/1.3 system-ui,sans-serif;padding:0 12px 6px">{html.escape(title)}</div>'
+        f"{legend_html(look.title, look.legend, look.notes)}</div>"
+    )
+    at = page.rindex("</body>")
+    return page[:at] + legend + page[at:]

@@ -1,0 +1,116 @@
+"""A viser server that only this program can reach.
+
+viser checks neither who asks nor from which page: whoever finds its port gets the scene. Ours listens on loopback and
+answers nobody who does not send a secret that never leaves this process. viser has no setting for that, so its call
+of ``websockets.asyncio.server.serve`` is given one more check while it starts; that the check works is tried out each
+time, and a viser without it is stopped at once.
+"""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+import socket
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+from tsr_engine.errors import StorageError
+from tsr_engine.extras import explained
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["HEADER", "Host"]
+
+HEADER: Final = "X-Tsr-Space"
+"""Carries the secret."""
+_STARTING = threading.Lock()
+
+
+class Host:
+    """One viser server on a free port of loopback.
+
+    Raises:
+        MissingExtra: viser is not installed.
+        StorageError: it cannot be started, or does not refuse strangers.
+    """
+
+    def __init__(self, label: str) -> None:
+        with explained():
+            import viser
+
+        self.secret = secrets.token_urlsafe(24)
+        with _STARTING, _silent(), _checked(self.secret):
+            self.server: viser.ViserServer = viser.ViserServer(host="127.0.0.1", port=0, label=label, verbose=False)
+        self.port = self.server.get_port()
+        # A request of the page could open a tunnel to a server of viser's makers: there is no such thing here.
+        self.server.request_share_url = _no_share  # type: ignore[method-assign]
+        if not _refuses(self.port):
+            self.stop()
+            raise StorageError(
+                "This version of viser gives scenes to everybody who asks. Install the one that tsr asks for: "
+                "pip install --force-reinstall tsr."
+            )
+
+    def stop(self) -> None:
+        """Close all connections and free the port; more than once does no harm."""
+        with _STARTING, _silent():
+            self.server.stop()
+
+
+def _no_share(verbose: bool = True) -> str | None:
+    return None
+
+
+@contextmanager
+def _checked(secret: str) -> Iterator[None]:
+    """While inside, a server that ``websockets`` starts for viser refuses requests without the secret."""
+    import websockets.asyncio.server as library
+
+    given = library.serve
+
+    def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:
+        def check(connection: Any, request: Any) -> Any:
+            sent = request.headers.get_all(HEADER)
+            if len(sent) != 1 or not hmac.compare_digest(sent[0].encode(), secret.encode()):
+                return connection.respond(403, "This port is private to tsr.\n")
+            return None if process_request is None else process_request(connection, request)
+
+        return given(*args, process_request=check, **options)
+
+    library.serve = serve  # type: ignore[assignment, misc]
+    try:
+        yield
+    finally:
+        library.serve = given  # type: ignore[misc]
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """While inside, viser prints nothing; everybody else does as ever."""
+    import rich
+
+    given = rich.print
+
+    def reported(*args: Any, **options: Any) -> None:
+        if not sys._getframe(1).f_globals.get("__name__", "").startswith("viser."):
+            given(*args, **options)
+
+    rich.print = reported
+    try:
+        yield
+    finally:
+        rich.print = given
+
+
+def _refuses(port: int) -> bool:
+    """Whether a stranger is turned away."""
+    try:
+        with socket.create_connection(("127.0.0.1", port), timeout=5) as line:
+            line.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")
+            return line.recv(64).startswith(b"HTTP/1.1 403")
+    except OSError:
+        return False

@@ -1,0 +1,50 @@
+"""Starts the export of a scene as a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from app.errors import NotFound
+from app.evidence.service import EvidenceService
+from app.outputs.names import file_stem
+from app.outputs.service import OutputService
+from app.outputs.view import OutputView, output_view
+from app.storage.database import Database
+from app.storage.models import Run, Video
+
+__all__ = ["JOB", "SceneService"]
+
+JOB = "scene"
+
+
+class SceneService:
+    """Checks and queues."""
+
+    def __init__(self, database: Database, evidence: EvidenceService, outputs: OutputService) -> None:
+        self._database = database
+        self._evidence = evidence
+        self._outputs = outputs
+
+    def start(self, run_id: str, options: Mapping[str, Any], name: str = "") -> OutputView:
+        """Queue a scene.
+
+        Args:
+            run_id: the run.
+            options: ``mode``, and further fields of :class:`app.scene3d.view_state.ViewState`; None: as the run begins.
+            name: of the file; unset: made from video, run and mode.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: it has stored nothing yet.
+        """
+        with self._evidence.reading(self._evidence.place(run_id)):
+            pass
+        with self._database.write() as session:
+            run = session.get(Run, run_id)
+            if run is None:
+                raise NotFound(f"There is no run {run_id[:40]!r} any more.")
+            video = session.get_one(Video, run.video_id)
+            usual = f"{file_stem(video.name, 'video')}_{file_stem(run.name, 'run')}_{options['mode']}"
+            file = f"{file_stem(name, usual)}.html"
+            return output_view(self._outputs.queue(session, "scene", run_id, file, options, JOB))

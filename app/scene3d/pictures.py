@@ -1,0 +1,74 @@
+"""Decodes pictures for a view in a thread, so that a slow seek does not block the scene."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Pictures"]
+
+Image = NDArray[np.uint8]
+_log = logging.getLogger("tsr.scene3d")
+
+
+class Pictures:
+    """Decodes the frame that was asked for last.
+
+    Args:
+        decode: frame k as RGB; None: it cannot be had.
+        ready: told, from another thread, that a picture has come.
+    """
+
+    def __init__(self, decode: Callable[[int], Image | None], ready: Callable[[], None]) -> None:
+        self._decode = decode
+        self._ready = ready
+        self._changed = threading.Condition()
+        self._wanted: int | None = None
+        self._have: tuple[int, Image | None] | None = None
+        self._ended = False
+        self._thread = threading.Thread(target=self._run, name="tsr-space-pictures", daemon=True)
+        self._thread.start()
+
+    def get(self, frame: int, seconds: float) -> tuple[bool, Image | None]:
+        """Ask for a frame and wait for it.
+
+        Returns:
+            Whether the answer is known after so many seconds, and the picture. If it is not, ``ready`` is called later,
+            unless another frame is asked for first.
+        """
+        with self._changed:
+            if self._have is None or self._have[0] != frame:
+                self._wanted = frame
+                self._changed.notify_all()
+                self._changed.wait_for(lambda: self._known(frame) or self._ended, seconds)
+            return (True, self._have[1]) if self._have is not None and self._known(frame) else (False, None)
+
+    def stop(self) -> None:
+        """End; what is being decoded is not waited for."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def _known(self, frame: int) -> bool:
+        return self._have is not None and self._have[0] == frame
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._ended or self._wanted is not None)
+                if self._ended or self._wanted is None:
+                    return
+                frame, self._wanted = self._wanted, None
+            try:
+                picture = self._decode(frame)
+            except Exception:
+                _log.exception("Frame %s of a 3-D view could not be decoded.", frame)
+                picture = None
+            with self._changed:
+                self._have = frame, picture
+                self._changed.notify_all()
+            self._ready()

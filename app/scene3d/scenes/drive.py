@@ -1,0 +1,176 @@
+"""The metric drive: the camera with its picture, and signs of known size where ``Z = f D / w`` puts them."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from app.scene3d.colours import INK, Entry, Paint, linear, paint
+from app.scene3d.data import UNKNOWN_SIZE
+from app.scene3d.geometry import UPRIGHT, Camera, focal_length, frustum_scale, metric_positions
+from app.scene3d.scenes.stage import ENGINES, Image, Look, Stage, drop
+from app.scene3d.view_state import ViewState
+
+__all__ = ["DriveScene"]
+
+AHEAD: Final = 80.0
+"""Length of the road that is drawn, m."""
+CAMERA_HEIGHT: Final = 1.3
+"""Assumed height of the camera above the road, m."""
+PICTURE_AT: Final = 5.0
+"""Distance at which the frustum's picture stands, m."""
+AROUND: Final = 4.0
+"""Tracks that are alive within so many seconds of the cursor show their paths."""
+FARTHEST: Final = 250.0
+MOST_SIGNS: Final = 24
+ENLARGED: Final = 2.0
+"""Pictograms are drawn so much larger than the signs, or they could not be distinguished."""
+
+
+class DriveScene:
+    """See :class:`app.scene3d.scenes.stage.Scene`. World axes in metres: right, ahead, up; the camera is the origin."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+        self._root = stage.scene.add_frame("/drive", show_axes=False)
+        data = stage.data
+        self._paint: Paint = paint("class", data.track, data.class_id, data.source, data.verdict, data.sign_names)
+        self._camera = Camera(data.width, data.height, focal_length(data.width, 60.0))
+        self._frustum: Any = None
+        self._moving: list[Any] = []
+        self._draw_road()
+
+    def clear(self) -> None:
+        """Take everything off the stage."""
+        drop(self._root)
+
+    def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
+        """Bring the scene up to date."""
+        data = self._stage.data
+        if before is None or view_state.view != before.view:
+            self._camera = Camera(data.width, data.height, focal_length(data.width, view_state.view))
+            self._draw_camera()
+        if before is None or _matters(view_state) != _matters(before):
+            self._draw_signs(view_state)
+        return Look(
+            position=(-8.5, -13.0, 7.5),
+            look_at=(1.0, 16.0, -0.5),
+            title="Metric drive: classes",
+            legend=(*self._paint.legend, Entry(INK.selected, "selected")),
+            notes=(
+                f"Assumed: the camera sees {view_state.view:g}° across (f = {self._camera.focal:.0f} px), signs are "
+                f"{view_state.size:g} times size class 2 (discs 0.60 m, triangles and stop 0.90 m).",
+                "Z = f D / w. Bright: seen so far; faint: still to come. Pictograms are "
+                "drawn twice as large as the signs.",
+                ENGINES,
+            ),
+        )
+
+    def _draw_road(self) -> None:
+        scene, low = self._stage.scene, -CAMERA_HEIGHT
+        lines = [[[x, 0, low], [x, AHEAD, low]] for x in (-10.0, -5.0, 0.0, 5.0, 10.0)]
+        lines += [[[-10, y, low], [10, y, low]] for y in np.arange(0, AHEAD + 1, 10.0)]
+        scene.add_line_segments("/drive/road", np.array(lines), INK.road, thickness=1.4, thickness_units="screen")
+        for metres in range(10, int(AHEAD) + 1, 10):
+            scene.add_label(
+                f"/drive/m{metres}", f"{metres} m", position=(10.6, float(metres), low), anchor="center-left"
+            )
+
+    def show(self, picture: Image | None) -> None:
+        """Hang the picture into the frustum."""
+        if self._frustum is not None:
+            self._frustum.image = picture
+
+    def _draw_camera(self) -> None:
+        drop(self._frustum)
+        self._frustum = self._stage.scene.add_camera_frustum(
+            "/drive/camera", self._camera.vertical_view, self._camera.width / self._camera.height,
+            scale=frustum_scale(self._camera, PICTURE_AT), thickness=2.0, thickness_units="screen", color=INK.camera,
+            format="jpeg", jpeg_quality=82, wxyz=UPRIGHT, cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+
+    def _draw_signs(self, view_state: ViewState) -> None:
+        drop(*self._moving)
+        self._moving = []
+        data, scene = self._stage.data, self._stage.scene
+        reach = round(AROUND / data.interval)
+        near = np.unique(data.track[np.abs(data.frame - view_state.frame) <= reach])
+        chosen = data.position(view_state.track)
+        if chosen is not None:
+            near = np.union1d(near, [chosen])
+        if len(near) > MOST_SIGNS:
+            present = np.unique(data.track[data.frame == view_state.frame])
+            order = np.lexsort((near, near != (-1 if chosen is None else chosen), ~np.isin(near, present)))
+            near = near[order[:MOST_SIGNS]]
+        past, future = [], []
+        for track in near.tolist():
+            rows = np.flatnonzero(data.track == track)
+            sign = data.sign(track)
+            size = (UNKNOWN_SIZE if sign is None else sign.size) * view_state.size
+            places = metric_positions(self._camera, data.boxes[rows], size)
+            far = places[:, 1] > FARTHEST
+            segments = np.stack([places[:-1], places[1:]], axis=1)[~(far[:-1] | far[1:])]
+            ends = data.frame[rows][1:][~(far[:-1] | far[1:])]
+            ink = np.array(INK.selected if track == chosen else self._paint.rows[rows[0]], np.float64)
+            past.append((segments[ends <= view_state.frame], ink))
+            future.append((segments[ends > view_state.frame], ink * 0.45))
+            here = np.flatnonzero(data.frame[rows] == view_state.frame)
+            if len(here) and not far[here[0]]:
+                self._draw_sign(track, places[here[0]], size, track == chosen)
+        for name, parts, width in (("past", past, 3.0), ("future", future, 1.6)):
+            lines = [s for s, _ in parts if len(s)]
+            if not lines:
+                continue
+            inks = [np.tile(ink, (len(s), 2, 1)) for s, ink in parts if len(s)]
+            self._moving.append(
+                scene.add_line_segments(
+                    f"/drive/{name}",
+                    np.concatenate(lines),
+                    linear(np.concatenate(inks)),
+                    thickness=width,
+                    thickness_units="screen",
+                )
+            )
+
+    def _draw_sign(self, track: int, place: np.ndarray[Any, Any], size: float, chosen: bool) -> None:
+        data, scene = self._stage.data, self._stage.scene
+        x, y, z = (float(v) for v in place)
+        sign = data.sign(track)
+        shown = size * ENLARGED
+        if sign is not None and sign.pictogram:
+            self._moving.append(
+                scene.add_image(
+                    f"/drive/sign{track}",
+                    self._stage.pictogram(sign.pictogram),
+                    shown,
+                    shown,
+                    format="png",
+                    wxyz=UPRIGHT,
+                    position=(x, y, z),
+                    cast_shadow=False,
+                    receive_shadow=False,
+                )
+            )
+        foot = np.array(
+            [
+                [[x, y, -CAMERA_HEIGHT], [x, y, z]],
+                [[x - 0.4, y, -CAMERA_HEIGHT], [x + 0.4, y, -CAMERA_HEIGHT]],
+            ]
+        )
+        own = self._paint.rows[int(np.flatnonzero(data.track == track)[0])]
+        ink = INK.selected if chosen else (int(own[0]), int(own[1]), int(own[2]))
+        self._moving += [
+            scene.add_line_segments(f"/drive/foot{track}", foot, ink, thickness=2.0, thickness_units="screen"),
+            scene.add_label(
+                f"/drive/label{track}",
+                f"{data.name(track)} · {y:.1f} m",
+                position=(x, y, z + shown / 2 + 0.1),
+                anchor="bottom-center",
+            ),
+        ]
+
+
+def _matters(view_state: ViewState) -> tuple[object, ...]:
+    """What places and highlights of signs hang on."""
+    return view_state.frame, view_state.track, view_state.view, view_state.size

@@ -1,0 +1,142 @@
+"""The spatial prior (Eq. 2) as a height field over the picture, against where this run's detections really are."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from app.scene3d.colours import INK, Entry, heat, linear
+from app.scene3d.geometry import FLAT, drape, surface
+from app.scene3d.scenes.stage import Image, Look, Stage, drop
+from app.scene3d.view_state import ViewState
+from tsr_engine.detection.prior import SpatialPrior, parzen
+
+__all__ = ["PriorScene"]
+
+DEPTH: Final = 5.0
+"""Length of the floor along y, scene units; the picture's height."""
+HEIGHT: Final = 2.4
+"""Of the value 1."""
+BANDWIDTH: Final = 0.04
+"""Kernel of the density of the run's own detections, as a share of the picture's sides."""
+DENSITY_HITS: Final = 5_000
+
+
+class PriorScene:
+    """See :class:`app.scene3d.scenes.stage.Scene`."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+        self._root = stage.scene.add_frame("/prior", show_axes=False)
+        self._width = DEPTH * stage.data.width / stage.data.height
+        self._floor: Any = None
+        self._notes: tuple[str, ...] = ()
+        self._legend: tuple[Entry, ...] = ()
+
+    def clear(self) -> None:
+        """Take everything off the stage."""
+        drop(self._root)
+
+    def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
+        """Draw once; only the picture on the floor changes."""
+        if before is None:
+            self._draw_field()
+        return Look(
+            position=(-0.62 * self._width, -1.75 * DEPTH, 1.05 * DEPTH),
+            look_at=(-0.5, 0.0, 0.3),
+            title="Spatial prior against the run",
+            legend=self._legend,
+            notes=self._notes,
+        )
+
+    def show(self, picture: Image | None) -> None:
+        """Lay the picture on the floor."""
+        if picture is None:
+            if self._floor is not None:
+                self._floor.visible = False
+        elif self._floor is None:
+            self._floor = self._stage.scene.add_image(
+                "/prior/picture", picture, self._width, DEPTH, format="jpeg", jpeg_quality=82, wxyz=FLAT,
+                position=(0.0, 0.0, -0.02), cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+        else:
+            self._floor.image, self._floor.visible = picture, True
+
+    def _draw_field(self) -> None:
+        found, hits = self._stage.prior(), self._stage.hits()
+        prior = None if found is None else found.prior
+        centres, scene = hits.centres, self._stage.scene
+        legend: list[Entry] = []
+        notes: list[str] = []
+        if prior is not None:
+            vertices, faces = surface(prior.table, self._width, DEPTH, HEIGHT)
+            scene.add_mesh_simple(
+                "/prior/surface",
+                vertices,
+                faces,
+                color=(60, 120, 160),
+                opacity=0.3,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            lines, values = drape(prior.table, self._width, DEPTH, HEIGHT, every=8, lift=0.004)
+            scene.add_line_segments(
+                "/prior/cloth", lines, linear(heat(values)), thickness=1.6, thickness_units="screen"
+            )
+            legend += [
+                Entry((253, 231, 37), "prior: signs are usual here (1)"),
+                Entry((52, 76, 138), "prior: rare (0)"),
+            ]
+            notes.append(f"Learned weight λ = {prior.weight:.2f}: a score changes by (P - 1/2) λ.")
+            if found is not None and not found.own:
+                notes.append("The run was made with another prior, which is not here any more: this is today's.")
+        else:
+            notes.append("The models have no spatial prior: only the run's own detections are shown.")
+        if len(centres):
+            chosen = centres[:: max(1, len(centres) // DENSITY_HITS)]
+            own, _ = drape(parzen(chosen, BANDWIDTH), self._width, DEPTH, HEIGHT, every=10, lift=0.01)
+            high = own[..., 2].max(axis=1) > 0.03 * HEIGHT
+            scene.add_line_segments("/prior/own", own[high], (235, 240, 248), thickness=1.0, thickness_units="screen")
+            legend.append(Entry((235, 240, 248), "where this run's detections are dense"))
+        for name, ink, which, text in (
+            ("tracked", INK.tracked, hits.tracked, "detection of a confirmed track"),
+            ("other", INK.other, ~hits.tracked, "any other detection"),
+        ):
+            if which.any():
+                points = self._on_surface(prior, centres[which])
+                scene.add_point_cloud(
+                    f"/prior/{name}", points.astype(np.float32), ink, point_size=0.06, point_shape="circle"
+                )
+                legend.append(Entry(ink, f"{text} ({int(which.sum()):,})"))
+        if hits.total > len(centres):
+            notes.append(f"{len(centres):,} of {hits.total:,} detections, spread evenly.")
+        notes.append("The floor is the picture of the cursor's frame, seen from above its lower edge.")
+        self._legend, self._notes = tuple(legend), tuple(notes)
+        self._draw_axes()
+
+    def _on_surface(self, prior: SpatialPrior | None, centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        heights = np.zeros(len(centres))
+        if prior is not None:
+            heights = prior.at(np.concatenate([centres, centres], axis=1), 1, 1)
+        x, y = (centres[:, 0] - 0.5) * self._width, (0.5 - centres[:, 1]) * DEPTH
+        return np.stack([x, y, heights * HEIGHT + 0.03], axis=1)
+
+    def _draw_axes(self) -> None:
+        scene, w, d = self._stage.scene, self._width / 2, DEPTH / 2
+        posts = [[[-w, d, 0], [-w, d, HEIGHT]], [[-w, d, 0], [w, d, 0]], [[-w, -d, 0], [-w, d, 0]]]
+        posts += [[[-w, -d, 0], [w, -d, 0]], [[w, -d, 0], [w, d, 0]]]
+        for value in (0.5, 1.0):
+            posts.append([[-w - 0.12, d, value * HEIGHT], [-w, d, value * HEIGHT]])
+        scene.add_line_segments("/prior/axes", np.array(posts), INK.edge, thickness=1.4, thickness_units="screen")
+        for name, text, place, anchor in (
+            ("p1", "P = 1", (-w - 0.18, d, HEIGHT), "center-right"),
+            ("p05", "0.5", (-w - 0.18, d, HEIGHT / 2), "center-right"),
+            ("p0", "0", (-w - 0.18, d, 0.0), "center-right"),
+            ("x0", "x = 0", (-w, -d - 0.2, 0.0), "top-center"),
+            ("x1", f"x = {self._stage.data.width} px", (w, -d - 0.2, 0.0), "top-center"),
+            ("y0", "y = 0 (sky)", (w + 0.2, d, 0.0), "center-left"),
+            ("y1", f"y = {self._stage.data.height} px (road)", (w + 0.2, -d + 0.2, 0.0), "center-left"),
+        ):
+            scene.add_label(f"/prior/{name}", text, position=place, anchor=anchor)  # type: ignore[arg-type]

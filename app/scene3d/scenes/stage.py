@@ -1,0 +1,86 @@
+"""What all scenes are given, and what they give back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.scene3d.colours import Entry
+from app.scene3d.data import Hits, Scene3dData
+from app.scene3d.prior import Prior
+from app.scene3d.view_state import ViewState
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["ENGINES", "Image", "Look", "Scene", "Stage", "clock"]
+
+Image = NDArray[np.uint8]
+ENGINES = "Boxes and classes are the engine's; corrections are not drawn."
+"""A note of the scenes that show tracks."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Where a viewer stands at first, and what the colours mean."""
+
+    position: tuple[float, float, float]
+    look_at: tuple[float, float, float]
+    title: str
+    legend: tuple[Entry, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class Stage:
+    """Where scenes are drawn, and what they are drawn from.
+
+    Attributes:
+        scene: viser's.
+        data: the run.
+        hits: the run's detections.
+        prior: the spatial prior in force; None: there is none.
+        pictogram: a drawing (see ``Label.pictogram``) as RGBA.
+        on_pick: told of the track (its position) and the frame that was clicked.
+    """
+
+    scene: viser.SceneApi
+    data: Scene3dData
+    hits: Callable[[], Hits]
+    prior: Callable[[], Prior | None]
+    pictogram: Callable[[str], Image]
+    on_pick: Callable[[int, int], None] = lambda track, frame: None
+
+
+class Scene(Protocol):
+    """One of the three."""
+
+    def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
+        """Bring the scene from what ``before`` asked for (None.
+
+        Nothing is drawn yet) to what ``view_state`` asks for.
+        """
+
+    def show(self, picture: Image | None) -> None:
+        """Show the picture of the frame that was drawn last; None: it is not there (yet), so show no other one."""
+
+    def clear(self) -> None:
+        """Take everything off the stage."""
+
+
+def drop(*handles: Any) -> None:
+    """Remove what is there."""
+    for handle in handles:
+        if handle is not None:
+            handle.remove()
+
+
+def clock(seconds: float, tenths: bool = False) -> str:
+    """``m:ss``, with tenths if wanted."""
+    sign, value = ("-" if seconds < 0 else ""), abs(seconds)
+    minutes, rest = divmod(round(value, 1) if tenths else round(value), 60)
+    return f"{sign}{int(minutes)}:{rest:04.1f}" if tenths else f"{sign}{int(minutes)}:{int(rest):02d}"

@@ -1,0 +1,273 @@
+"""The space-time volume: picture plane against time, every confirmed track a line, tangible near the cursor."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from app.scene3d.colours import COLOURS, INK, Paint, linear, paint
+from app.scene3d.geometry import UPRIGHT, Volume, bead_places, corner_rows, nice_step, pick_rows, strands
+from app.scene3d.scenes.stage import ENGINES, Image, Look, Stage, clock, drop
+from app.scene3d.view_state import ViewState
+
+__all__ = ["VolumeScene"]
+
+MOST_CORNERS: Final = 3_000
+"""Corners of all lines. Without a graphics card every triangle takes 20 us, and a piece of line has six of them: with
+6,000 pieces the view shows one picture a second."""
+TOLERANCE: Final = 0.02
+"""Scene units that a line may pass by a box that it does not bend at: about a pixel of the screen."""
+MOST_BEADS: Final = 700
+"""Tangible blocks at once, of twelve triangles each."""
+REACH: Final = 1.0
+"""Seconds to either side of the cursor within which tracks are tangible."""
+LEAST_SIDE: Final = 0.05
+_FACES: Final = np.array(
+    [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6],
+     [3, 0, 4], [3, 4, 7]], np.uint32
+)  # fmt: skip
+_CORNERS: Final = np.array(
+    [[x, y, z] for z in (-0.5, 0.5) for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))], np.float32
+)
+
+
+class VolumeScene:
+    """See :class:`app.scene3d.scenes.stage.Scene`."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+        self._root = stage.scene.add_frame("/volume", show_axes=False)
+        self._volume = Volume(stage.data.width, stage.data.height, 0.0, 1.0)
+        self._around = (0, -1)
+        self._paint: Paint | None = None
+        self._fixed: list[Any] = []
+        self._plane: Any = None
+        self._outline: Any = None
+        self._now = 0.0
+        self._label: Any = None
+        self._beads: Any = None
+        self._turn = 0
+        self._chosen: list[Any] = []
+        self._left_out = 0
+
+    def clear(self) -> None:
+        """Take everything off the stage."""
+        drop(self._root)
+
+    def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
+        """Bring the scene up to date; within the stretch that is shown only the cursor's parts are sent."""
+        data = self._stage.data
+        around = self._stretch(view_state)
+        anew = before is None or around != self._around or view_state.colour != before.colour
+        if anew:
+            self._around = around
+            first, last = data.seconds(np.array(around))
+            self._volume = Volume(data.width, data.height, float(first), float(last), depth=12.0)
+            self._paint = paint(
+                view_state.colour, data.track, data.class_id, data.source, data.verdict, data.sign_names
+            )
+            self._draw_fixed()
+        if anew or before is None or view_state.frame != before.frame:
+            self._draw_now(view_state.frame)
+        if anew or before is None or (view_state.frame, view_state.track) != (before.frame, before.track):
+            self._draw_beads(view_state)
+            self._draw_selected(view_state)
+        assert self._paint is not None
+        deep = self._volume.depth
+        return Look(
+            position=(-0.86 * deep, -0.96 * deep, 0.55 * deep),
+            look_at=(0.0, 0.0, -0.7),
+            title=COLOURS[view_state.colour],
+            legend=self._paint.legend,
+            notes=self._notes(),
+        )
+
+    def _notes(self) -> tuple[str, ...]:
+        data = self._stage.data
+        shown = len(np.unique(data.track[self._within()]))
+        notes = [f"{shown:,} of {len(data.ids):,} tracks. Solid: within a second of the cursor, selected or uncertain."]
+        notes.append(ENGINES)
+        if self._left_out:
+            notes.append(f"{self._left_out:,} blocks are left out; choose a shorter stretch to see all.")
+        return tuple(notes)
+
+    def _stretch(self, view_state: ViewState) -> tuple[int, int]:
+        """First and last frame shown. It moves by half its length, so that most steps of the cursor move nothing."""
+        data = self._stage.data
+        if not len(data.frames):
+            return 0, 1
+        first, last = int(data.frames[0]), int(data.frames[-1])
+        length = round(view_state.stretch / data.interval)
+        if view_state.stretch <= 0 or length >= last - first:
+            return first, max(last, first + 1)
+        half = max(1, length // 2)
+        begin = first + ((view_state.frame - first) // half) * half - half // 2
+        begin = min(max(begin, first), last - length)
+        return begin, begin + length
+
+    def _within(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        frame = self._stage.data.frame
+        return np.asarray((frame >= self._around[0]) & (frame <= self._around[1]))
+
+    # ------------------------------------------------------------------------------------------- lines and axes
+
+    def _draw_fixed(self) -> None:
+        drop(*self._fixed)
+        self._fixed = []
+        assert self._paint is not None
+        data, volume = self._stage.data, self._volume
+        rows = np.flatnonzero(self._within())
+        points = volume.places(data.boxes[rows], data.seconds(data.frame[rows]))
+        strand, ink = strands(data.track[rows], data.frame[rows]), self._paint.rows[rows]
+        turns = np.zeros(len(rows), np.bool_)
+        turns[1:] = (ink[1:] != ink[:-1]).any(axis=1)
+        corners = corner_rows(strand, points, TOLERANCE, MOST_CORNERS, turns)
+        points, strand, ink = points[corners], strand[corners], ink[corners]
+        starts = np.flatnonzero(np.diff(strand) == 0)
+        if len(starts):
+            segments = np.stack([points[starts], points[starts + 1]], axis=1)
+            own = linear(ink[starts])
+            self._keep(
+                self._stage.scene.add_line_segments(
+                    "/volume/lines", segments, np.stack([own, own], axis=1), thickness=2.2, thickness_units="screen"
+                )
+            )
+        self._draw_box()
+        self._draw_ticks()
+
+    def _keep(self, *handles: Any) -> None:
+        self._fixed += handles
+
+    def _draw_box(self) -> None:
+        volume = self._volume
+        w, h, d = volume.half_width, volume.size / 2, volume.depth / 2
+        corners = np.array([[x, y, z] for x in (-w, w) for y in (-d, d) for z in (-h, h)])
+        pairs = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
+        edges = np.stack([corners[[a for a, _ in pairs]], corners[[b for _, b in pairs]]], axis=1)
+        scene = self._stage.scene
+        self._keep(
+            scene.add_line_segments("/volume/box", edges, INK.edge, thickness=1.4, thickness_units="screen"),
+            scene.add_label("/volume/x", f"x → {volume.width} px", position=(0.0, -d, -h - 0.3), anchor="top-center"),
+            scene.add_label(
+                "/volume/z", f"y ↓ {volume.height} px", position=(-w - 0.2, -d, 0.0), anchor="center-right"
+            ),
+        )
+
+    def _draw_ticks(self) -> None:
+        volume, scene = self._volume, self._stage.scene
+        w, h = volume.half_width, volume.size / 2
+        step = nice_step(volume.last - volume.first, 8)
+        moments = np.arange(np.ceil(volume.first / step - 1e-9), np.floor(volume.last / step + 1e-9) + 1) * step
+        floor = []
+        for i, (moment, y) in enumerate(zip(moments.tolist(), volume.along(moments).tolist(), strict=True)):
+            floor += [[[-w, y, -h], [w, y, -h]], [[-w, y, -h], [-w, y, h]]]
+            text = clock(moment, tenths=step < 1)
+            self._keep(scene.add_label(f"/volume/t{i}", text, position=(w + 0.25, y, -h), anchor="center-left"))
+        if floor:
+            self._keep(
+                scene.add_line_segments(
+                    "/volume/floor", np.array(floor), INK.tick, thickness=1.0, thickness_units="screen"
+                )
+            )
+        end = volume.depth / 2
+        self._keep(scene.add_label("/volume/t", "time →", position=(-w, end, h + 0.15), anchor="bottom-center"))
+
+    # ------------------------------------------------------------------------------------------------ the cursor
+
+    def show(self, picture: Image | None) -> None:
+        """Stand the picture up at its time."""
+        volume = self._volume
+        if picture is None:
+            if self._plane is not None:
+                self._plane.visible = False
+        elif self._plane is None:
+            self._plane = self._stage.scene.add_image(
+                "/volume/frame", picture, 2 * volume.half_width, volume.size, format="jpeg", jpeg_quality=82,
+                wxyz=UPRIGHT, position=(0.0, self._now, 0.0), cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+        else:
+            self._plane.image, self._plane.position, self._plane.visible = picture, (0.0, self._now, 0.0), True
+
+    def _draw_now(self, frame: int) -> None:
+        """The outline of the present frame, and which one it is."""
+        volume, scene = self._volume, self._stage.scene
+        at = float(self._stage.data.seconds(frame))
+        self._now = float(volume.along(at))
+        w, h = volume.half_width, volume.size / 2
+        text, place = f"frame {frame} · {clock(at, tenths=True)}", (0.0, self._now, h + 0.08)
+        if self._label is None:
+            corners = np.array([[-w, 0, -h], [w, 0, -h], [w, 0, h], [-w, 0, h]])
+            edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+            self._outline = scene.add_line_segments(
+                "/volume/outline", edges, INK.frame, thickness=2.0, thickness_units="screen"
+            )
+            self._label = scene.add_label("/volume/now", text, position=place, anchor="bottom-center")
+        else:
+            self._label.text, self._label.position = text, place
+        self._outline.position = (0.0, self._now, 0.0)
+
+    def _draw_beads(self, view_state: ViewState) -> None:
+        data = self._stage.data
+        assert self._paint is not None
+        within = np.flatnonzero(self._within())
+        chosen = data.position(view_state.track)
+        always = data.flagged.copy()
+        if chosen is not None:
+            always[chosen] = True
+        reach = max(1, round(REACH / data.interval))
+        found, self._left_out = pick_rows(
+            data.frame[within], data.track[within], view_state.frame, reach, always, MOST_BEADS
+        )
+        rows = within[found]
+        drop(self._beads)
+        self._beads = None
+        if not len(rows):
+            return
+        # A click names the node: one on blocks that have been replaced meanwhile must not meet those in their place.
+        self._turn = (self._turn + 1) % 32
+        places, sizes = bead_places(
+            self._volume, data.boxes[rows], data.seconds(data.frame[rows]), data.interval, LEAST_SIDE
+        )
+        ink = self._paint.rows[rows].astype(np.float64)
+        if chosen is not None:
+            mine = data.track[rows] == chosen
+            ink[mine] = ink[mine] * 0.45 + 255 * 0.55
+        self._beads = self._stage.scene.add_batched_meshes_simple(
+            f"/volume/beads{self._turn}", _CORNERS, _FACES, np.tile([1.0, 0.0, 0.0, 0.0], (len(rows), 1)), places,
+            batched_scales=sizes.astype(np.float32), batched_colors=linear(ink), lod="off",
+            flat_shading=True, cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+
+        @self._beads.on_click  # type: ignore[untyped-decorator]
+        def _(event: Any) -> None:
+            i = event.instance_index
+            if i is not None and 0 <= i < len(rows):
+                self._stage.on_pick(int(data.track[rows[i]]), int(data.frame[rows[i]]))
+
+    def _draw_selected(self, view_state: ViewState) -> None:
+        drop(*self._chosen)
+        self._chosen = []
+        data = self._stage.data
+        chosen = data.position(view_state.track)
+        rows = np.flatnonzero(self._within() & (data.track == chosen)) if chosen is not None else np.zeros(0, np.int64)
+        if chosen is None or not len(rows):
+            return
+        points = self._volume.places(data.boxes[rows], data.seconds(data.frame[rows]))
+        if len(rows) > 1:
+            segments = np.stack([points[:-1], points[1:]], axis=1)
+            self._chosen.append(
+                self._stage.scene.add_line_segments(
+                    "/volume/chosen", segments, INK.selected, thickness=5.0, thickness_units="screen"
+                )
+            )
+        sign = data.sign(chosen)
+        name = "not recognised" if sign is None else sign.name
+        self._chosen.append(
+            self._stage.scene.add_label(
+                "/volume/name",
+                f"{data.name(chosen)} · {name}",
+                position=tuple(points[-1] + (0, 0, 0.3)),
+                anchor="bottom-center",
+            )
+        )

@@ -1,0 +1,261 @@
+"""Open 3-D views: started when a page connects, stopped when the last page has left."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Any
+
+import cv2
+import numpy as np
+
+from app.edits.service import EditService
+from app.errors import ApiError, Busy
+from app.events import EventBus
+from app.evidence.service import EvidenceService
+from app.labels.pictures import Pictograms
+from app.scene3d.data import Hits, Scene3dData, load_hits, load_scene3d
+from app.scene3d.prior import Prior
+from app.scene3d.scenes.stage import Image, Stage
+from app.scene3d.view import LONG, MANY, View
+from app.scene3d.view_state import Mode, ViewState
+from app.storage.database import Database
+from app.storage.models import Run
+from app.videos.frames import FrameService
+from tsr_engine.errors import TsrError
+from tsr_engine.records import Picture
+
+__all__ = ["Scene3dService", "first_view_state", "marked_tracks", "pictures_of", "stage_of"]
+
+MOST_VIEWS = 4
+IDLE = 45.0
+"""Seconds that a view lives on without anybody looking."""
+_LOOK = 1.0
+_REMEMBERED = 64
+PICTURE_WIDTH = 960
+
+
+class Scene3dService:
+    """Views by run and by the name that a page gives its view; thread-safe.
+
+    Args:
+        database, events, evidence, frames, edits: of the server.
+        prior: the spatial prior of a run; None: there is none.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        events: EventBus,
+        evidence: EvidenceService,
+        frames: FrameService,
+        edits: EditService,
+        prior: Callable[[str], Prior | None],
+    ) -> None:
+        self._database, self._events = database, events
+        self._evidence, self._frames, self._edits, self._prior = evidence, frames, edits, prior
+        self._pictograms = Pictograms(database)
+        self.idle = IDLE
+        self._lock = threading.Lock()
+        self._views: dict[tuple[str, str], View] = {}
+        self._opening: dict[tuple[str, str], threading.Lock] = {}
+        self._view_states: OrderedDict[tuple[str, str], dict[str, Any]] = OrderedDict()
+        self._ended = threading.Event()
+        self._reaper: threading.Thread | None = None
+
+    def check(self, run_id: str) -> None:
+        """Whether there is anything to see.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: it has stored nothing yet.
+        """
+        with self._evidence.reading(self._evidence.place(run_id)):
+            pass
+
+    def enter(self, run_id: str, name: str) -> View:
+        """The view of that name, made if need be, with one more viewer; call :meth:`leave` afterwards.
+
+        Raises:
+            NotFound, Conflict: as for :meth:`check`.
+            Busy: too many views are open, or the server is ending.
+        """
+        key = run_id, name
+        with self._lock:
+            opening = self._opening.setdefault(key, threading.Lock())
+        try:
+            with opening:
+                with self._lock:
+                    view = self._views.get(key)
+                    if view is not None:
+                        view.clients += 1
+                        return view
+                self._make_room()
+                view = self._open(run_id, name)
+                if not self._keep(key, view):
+                    view.stop()
+                    raise Busy("The server is ending. Start it again and reload the page.")
+                return view
+        finally:
+            with self._lock:
+                self._opening.pop(key, None)
+
+    def leave(self, view: View) -> None:
+        """One viewer less."""
+        with self._lock:
+            view.clients -= 1
+            view.left_at = time.monotonic()
+
+    def move(self, run_id: str, name: str | None, **changes: Any) -> int:
+        """Move a view of a run, or all of them; returns how many are open. The newest view_state wins."""
+        with self._lock:
+            views = [view for (run, own), view in self._views.items() if run == run_id and name in (None, own)]
+            if name is not None:
+                known = self._view_states.pop((run_id, name), {})
+                self._view_states[run_id, name] = {**known, **changes}
+                while len(self._view_states) > _REMEMBERED:
+                    self._view_states.popitem(last=False)
+        for view in views:
+            view.ask(**changes)
+        return len(views)
+
+    def open_views(self) -> int:
+        """How many views are open."""
+        with self._lock:
+            return len(self._views)
+
+    def forget(self, run_id: str) -> None:
+        """Close the views of a run that is removed."""
+        self._stop_where(lambda key, view: key[0] == run_id)
+
+    def stop_idle(self) -> None:
+        """Stop the views that nobody has looked at for ``idle`` seconds; done by itself once a second."""
+        self._stop_where(lambda key, view: view.clients == 0 and time.monotonic() - view.left_at >= self.idle)
+
+    def close(self) -> None:
+        """Stop everything."""
+        self._ended.set()
+        self._stop_where(lambda key, view: True)
+
+    # ------------------------------------------------------------------------------------------------------ inside
+
+    def _open(self, run_id: str, name: str) -> View:
+        data = load_scene3d(self._evidence, run_id, marked_tracks(self._edits, run_id))
+        with self._database.read() as session:
+            run = session.get(Run, run_id)
+            title = (run.name if run is not None else "") or "Run"
+
+        def picked(track: int, frame: int) -> None:
+            view.ask(track=data.key(track), frame=frame)
+            self._tell(run_id, {"view": name, "track": data.key(track), "frame": frame})
+
+        def stage(scene: Any) -> Stage:
+            made = stage_of(scene, data, self._evidence, self._prior, self._pictograms)
+            made.on_pick = picked
+            return made
+
+        view = View(
+            data,
+            stage,
+            pictures_of(data, self._frames.raw),
+            first_view_state(data),
+            lambda mode: self._tell(run_id, {"view": name, "mode": mode}),
+            title,
+        )
+        return view
+
+    def _keep(self, key: tuple[str, str], view: View) -> bool:
+        """Take a new view in, unless everything has been stopped meanwhile."""
+        with self._lock:
+            if self._ended.is_set():
+                return False
+            view.clients += 1
+            self._views[key] = view
+            view_states = self._view_states.get(key, {})
+            if self._reaper is None:
+                self._reaper = threading.Thread(target=self._reap, name="tsr-scene3d-idle", daemon=True)
+                self._reaper.start()
+        if view_states:
+            view.ask(**view_states)
+        return True
+
+    def _tell(self, run_id: str, facts: dict[str, Any]) -> None:
+        with self._database.write() as session:
+            self._events.publish(session, "space", run_id, {"run": run_id, **facts})
+
+    def _make_room(self) -> None:
+        with self._lock:
+            if len(self._views) < MOST_VIEWS:
+                return
+            idle = [(view.left_at, key) for key, view in self._views.items() if view.clients == 0]
+            if not idle:
+                raise Busy(f"{MOST_VIEWS} 3-D views are open, which is as many as there can be. Close one of them.")
+            view = self._views.pop(min(idle)[1])
+        view.stop()
+
+    def _reap(self) -> None:
+        while not self._ended.wait(min(_LOOK, max(0.05, self.idle / 4))):
+            self.stop_idle()
+
+    def _stop_where(self, chosen: Callable[[tuple[str, str], View], bool]) -> None:
+        with self._lock:
+            keys = [key for key, view in self._views.items() if chosen(key, view)]
+            views = [self._views.pop(key) for key in keys]
+        for view in views:
+            view.stop()
+
+
+def marked_tracks(edits: EditService, run_id: str) -> frozenset[int]:
+    """The engine's tracks that a person has marked as needing work."""
+    documents = edits.documents(run_id)
+    return frozenset(
+        int(key[1:])
+        for key, doc in documents.items()
+        if doc.review == "needs_work" and key.startswith("m") and key[1:].isdecimal()
+    )
+
+
+def first_view_state(data: Scene3dData, mode: Mode = "volume") -> ViewState:
+    """What a view shows before anybody has said anything."""
+    first = int(data.frames[0]) if len(data.frames) else 0
+    long = len(data.times) > 1 and float(data.times[-1] - data.times[0]) > LONG
+    return ViewState(frame=first, mode=mode, stretch=30.0 if long or len(data.ids) > MANY else 0.0)
+
+
+def stage_of(
+    scene: Any,
+    data: Scene3dData,
+    evidence: EvidenceService,
+    prior: Callable[[str], Prior | None],
+    pictograms: Pictograms,
+) -> Stage:
+    """A stage for a run."""
+
+    def hits() -> Hits:
+        with evidence.reading(evidence.place(data.run_id)) as reader:
+            return load_hits(reader, data.width, data.height, data.ids)
+
+    def pictogram(name: str) -> Image:
+        drawn = cv2.imdecode(np.frombuffer(pictograms.png(name, 128), np.uint8), cv2.IMREAD_UNCHANGED)
+        assert drawn is not None
+        return np.asarray(cv2.cvtColor(drawn, cv2.COLOR_BGRA2RGBA), np.uint8)
+
+    return Stage(scene, data, hits, lambda: prior(data.run_id), pictogram)
+
+
+def pictures_of(data: Scene3dData, raw: Callable[[str, int], Picture]) -> Callable[[int], Image | None]:
+    """Frames of a run's video as RGB, at most ``PICTURE_WIDTH`` wide."""
+
+    def picture(frame: int) -> Image | None:
+        try:
+            shown = raw(data.video_id, frame)
+        except (ApiError, TsrError):
+            return None  # the video is gone: the tracks are shown all the same
+        if shown.shape[1] > PICTURE_WIDTH:
+            height = round(shown.shape[0] * PICTURE_WIDTH / shown.shape[1])
+            shown = cv2.resize(shown, (PICTURE_WIDTH, height), interpolation=cv2.INTER_AREA)
+        return np.asarray(cv2.cvtColor(shown, cv2.COLOR_BGR2RGB), np.uint8)
+
+    return picture

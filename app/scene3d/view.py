@@ -1,0 +1,229 @@
+"""One open 3-D view: a viser server, a scene, and a thread that draws the newest requested state."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from app.scene3d.colours import COLOURS, legend_html
+from app.scene3d.data import Scene3dData
+from app.scene3d.host import Host
+from app.scene3d.pictures import Pictures
+from app.scene3d.scenes.drive import DriveScene
+from app.scene3d.scenes.prior import PriorScene
+from app.scene3d.scenes.stage import Image, Look, Scene, Stage
+from app.scene3d.scenes.volume import VolumeScene
+from app.scene3d.view_state import MODES, Mode, ViewState
+
+__all__ = ["SCENES", "View", "set_up"]
+
+SCENES: dict[Mode, Callable[[Stage], Scene]] = {"volume": VolumeScene, "prior": PriorScene, "drive": DriveScene}
+_STRETCHES = {"whole run": 0.0, "2 minutes": 120.0, "30 seconds": 30.0, "8 seconds": 8.0}
+LONG = 150.0
+"""A run longer than this is first shown 30 s at a time, s."""
+MANY = 150
+"""So is one with more tracks than this."""
+_PAUSE = 0.06
+"""Shortest time between two pictures of the scene, s: a dragged cursor sends many more."""
+_PATIENCE = 0.4
+"""Longest wait for a picture before the scene is shown without it, s."""
+_log = logging.getLogger("tsr.scene3d")
+
+
+class View:
+    """Shows one run to the pages that have opened its address.
+
+    Args:
+        data: the run.
+        stage: makes the stage for a scene API.
+        picture: frame k as RGB; None: it cannot be had.
+        view_state: what is shown at first.
+        on_mode: told of another mode that was chosen inside viser.
+        title: of the panel.
+    """
+
+    def __init__(
+        self,
+        data: Scene3dData,
+        stage: Callable[[Any], Stage],
+        picture: Callable[[int], Image | None],
+        view_state: ViewState,
+        on_mode: Callable[[Mode], None],
+        title: str,
+    ) -> None:
+        self._data = data
+        self._on_mode = on_mode
+        self.view_state = view_state
+        self.clients = 0
+        self.left_at = time.monotonic()
+        self._drawn: ViewState | None = None
+        self._scene: Scene | None = None
+        self._woken = threading.Condition()
+        self._ended = False
+        self._settled = threading.Event()
+        self.host = Host(f"Legend, colours · {title}")  # the bar of the panel, which begins closed
+        set_up(self.host.server)
+        self._stage = stage(self.host.server.scene)
+        self._gui = _Gui(self.host.server, self)
+        self._late = False
+        self._came = False
+        self._pictures = Pictures(picture, self._picture_came)
+        self._thread = threading.Thread(target=self._run, name="tsr-space", daemon=True)
+        self._thread.start()
+
+    def ask(self, **changes: Any) -> None:
+        """Request for something else; what has not been drawn yet is skipped. Returns at once."""
+        with self._woken:
+            self.view_state = replace(self.view_state, **changes)
+            self._settled.clear()
+            self._woken.notify()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until the newest request is drawn; False: it took longer."""
+        return self._settled.wait(seconds)
+
+    def choose_mode(self, mode: Mode) -> None:
+        """Another scene, chosen inside viser."""
+        if mode != self.view_state.mode:
+            self.ask(mode=mode)
+            self._on_mode(mode)
+
+    def stop(self) -> None:
+        """End the thread and the server."""
+        with self._woken:
+            self._ended = True
+            self._woken.notify()
+        self._pictures.stop()
+        if self._thread is not threading.current_thread():
+            self._thread.join(10)
+        self.host.stop()
+
+    def _picture_came(self) -> None:
+        with self._woken:
+            self._came = True
+            self._woken.notify()
+
+    def _run(self) -> None:
+        while True:
+            with self._woken:
+                while not self._ended and self.view_state == self._drawn and not (self._late and self._came):
+                    if not self._late:
+                        self._settled.set()
+                    self._woken.wait()
+                if self._ended:
+                    return
+                view_state, self._came = self.view_state, False
+            try:
+                self._draw(view_state)
+            except Exception:
+                if not self._ended:
+                    _log.exception("A 3-D view of run %s could not be drawn.", self._data.run_id)
+                self._late = False
+            self._drawn = view_state
+            time.sleep(_PAUSE)
+
+    def _draw(self, view_state: ViewState) -> None:
+        # The picture first: what is drawn and the picture it belongs to go out together, or without a picture.
+        known, picture = self._pictures.get(view_state.frame, _PATIENCE)
+        server, before = self.host.server, self._drawn
+        with server.atomic():
+            changed = self._scene is None or before is None or view_state.mode != before.mode
+            if changed:
+                if self._scene is not None:
+                    self._scene.clear()
+                self._scene, before = SCENES[view_state.mode](self._stage), None
+            assert self._scene is not None
+            look = self._scene.draw(view_state, before)
+            self._scene.show(picture)
+            if changed:
+                aim(server, look)
+            self._gui.show(view_state, look)
+        server.flush()
+        self._late = not known
+
+
+def set_up(server: Any) -> None:
+    """What all scenes have in common."""
+    server.scene.set_up_direction("+z")
+    server.scene.world_axes.visible = False
+    # An even light: colours are read against a legend, so they must not depend on where a surface faces.
+    server.scene.configure_default_lights(enabled=False)
+    server.scene.configure_environment_map(hdri=None)
+    server.scene.add_light_ambient("/light/even", intensity=2.2)
+    server.scene.add_light_directional("/light/side", intensity=1.1, position=(-6.0, -8.0, 10.0))
+    server.initial_camera.fov = 0.7
+
+
+def aim(server: Any, look: Look) -> None:
+    """Stand every viewer, present and future, where the scene is seen best."""
+    server.initial_camera.position, server.initial_camera.look_at = look.position, look.look_at
+    for client in server.get_clients().values():
+        with client.atomic():
+            client.camera.position, client.camera.look_at = look.position, look.look_at
+
+
+class _Gui:
+    """viser's panel: what can be set, and the legend."""
+
+    def __init__(self, server: Any, view: View) -> None:
+        self._view = view
+        self._quiet = False
+        gui = server.gui
+        gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False, control_width="medium")
+        names = {text: mode for mode, text in MODES.items()}
+        colours = {text: by for by, text in COLOURS.items()}
+        view_state = view.view_state
+        self.mode = gui.add_dropdown("Scene", tuple(names), initial_value=MODES[view_state.mode])
+        self.colour = gui.add_dropdown("Colour", tuple(colours), initial_value=COLOURS[view_state.colour])
+        stretch = next((text for text, s in _STRETCHES.items() if s == view_state.stretch), "whole run")
+        self.stretch = gui.add_dropdown("Time shown", tuple(_STRETCHES), initial_value=stretch)
+        self.angle = gui.add_slider(
+            "Camera sees",
+            min=25.0,
+            max=130.0,
+            step=1.0,
+            initial_value=view_state.view,
+            hint="Assumed: degrees across",
+        )
+        self.size = gui.add_slider(
+            "Sign size", min=0.5, max=1.5, step=0.05, initial_value=view_state.size, hint="Assumed: times size class 2"
+        )
+        self.legend = gui.add_html("")
+        # The whole panel hides half of a small frame; its bar stays, and a click opens it.
+        gui.main_panel.minimize()
+        self._reported = ""
+        self._listen(self.mode, lambda value: view.choose_mode(names[value]))
+        self._listen(self.colour, lambda value: view.ask(colour=colours[value]))
+        self._listen(self.stretch, lambda value: view.ask(stretch=_STRETCHES[value]))
+        self._listen(self.angle, lambda value: view.ask(view=float(value)))
+        self._listen(self.size, lambda value: view.ask(size=float(value)))
+
+    def _listen(self, handle: Any, act: Callable[[Any], None]) -> None:
+        @handle.on_update  # type: ignore[untyped-decorator]
+        def _(_: Any) -> None:
+            if not self._quiet:
+                act(handle.value)
+
+    def show(self, view_state: ViewState, look: Look) -> None:
+        """The panel as it fits to what is drawn."""
+        self._quiet = True
+        try:
+            if self.mode.value != MODES[view_state.mode]:
+                self.mode.value = MODES[view_state.mode]
+        finally:
+            self._quiet = False
+        for handle, mode in (
+            (self.colour, "volume"),
+            (self.stretch, "volume"),
+            (self.angle, "drive"),
+            (self.size, "drive"),
+        ):
+            if handle.visible != (view_state.mode == mode):
+                handle.visible = view_state.mode == mode
+        text = legend_html(look.title, look.legend, look.notes)
+        if text != self._reported:
+            self.legend.content = self._reported = text

@@ -1,0 +1,157 @@
+"""Pictures a second of the space-time volume in headless Chromium, drawn by software, while the mouse turns it.
+
+::
+
+    python benchmarks/scene3d_rate.py                  # 500 tracks of 25 boxes
+    python benchmarks/scene3d_rate.py --as-viser # viser's page as it is: four samples a pixel, every picture copied
+
+On a busy machine look at the processor time of a picture, not at the rate.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import viser
+from playwright.sync_api import Page, sync_playwright
+
+from app.scene3d.data import Hits, Scene3dData, Sign
+from app.scene3d.page import PLAIN
+from app.scene3d.scenes.stage import Stage
+from app.scene3d.scenes.volume import VolumeScene
+from app.scene3d.view import aim, set_up
+from app.scene3d.view_state import ViewState
+
+GL = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+_COUNT = """(() => {
+  window.drawn = 0;
+  window.pictures = 0;
+  for (const name of ['drawElements', 'drawArrays', 'drawElementsInstanced', 'drawArraysInstanced']) {
+    const given = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...rest) { window.drawn += 1; return given.apply(this, rest); };
+  }
+  let before = 0;
+  const tick = () => {
+    if (window.drawn !== before) [window.pictures, before] = [window.pictures + 1, window.drawn];
+    requestAnimationFrame(tick);
+  };
+  requestAnimationFrame(tick);
+})()"""
+
+
+def main() -> None:
+    """Print one JSON line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--tracks", type=int, default=500)
+    parser.add_argument("--seconds", type=float, default=15.0, help="how long the mouse turns the scene")
+    parser.add_argument("--as-viser", action="store_true", help="without our script for drawing by software")
+    parser.add_argument("--chromium", type=Path, default=Path(shutil.which("chromium") or "/usr/bin/chromium"))
+    asked = parser.parse_args()
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        set_up(server)
+        stand_up(server, asked.tracks)
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=asked.chromium, args=list(GL))
+            page = browser.new_page(viewport={"width": 1000, "height": 640})
+            if not asked.as_viser:
+                page.add_init_script(PLAIN)
+            page.add_init_script(_COUNT)
+            page.goto(f"http://127.0.0.1:{server.get_port()}")
+            page.wait_for_function("window.drawn > 0", timeout=120_000)
+            page.wait_for_timeout(5000)
+            print(json.dumps({"tracks": asked.tracks, **turn(page, asked.seconds)}))
+            browser.close()
+    finally:
+        server.stop()
+
+
+def stand_up(server: Any, tracks: int) -> None:
+    """The whole scene: lines, blocks near the cursor, a selected track, a picture."""
+    length, rng = 25, np.random.default_rng(tracks)
+    frame = (np.arange(tracks)[:, None] * 10 + np.arange(length)).ravel()
+    track = np.repeat(np.arange(tracks), length)
+    side = np.tile(np.linspace(12, 60, length), tracks)
+    # Signs move outwards as a car comes nearer, with the jitter of a tracker.
+    along = np.tile(np.linspace(0.0, 1.0, length) ** 2, tracks)
+    centre = rng.uniform([300, 150], [1000, 500], (tracks, 2))[track] + along[:, None] * (150, -60)
+    centre += rng.normal(0.0, 0.25, centre.shape)
+    frames = np.arange(int(frame.max()) + 1)
+    data = Scene3dData(
+        run_id="run",
+        video_id="video",
+        width=1280,
+        height=720,
+        frames=frames,
+        times=frames / 25.0,
+        ids=np.arange(tracks),
+        class_id=rng.integers(0, 43, tracks),
+        flagged=rng.random(tracks) < 0.01,
+        frame=frame,
+        track=track,
+        boxes=np.concatenate([centre - side[:, None] / 2, centre + side[:, None] / 2], axis=1),
+        source=np.zeros(len(frame), np.int64),
+        verdict=rng.integers(0, 3, len(frame)),
+        signs={number: Sign(f"sign {number}", pictogram=f"gtsrb/{number}") for number in range(43)},
+    )
+    hits = Hits(np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.bool_), 0)
+    scene = VolumeScene(Stage(server.scene, data, lambda: hits, lambda: None, lambda _: np.zeros((8, 8, 4), np.uint8)))
+    look = scene.draw(ViewState(frame=int(frames[-1]) // 2, track=f"m{tracks // 2}"), None)
+    scene.show(rng.integers(0, 255, (540, 960, 3)).astype(np.uint8))
+    aim(server, look)
+    server.flush()
+
+
+def turn(page: Page, seconds: float) -> dict[str, Any]:
+    """Drag the scene to and fro: pictures, draw calls a picture, the browser's processor time."""
+    load = os.getloadavg()[0]
+    page.mouse.move(300, 300)
+    page.mouse.down()
+    before, worked, began, step = page.evaluate("[window.pictures, window.drawn]"), _worked(), time.monotonic(), 0
+    while time.monotonic() - began < seconds:
+        step += 1
+        page.mouse.move(300 + abs(step % 80 - 40) * 4, 300)
+        page.wait_for_timeout(30)
+    took, worked = time.monotonic() - began, _worked() - worked
+    after = page.evaluate("[window.pictures, window.drawn]")
+    page.mouse.up()
+    pictures = max(1, after[0] - before[0])
+    return {
+        "pictures_per_second": round(pictures / took, 2),
+        "cpu_seconds_per_picture": round(worked / pictures, 3),
+        "cores_that_were_left": round(worked / took, 2),
+        "draw_calls_per_picture": round((after[1] - before[1]) / pictures, 1),
+        "canvas": page.evaluate(
+            "(() => { const c = [...document.querySelectorAll('canvas')].pop(); "
+            "return [c.width, c.height, c.getContext('webgl2').getContextAttributes().antialias]; })()"
+        ),
+        "load": round(load, 1),
+    }
+
+
+def _worked() -> float:
+    """Processor time of all processes below this one, s."""
+    table = {}
+    for place in Path("/proc").iterdir():
+        if place.name.isdecimal():
+            try:
+                cells = (place / "stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue  # it has ended meanwhile
+            table[int(place.name)] = (int(cells[1]), int(cells[11]) + int(cells[12]))
+    found = {os.getpid()}
+    while more := {pid for pid, (parent, _) in table.items() if parent in found and pid not in found}:
+        found |= more
+    ticks = sum(table[pid][1] for pid in found if pid in table and pid != os.getpid())
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
+if __name__ == "__main__":
+    main()

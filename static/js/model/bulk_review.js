@@ -1,0 +1,40 @@
+// @ts-check
+/**
+ * One verdict on many tracks. Pure.
+ *
+ * @typedef {import('../types.js').Command} Command
+ * @typedef {import('../types.js').TrackDoc['review']} Review
+ * @typedef {import('./track_entries.js').TrackEntry} TrackEntry
+ */
+
+/** Tracks that one operation judges at most; more of them take several, each with an undo of its own. */
+export const AT_ONCE = 500;
+
+/**
+ * Those of the shown tracks that a verdict would change.
+ *
+ * @param {readonly TrackEntry[]} shown
+ * @param {{review: Review, openOnly: boolean, mostUncertainty: number}} wanted   uncertainty 0..1
+ * @returns {string[]} keys, in the order of the queue
+ */
+export function judgeable(shown, { review, openOnly, mostUncertainty }) {
+  return shown
+    .filter((entry) => entry.review !== review && (!openOnly || entry.review === 'open') && entry.uncertainty <= mostUncertainty)
+    .map(({ key }) => key);
+}
+
+/**
+ * @param {readonly string[]} keys
+ * @param {Review} review
+ * @param {number} frame   that the person looks at
+ * @returns {Command[]}
+ */
+export function judgements(keys, review, frame) {
+  /** @type {Command[]} */
+  const commands = [];
+  for (let at = 0; at < keys.length; at += AT_ONCE) {
+    const [key, ...others] = keys.slice(at, at + AT_ONCE);
+    commands.push({ name: 'review_tracks', frame, key, others, review });
+  }
+  return commands;
+}

@@ -1,0 +1,25 @@
+// @ts-check
+/** Whether a sign was probably in sight before its track begins, or still is after its end. Pure. */
+
+/** A sign that is this wide in its first box has been visible before, px. */
+const WIDE = 20;
+/** A box that comes nearer than this to the edge of the picture leaves it, px. */
+const EDGE = 4;
+
+/**
+ * @param {import('../types.js').TrackColumns|null} tracks
+ * @param {import('./track_entries.js').TrackEntry} entry
+ * @param {{width: number, height: number, frames: number}} video
+ * @returns {string} empty: nothing speaks for more frames
+ */
+export function extendHint(tracks, entry, { width, height, frames }) {
+  if (tracks === null || !entry.whole) return '';
+  const first = tracks.first_box?.[entry.column] ?? null;
+  const last = tracks.last_box?.[entry.column] ?? null;
+  /** @param {import('../types.js').Box} box */
+  const isInside = ([x1, y1, x2, y2]) => x1 > EDGE && y1 > EDGE && x2 < width - EDGE && y2 < height - EDGE;
+  const words = [];
+  if (first && entry.first > 0 && first[2] - first[0] >= WIDE && isInside(first)) words.push(`Begins ${Math.round(first[2] - first[0])} px wide (press , to extend it back).`);
+  if (last && entry.last < frames - 1 && isInside(last)) words.push('Ends inside the picture (press . to extend it).');
+  return words.join(' ');
+}

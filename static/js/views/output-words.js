@@ -1,0 +1,84 @@
+// @ts-check
+/** Files that are made from runs, in words. Pure functions. */
+
+import {listed} from '../model/track_name.js';
+import {bytes, count, moment, plural} from './format.js';
+
+/** @typedef {import('../types.js').Output} Output */
+
+/** @type {Record<Output['kind'], {name: string, many: string, icon: import('./icons.js').IconName}>} */
+export const KINDS = {
+  export: {name: 'Export', many: 'Exports', icon: 'export'},
+  recording: {name: 'Recording', many: 'Recordings', icon: 'film'},
+  bundle: {name: 'Bug bundle', many: 'Bug bundles', icon: 'bug'},
+  scene: {name: '3-D page', many: '3-D pages', icon: 'cube'},
+};
+
+/** @type {Record<Output['state'], [string, string]>} word and class of the badge */
+const STATES = {
+  queued: ['waiting', ''], running: ['in the making', 'badge-accent'], complete: ['ready', 'badge-good'], failed: ['failed', 'badge-bad'], cancelled: ['cancelled', 'badge-warn'],
+};
+
+/** @param {Output} output @returns {[string, string]} */
+export const stateWords = (output) => STATES[output.state] ?? [output.state, ''];
+
+/** @param {{state: string}} made */
+export const isActive = ({state}) => state === 'queued' || state === 'running';
+
+/** @param {{done: number, total: number|null, state: string}} made @returns {number|null} 0..1; null: not known */
+export const partOf = ({done, total, state}) => (state === 'complete' ? 1 : total ? Math.min(1, done / total) : null);
+
+/**
+ * What it is, of what, how large and when: one line.
+ *
+ * @param {Output} output
+ * @param {string} of   names of the videos
+ */
+export function facts(output, of) {
+  const {first, stop} = output.options;
+  const range = output.kind !== 'export' && typeof first === 'number' && typeof stop === 'number' ? `frames ${count(first)} to ${count(stop - 1)}` : '';
+  const title = output.kind === 'export' ? `${KINDS.export.name}: ${output.summary.title ?? output.options.format ?? ''}` : KINDS[output.kind]?.name ?? output.kind;
+  return [title, of, range, output.size === null ? '' : bytes(output.size), moment(output.finished ?? output.created)].filter(Boolean).join(' · ');
+}
+
+/**
+ * What a finished export holds: `12 tracks (train 9, val 3), 840 boxes, 3 files`.
+ *
+ * @param {Output} output
+ */
+export function content(output) {
+  const counts = output.summary.counts;
+  if (counts === null || typeof counts !== 'object' || counts === undefined) return '';
+  const fell = Object.entries(output.summary.split?.tracks ?? {}).map(([side, tracks]) => `${side} ${count(tracks)}`).join(', ');
+  const parts = Object.entries(counts).filter(([, value]) => typeof value === 'number' && value > 0).map(([name, value]) => `${count(value)} ${value === 1 ? name.replace(/boxes$/, 'box').replace(/s$/, '') : name}${name === 'tracks' && fell ? ` (${fell})` : ''}`.replaceAll('_', ' '));
+  if (typeof output.summary.files === 'number') parts.push(plural(output.summary.files, 'file'));
+  return parts.join(', ');
+}
+
+/** Labels that are named of a side. */
+const NAMED = 6;
+
+/**
+ * What a person has to know of a finished export before it is used: labels that a side of the split lacks, and open tracks
+ * that stayed behind.
+ *
+ * @param {Output} output
+ * @returns {string[]} sentences
+ */
+export function warnings({summary}) {
+  const sides = Object.entries(summary.split?.lacks ?? {}).filter(([, names]) => Array.isArray(names) && names.length > 0)
+    .map(([side, names]) => `The ${side} side has no sign of ${listed(names.map(String), NAMED)}, which others have.`);
+  const open = Number(summary.open_left ?? 0);
+  return open > 0 ? [...sides, `${plural(open, 'open track')} stayed behind: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`] : sides;
+}
+
+/**
+ * What was left out and why.
+ *
+ * @param {Output} output
+ * @returns {{items: {what: string, reason: string}[], total: number}}
+ */
+export function skipped(output) {
+  const items = Array.isArray(output.summary.skipped) ? output.summary.skipped : [];
+  return {items, total: typeof output.summary.skipped_count === 'number' ? output.summary.skipped_count : items.length};
+}

@@ -1,0 +1,69 @@
+"""Addresses and names of version 0.2 answer as the present ones do, and say that they will go."""
+
+from __future__ import annotations
+
+import pytest
+from exchange_desk import Desk
+
+from app.api.former import DEPRECATED_SINCE, router
+from sample_videos import SHIPPED
+
+
+def test_outputs_are_listed_read_fetched_and_removed_by_their_former_addresses(desk: Desk) -> None:
+    made = desk.export()
+    client = desk.server.client
+    listed = client.get("/api/artefacts?kind=export")
+    assert listed.json()["artefacts"] == desk.get("/api/outputs?kind=export")["outputs"]
+    assert listed.headers["deprecation"] == DEPRECATED_SINCE
+    assert listed.headers["link"] == '</api/outputs>; rel="successor-version"'
+    one = client.get(f"/api/artefacts/{made['id']}")
+    assert one.json() == desk.get(f"/api/outputs/{made['id']}")
+    file = client.get(f"/api/artefacts/{made['id']}/download")
+    assert (file.content, file.headers["deprecation"]) == (desk.download(made), DEPRECATED_SINCE)
+    assert file.headers["link"] == f'</api/outputs/{made["id"]}/download>; rel="successor-version"'
+    assert client.post(f"/api/artefacts/{made['id']}/cancel").status_code == 202
+    assert client.delete(f"/api/artefacts/{made['id']}").status_code == 204
+    assert client.get(f"/api/outputs/{made['id']}").status_code == 404
+    assert client.get("/api/artefacts?kind=nothing").status_code == 422
+
+
+def test_ground_truth_goes_in_and_out_by_its_former_addresses(desk: Desk) -> None:
+    client, video = desk.server.client, desk.video_id
+    rows = SHIPPED[0].truth.read_bytes().splitlines(keepends=True)[:2]
+    put = client.put(f"/api/videos/{video}/truths/mine", content=b"".join(rows), headers={"Content-Type": "text/csv"})
+    assert put.status_code == 201, put.text
+    listed = client.get(f"/api/videos/{video}/truths")
+    assert listed.json()["truths"] == desk.get(f"/api/videos/{video}/ground-truths")["ground_truths"]
+    assert listed.headers["link"] == f'</api/videos/{video}/ground-truths>; rel="successor-version"'
+    path = f"truths/{put.json()['id']}"
+    boxes = client.get(f"/api/{path}/boxes?first=0&last=74").json()
+    assert boxes == desk.get(f"/api/ground-{path}/boxes?first=0&last=74")
+    assert client.delete(f"/api/{path}").status_code == 204
+    assert desk.get(f"/api/videos/{video}/ground-truths")["ground_truths"] == []
+
+
+def test_3d_views_are_opened_and_moved_by_their_former_addresses(desk: Desk) -> None:
+    client = desk.server.client
+    found = client.get(f"/api/runs/{desk.run_id}/space?view={'ab' * 8}")
+    assert found.json() == desk.get(f"/api/runs/{desk.run_id}/scene3d?view={'ab' * 8}")
+    moved = client.post(f"/api/runs/{desk.run_id}/space/cursor", json={"frame": 3})
+    assert (moved.status_code, moved.json()) == (200, {"views": 0})
+    assert moved.headers["link"] == f'</api/runs/{desk.run_id}/scene3d/cursor>; rel="successor-version"'
+
+
+def test_a_small_picture_is_asked_for_by_its_former_name(desk: Desk) -> None:
+    address = f"/api/videos/{desk.video_id}/frames/3"
+    assert desk.server.client.get(f"{address}?glance=true").headers["deprecation"] == DEPRECATED_SINCE
+    for query in ("", "?preview=true"):
+        assert "deprecation" not in desk.server.client.get(address + query).headers
+
+
+def test_tracks_have_their_uncertainty_under_the_former_name_too(desk: Desk) -> None:
+    tracks = desk.get(f"/api/runs/{desk.run_id}/tracks")
+    assert tracks["doubt"] == tracks["uncertainty"]
+    assert tracks["uncertainty"]
+
+
+@pytest.mark.parametrize("route", router.routes, ids=lambda route: route.path)
+def test_no_former_address_is_in_the_schema(desk: Desk, route: object) -> None:
+    assert f"/api{route.path}" not in desk.get("/api/openapi.json")["paths"]  # type: ignore[attr-defined]

@@ -1,0 +1,26 @@
+"""A toy run on a server with sockets, made once; the tests of 3-D views share it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.app.scene3d.scene3d_desk import Desk, open_desk
+from tests.app.toy_home import ToyHome, make_home
+
+
+@pytest.fixture(scope="session")
+def toy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
+    """A data folder with one tracked toy drive."""
+    made = make_home(tmp_path_factory.mktemp("scene3d"))
+    yield made
+    made.evidence.close()
+    made.database.close()
+
+
+@pytest.fixture(scope="session")
+def desk(toy: ToyHome) -> Iterator[Desk]:
+    """A server on that folder."""
+    with open_desk(toy) as made:
+        yield made

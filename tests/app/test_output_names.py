@@ -1,0 +1,25 @@
+"""Files that people fetch are called as their videos are."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.outputs.names import file_stem
+
+
+@pytest.mark.parametrize(
+    ("name", "stem"),
+    [
+        ("drive.mp4", "drive"),
+        ("SH4 Köln Straße.mp4", "SH4_Köln_Straße"),
+        ("03_c0da85.mp4", "03_c0da85"),
+        ("../../etc/passwd", "etc_passwd"),
+        ("Run 1. again, longer", "Run_1._again_longer"),
+        ("\r\nx\\y\0z", "x_y_z"),
+        ("...", "video"),
+        ("", "video"),
+        ("a" * 99 + ".mkv", "a" * 60),
+    ],
+)
+def test_names(name: str, stem: str) -> None:
+    assert file_stem(name, "video") == stem

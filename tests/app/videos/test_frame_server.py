@@ -1,0 +1,75 @@
+"""What is decoded around the frame on screen."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from app.videos.decoding import LocalDecoder
+from app.videos.encoded import EncodedCache
+from app.videos.frame_server import FrameServer, FrameServerClosedError, around
+from tsr_engine.io.video import Frame, open_video
+
+
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+@pytest.mark.parametrize("ordinal", [0, 7, 8, 30, 49])
+def test_frames_around_exist_once_and_lie_where_the_viewer_goes(ordinal: int, direction: int) -> None:
+    frames = list(around(ordinal, direction, 50))
+    assert len(set(frames)) == len(frames)
+    assert all(0 <= k < 50 and k != ordinal for k in frames)
+    assert direction == 0 or all((k > ordinal) == (direction > 0) for k in frames)
+    if direction >= 0 and ordinal < 49:
+        assert frames[0] == ordinal + 1
+    if direction < 0 and ordinal:
+        assert ordinal - 1 in frames
+
+
+def test_going_back_fills_what_comes_next_and_a_small_cache_ends(corpus: ModuleType, tmp_path: Path) -> None:
+    path = corpus.make(corpus.RECIPES["b_frames"], tmp_path, "b").path
+    with open_video(path) as file:
+        table = file.confirm()
+    for most, held in ((2**20, True), (1, False)):
+        cache = EncodedCache(most)
+        frame_server = FrameServer(
+            "v", LocalDecoder(open_video(path, table=table)), table, cache, (), tmp_path / "none.mp4"
+        )
+        frame_server.get(40, frame_server.snap(None), "jpeg")
+        frame_server.get(39, frame_server.snap(None), "jpeg")
+        pause = threading.Event()
+        for _ in range(300):
+            if ("v", 24, 96, "jpeg") in cache or not held:
+                break
+            pause.wait(0.01)
+        assert (("v", 24, 96, "jpeg") in cache) == held
+        frame_server.close()
+        with pytest.raises(FrameServerClosedError):
+            frame_server.read(0)
+
+
+def test_neighbours_in_any_order_cost_one_jump(
+    corpus: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(FrameServer, "_run_ahead", lambda frame_server: None)
+    path = corpus.make(corpus.RECIPES["long_gop"], tmp_path, "long").path
+    with open_video(path) as file:
+        table = file.confirm()
+    video = open_video(path, table=table)
+    read, jumps = video.read, []
+
+    def counted(ordinal: int) -> Frame:
+        if ordinal < video.position:
+            jumps.append(ordinal)
+        return read(ordinal)
+
+    monkeypatch.setattr(video, "read", counted)
+    frame_server = FrameServer("v", LocalDecoder(video), table, EncodedCache(2**22), (), tmp_path / "none.mp4")
+    try:
+        frame_server.get(45, frame_server.snap(None), "jpeg")
+        for k in (34, 30, 33, 31, 32, 29, 28):  # as threads come to their turn
+            frame_server.get(k, frame_server.snap(None), "jpeg")
+        assert len(jumps) == 1
+    finally:
+        frame_server.close()

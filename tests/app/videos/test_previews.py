@@ -1,0 +1,119 @@
+"""Who scrubs sees a soft picture of the right frame at once, and the picture itself when the cursor rests."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+import app.videos.frame_server
+import app.videos.previews
+from app.videos.previews import is_wanted, preview_path
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
+from tsr_engine.errors import StorageError
+from tsr_engine.io.video import open_video
+from tsr_engine.io.video_writer import VideoWriter
+
+
+@pytest.fixture
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The small pictures of the corpus count as slow."""
+    monkeypatch.setattr(app.videos.frame_server, "_NEAR", 0.0002)
+    monkeypatch.setattr(app.videos.previews, "_WORST", 0.001)
+
+
+def _long(corpus: ModuleType, server: Server) -> tuple[Any, str]:
+    made = corpus.make(corpus.RECIPES["long_gop"], server.settings.home, "long")
+    answer = server.client.post("/api/videos", json={"path": str(made.path)})
+    assert answer.status_code == 201, answer.text
+    work_off(server.context, "import")
+    return made, str(answer.json()["id"])
+
+
+def _ask(server: Server, video: str, k: int, query: str = "?preview=true") -> Any:
+    answer = server.client.get(f"/api/videos/{video}/frames/{k}{query}")
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["x-frame-ordinal"] == str(k)
+    return answer
+
+
+def _code(corpus: ModuleType, answer: Any) -> int:
+    return int(corpus.read_code(cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)))
+
+
+@pytest.mark.usefixtures("patience")
+def test_a_preview_shows_the_frame_itself_softly(server: Server, corpus: ModuleType) -> None:
+    made, video = _long(corpus, server)
+    path = preview_path(server.settings.home, video)
+    far = len(made.codes) - 1
+    assert path.is_file()  # who leaps right after the import is served at once
+    with open_video(path) as copy:
+        assert len(copy.table) == len(made.codes)
+        assert int(np.diff(np.flatnonzero(copy.table.key)).max()) <= 12
+    order = list(range(len(made.codes)))
+    random.Random(4).shuffle(order)
+    soft = 0
+    for k in order:
+        answer = _ask(server, video, k)
+        assert _code(corpus, answer) == made.codes[k], k
+        if answer.headers["x-frame-exact"] == "false":
+            soft += 1
+            assert answer.headers["cache-control"] == "no-store"
+            assert "etag" not in answer.headers
+    assert soft > len(order) // 4
+    exact = _ask(server, video, far, "")
+    assert exact.headers["x-frame-exact"] == "true"
+    assert _code(corpus, exact) == made.codes[far]
+    assert _ask(server, video, far).headers["x-frame-exact"] == "true"  # it is in the cache now
+
+
+@pytest.mark.usefixtures("patience")
+def test_a_full_disk_costs_the_copy_not_the_video(
+    server: Server, corpus: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(writer: VideoWriter, *_: object) -> None:
+        if writer.frames == 5:
+            raise StorageError("The disk is full.")
+        write(writer, *_)
+
+    write = VideoWriter.write
+    monkeypatch.setattr(VideoWriter, "write", full)
+    made, video = _long(corpus, server)
+    assert not any(preview_path(server.settings.home, video).parent.iterdir())
+    view = server.client.get(f"/api/videos/{video}").json()
+    assert (view["state"], view["frames"]) == ("ready", len(made.codes))
+    assert _code(corpus, _ask(server, video, len(made.codes) - 1)) == made.codes[-1]
+
+
+@pytest.mark.usefixtures("patience")
+def test_a_damaged_copy_is_done_without(server: Server, corpus: ModuleType) -> None:
+    made, video = _long(corpus, server)
+    path = preview_path(server.settings.home, video)
+    path.write_bytes(b"\0" * 2000)
+    answer = _ask(server, video, len(made.codes) - 1)
+    assert answer.headers["x-frame-exact"] == "true"
+    assert _code(corpus, answer) == made.codes[-1]
+    assert not path.exists()
+
+
+@pytest.mark.usefixtures("patience")
+def test_a_removed_video_takes_its_copy_along(server: Server, corpus: ModuleType) -> None:
+    _, video = _long(corpus, server)
+    path = preview_path(server.settings.home, video)
+    assert path.is_file()
+    assert server.client.delete(f"/api/videos/{video}").status_code in (200, 204)
+    assert not path.exists()
+
+
+def test_only_videos_with_far_pictures_get_a_copy(server: Server, corpus: ModuleType) -> None:
+    made, video = _long(corpus, server)  # small pictures: decoding them all takes no time
+    with open_video(Path(made.path)) as file:
+        assert not is_wanted(file.table, file.width, file.height)
+        assert is_wanted(file.table, 3840, 2160)
+    assert not preview_path(server.settings.home, video).exists()

@@ -1,0 +1,47 @@
+"""Box inset: shrinks boxes, because annotators of the training scenes left a margin around signs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tsr_engine.geometry.boxes import to_cxcywh, to_xyxy
+from tsr_engine.params.detector import DetectorParams
+from tsr_engine.records import FloatArray
+
+__all__ = ["BoxInset"]
+
+
+@dataclass(frozen=True, slots=True)
+class BoxInset:
+    """Factors between a box as the training scenes are annotated and a box as it is shown.
+
+    Attributes:
+        width: factor on the width, > 0.
+        height: factor on the height, > 0.
+        rise: share of the annotated height by which a box is moved up.
+    """
+
+    width: float
+    height: float
+    rise: float
+
+    @classmethod
+    def of(cls, params: DetectorParams) -> BoxInset:
+        """As the parameters say."""
+        return cls(params.inset_width, params.inset_height, params.inset_rise)
+
+    def apply(self, boxes: FloatArray) -> FloatArray:
+        """Boxes (n, 4) as they are shown."""
+        b = to_cxcywh(boxes)
+        b[:, 1] -= self.rise * b[:, 3]
+        b[:, 2] *= self.width
+        b[:, 3] *= self.height
+        return to_xyxy(b)
+
+    def undo(self, boxes: FloatArray) -> FloatArray:
+        """Boxes (n, 4) that are shown, as the training scenes would be annotated."""
+        b = to_cxcywh(boxes)
+        b[:, 2] /= self.width
+        b[:, 3] /= self.height
+        b[:, 1] += self.rise * b[:, 3]
+        return to_xyxy(b)

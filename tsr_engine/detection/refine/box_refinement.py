@@ -1,0 +1,134 @@
+"""Box refinement: a learned regression that moves a box onto the edges of its sign.
+
+The regressions of the refine-and-verify stage are linear and know the few hundred signs of the training scenes; this
+one is learned as the classifier is, a map of filters and hidden units on the same descriptor, and knows GTSRB's tens of
+thousands of boxes besides. It looks at what has been found to be a sign, so it runs on a handful of boxes a picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.detection.patch import cut_patch
+from tsr_engine.recognition.descriptor import MARGIN, SIDE, describe_patches
+from tsr_engine.recognition.features import FeatureMap, linear
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["BoxRefinement", "cut_box", "move_edges", "steps_between"]
+
+_SIGN: Final = SIDE / (1 + 2 * MARGIN)
+"""Side that the box has in its patch, px: the border is that of a classifier's crop, which is all that GTSRB shows."""
+_FARTHEST: Final = 0.3
+"""Largest step: what is farther off is no matter of edges."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoxRefinement:
+    """A learned regression from a box's patch to the sign's edges.
+
+    Attributes:
+        features: the map.
+        weights: shape (h, 4), float32: from features to the steps of :func:`move_edges`.
+        bias: shape (4,), float32.
+    """
+
+    features: FeatureMap
+    weights: NDArray[np.float32]
+    bias: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        wanted = (self.features.length, 4)
+        if self.weights.shape != wanted or self.bias.shape != (4,):
+            raise ValueError(
+                f"Outline needs weights {wanted} and bias (4,). Got {self.weights.shape} and {self.bias.shape} instead."
+            )
+
+    def read(self, picture: Picture, boxes: FloatArray) -> NDArray[np.float32]:
+        """Features of boxes (n, 4), shape (n, h); beyond the picture its border is replicated.
+
+        Args:
+            picture: BGR, uint8.
+            boxes: px.
+        """
+        patches = np.empty((len(boxes), SIDE, SIDE, 3), dtype=np.uint8)
+        for patch, box in zip(patches, boxes, strict=True):
+            patch[:] = cut_box(picture, box)
+        return self.features(describe_patches(patches))
+
+    def answers(self, features: NDArray[np.float32]) -> FloatArray:
+        """Steps (n, 4) for features (n, h); a row does not depend on the others."""
+        return linear(features, self.weights, self.bias).astype(np.float64)
+
+    def refine(self, picture: Picture, boxes: FloatArray, passes: int = 1) -> FloatArray:
+        """Boxes (n, 4) moved onto their sign's edges; those that reach beyond the picture stay as they are.
+
+        A regression answers with what is right on average: the less sure it is, the less far it goes. From where it
+        went it sees the sign better, so a second pass goes most of what was left.
+
+        Args:
+            picture: BGR, uint8.
+            boxes: px.
+            passes: how often.
+        """
+        height, width = picture.shape[:2]
+        out = boxes.copy()
+        for _ in range(passes):
+            whole = np.flatnonzero((out[:, :2] >= 0).all(axis=1) & (out[:, 2:] <= [width, height]).all(axis=1))
+            if not len(whole):
+                break
+            out[whole] = move_edges(out[whole], self.answers(self.read(picture, out[whole])))
+        return out
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> BoxRefinement:
+        """From a model component's arrays ``outline_*`` (see :meth:`to_arrays`).
+
+        Raises:
+            KeyError: an array is missing.
+            ValueError: shapes do not fit together.
+        """
+        names = ("outline_weights", "outline_bias")
+        weights, bias = (np.ascontiguousarray(arrays[name], dtype=np.float32) for name in names)
+        return cls(FeatureMap.from_arrays(arrays, "outline_"), weights, bias)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Arrays from which :meth:`from_arrays` makes the same regression; matrices as float16."""
+        return {
+            **self.features.to_arrays("outline_"),
+            "outline_weights": self.weights.astype(np.float16),
+            "outline_bias": self.bias,
+        }
+
+
+def cut_box(picture: Picture, box: FloatArray) -> Picture:
+    """A box, shape (4,), and a tenth around it as a patch of 48x48 px, whatever its aspect; BGR, uint8."""
+    width, height = np.maximum(box[2:] - box[:2], 1e-3)
+    stretch = np.sqrt(height / width)
+    return cut_patch(picture, box, _SIGN, SIDE, np.diag([stretch, 1 / stretch]))
+
+
+def move_edges(boxes: FloatArray, steps: FloatArray) -> FloatArray:
+    """Boxes moved and stretched.
+
+    Args:
+        boxes: shape (n, 4), px.
+        steps: shape (n, 4): displacement of the middle in widths and heights, natural logarithm of the factors on width
+            and height. Held to 0.3 either way.
+    """
+    steps = np.clip(steps, -_FARTHEST, _FARTHEST)
+    size = boxes[:, 2:] - boxes[:, :2]
+    middle = (boxes[:, :2] + boxes[:, 2:]) / 2 + steps[:, :2] * size
+    half = size * np.exp(steps[:, 2:]) / 2
+    return np.concatenate([middle - half, middle + half], axis=1)
+
+
+def steps_between(boxes: FloatArray, truth: FloatArray) -> FloatArray:
+    """The steps that :func:`move_edges` needs to carry boxes (n, 4) to the truth (n, 4); shape (n, 4)."""
+    size, wanted = boxes[:, 2:] - boxes[:, :2], truth[:, 2:] - truth[:, :2]
+    shift = ((truth[:, :2] + truth[:, 2:]) - (boxes[:, :2] + boxes[:, 2:])) / 2 / size
+    return np.concatenate([shift, np.log(wanted / size)], axis=1)

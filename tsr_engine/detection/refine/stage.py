@@ -1,0 +1,109 @@
+"""The refine-and-verify stage: corrects the box of each candidate and scores it with a larger ensemble.
+
+The cascade answers on a grid of whole cells and scales. Each candidate that it leaves is cut out once more with more
+of its surroundings; a linear regression moves and stretches the box (one step of supervised descent, Xiong & De la
+Torre 2013), the window is cut again at the corrected place, moved once more, and a larger boosted ensemble, trained on
+just such corrected candidates, scores it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.channels.compute import CHANNELS
+from tsr_engine.channels.quantise import channel_bytes
+from tsr_engine.channels.smooth import smooth
+from tsr_engine.detection.patch import cut_patch
+from tsr_engine.detection.trees import TreeEnsemble
+from tsr_engine.products import product
+from tsr_engine.records import FloatArray, Picture
+
+SIGN: Final = 28.0
+"""Side of the sign in the patch, px."""
+CELLS: Final = 20
+"""Side of the window, cells of 2 px: 43 % more than the sign."""
+MARGIN: Final = 10
+"""Px around the window from which the channels' filters draw."""
+FEATURES: Final = CHANNELS * CELLS * CELLS
+
+
+@dataclass(frozen=True, slots=True)
+class RefineStage:
+    """Two regressions and a verifying ensemble.
+
+    Attributes:
+        weights: shape (2, FEATURES, 4), float32: per step from features in [0, 1] to
+            (dx, dy) in sides and (log w, log h) against the current square box.
+        biases: shape (2, 4), float32.
+        verifier: ensemble over FEATURES features at the place after the first step.
+    """
+
+    weights: NDArray[np.float32]
+    biases: NDArray[np.float32]
+    verifier: TreeEnsemble
+
+    def look(self, picture: Picture, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Refined boxes, shape (n, 4), and the verifier's scores, shape (n,), of candidates (n, 4)."""
+        if not len(boxes):
+            return np.zeros((0, 4)), np.zeros(0)
+        first = features_of(picture, boxes)
+        middle = self.step(0, boxes, first)
+        second = features_of(picture, middle)
+        refined = self.step(1, middle, second)
+        return refined, self.verifier.scores(second) / 256.0
+
+    def step(self, number: int, boxes: FloatArray, features: NDArray[np.uint8]) -> FloatArray:
+        """Boxes (n, 4) after step 0 or 1, from the features around them."""
+        # whole bytes times weights that were stored in 16 bits: sums in 64 bits have no rounding
+        answer = product(features.astype(np.float64), self.weights[number].astype(np.float64)) / 255.0
+        return move(boxes, answer + self.biases[number])
+
+
+def features_of(picture: Picture, boxes: FloatArray) -> NDArray[np.uint8]:
+    """Features of the windows around boxes, shape (n, FEATURES), uint8."""
+    side = 2 * (CELLS + MARGIN)
+    out = np.empty((len(boxes), FEATURES), np.uint8)
+    # all patches in one column of pixels: one call of each kernel instead of one a candidate
+    strip = np.concatenate([cut_patch(picture, box, SIGN, side) for box in boxes])
+    cells = strip_channels(strip, side)
+    first = MARGIN // 2
+    for i in range(len(boxes)):
+        rows = slice(i * side // 2 + first, i * side // 2 + first + CELLS)
+        out[i] = cells[:, rows, first : first + CELLS].reshape(-1)
+    return out
+
+
+def strip_channels(strip: Picture, side: int) -> NDArray[np.uint8]:
+    """Bytes of the channels of patches of ``side`` px stacked on each other, (10, n * side / 2, side / 2).
+
+    Neighbouring patches touch only at rows that lie in the margin, beyond the reach of the filters.
+    """
+    return smooth(channel_bytes(strip, 2))
+
+
+def move(boxes: FloatArray, steps: FloatArray) -> FloatArray:
+    """Boxes moved and reshaped: (dx, dy) in sides of the box's mean, width and height as logarithms against it."""
+    side = np.sqrt(np.maximum(1.0, (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])))
+    steps = np.clip(steps, -0.4, 0.4)
+    cx = (boxes[:, 0] + boxes[:, 2]) / 2 + steps[:, 0] * side
+    cy = (boxes[:, 1] + boxes[:, 3]) / 2 + steps[:, 1] * side
+    half_w, half_h = np.exp(steps[:, 2]) * side / 2, np.exp(steps[:, 3]) * side / 2
+    return np.stack([cx - half_w, cy - half_h, cx + half_w, cy + half_h], axis=-1)
+
+
+def steps_to(boxes: FloatArray, truth: FloatArray) -> FloatArray:
+    """The steps that :func:`move` needs to carry boxes (n, 4) to the truth (n, 4); shape (n, 4)."""
+    side = np.sqrt(np.maximum(1.0, (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])))
+    return np.stack(
+        [
+            ((truth[:, 0] + truth[:, 2]) - (boxes[:, 0] + boxes[:, 2])) / 2 / side,
+            ((truth[:, 1] + truth[:, 3]) - (boxes[:, 1] + boxes[:, 3])) / 2 / side,
+            np.log((truth[:, 2] - truth[:, 0]) / side),
+            np.log((truth[:, 3] - truth[:, 1]) / side),
+        ],
+        axis=-1,
+    )

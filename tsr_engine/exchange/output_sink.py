@@ -1,0 +1,165 @@
+"""Where the files of an export go: into a folder, or straight into a ZIP archive, counted and hashed on the way.
+
+A format can have a file for each of 100,000 pictures. In an archive such a file is never one on the disk: making,
+reading, packing and removing them took longer than all else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import tempfile
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import IO, Any, BinaryIO, TextIO
+
+from tsr_engine.exchange.zip_writer import ZipWriter
+
+__all__ = ["FolderSink", "OutputSink", "ZipSink"]
+
+_BUFFER = 1 << 17
+
+
+class OutputSink(ABC):
+    """Takes the files of one export, each once; names are relative, with slashes."""
+
+    def __init__(self) -> None:
+        self._files: dict[str, tuple[int, str]] = {}
+
+    @property
+    def files(self) -> list[dict[str, Any]]:
+        """``{"name", "size", "sha256"}`` of every file that is complete, sorted by name."""
+        return [{"name": n, "size": s, "sha256": d} for n, (s, d) in sorted(self._files.items())]
+
+    def put(self, name: str, content: bytes) -> None:
+        """A whole file.
+
+        Raises:
+            OSError: no room, or no permission.
+            ValueError: there is one of that name already.
+        """
+        self._take(name, len(content), hashlib.sha256(content).hexdigest())
+        self._put(name, content)
+
+    @contextmanager
+    def text(self, name: str, *, encoding: str = "utf-8", errors: str = "strict") -> Iterator[TextIO]:
+        """A text file that grows; several can be open at a time. Line ends stay as they are written.
+
+        Raises:
+            OSError: no room, or no permission.
+            ValueError: there is one of that name already.
+        """
+        with self._stream(name) as raw:
+            hashed = _Hashed(raw)
+            stream = io.TextIOWrapper(
+                io.BufferedWriter(hashed, buffer_size=_BUFFER), encoding=encoding, errors=errors, newline=""
+            )
+            try:
+                yield stream
+                stream.flush()
+            except BaseException:
+                hashed.deaf = True
+                raise
+            finally:
+                # The raw file is closed by whoever has opened it.
+                stream.detach().detach()
+            self._take(name, hashed.size, hashed.digest.hexdigest())
+
+    def _take(self, name: str, size: int, digest: str) -> None:
+        if name in self._files:
+            raise ValueError(f"{name} is written twice.")
+        self._files[name] = (size, digest)
+
+    @abstractmethod
+    def _put(self, name: str, content: bytes) -> None: ...
+
+    @abstractmethod
+    def _stream(self, name: str) -> AbstractContextManager[IO[bytes]]: ...
+
+
+class FolderSink(OutputSink):
+    """Into a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        """Take an existing folder."""
+        super().__init__()
+        self._folder = folder
+        self._made = {""}
+
+    def _put(self, name: str, content: bytes) -> None:
+        # By plain names: Path objects take longer than the work on 100,000 files. Buffered: a raw file on a disk that
+        # has become full takes a part and says nothing.
+        with open(self._path(name), "wb") as stream:  # noqa: PTH123
+            stream.write(content)
+
+    @contextmanager
+    def _stream(self, name: str) -> Iterator[IO[bytes]]:
+        with open(self._path(name), "wb") as stream:  # noqa: PTH123
+            yield stream
+
+    def _path(self, name: str) -> str:
+        home = name.rpartition("/")[0]
+        if home not in self._made:
+            (self._folder / home).mkdir(parents=True, exist_ok=True)
+            self._made.add(home)
+        return f"{self._folder}/{name}"
+
+
+class ZipSink(OutputSink):
+    """Into a ZIP archive; the same files in the same order give the same bytes.
+
+    A file that grows waits in an unnamed one beside the archive until it is complete, since an archive takes one entry
+    after the other.
+    """
+
+    def __init__(self, target: BinaryIO, scratch: Path, pulse: Callable[[], None] = lambda: None) -> None:
+        """Take an open file.
+
+        Args:
+            target: the archive.
+            scratch: folder with room for the files that grow.
+            pulse: called after each megabyte that was packed; raises to stop.
+        """
+        super().__init__()
+        self._archive = ZipWriter(target, pulse)
+        self._scratch = scratch
+
+    def __enter__(self) -> ZipSink:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        """Write the list of entries; after an exception the archive is worth nothing."""
+        self._archive.__exit__(kind, *rest)
+
+    def _put(self, name: str, content: bytes) -> None:
+        self._archive.put(name, content)
+
+    @contextmanager
+    def _stream(self, name: str) -> Iterator[IO[bytes]]:
+        with tempfile.TemporaryFile(dir=self._scratch) as stream:
+            yield stream
+            size = stream.tell()
+            stream.seek(0)
+            self._archive.take(name, stream, size)
+
+
+class _Hashed(io.RawIOBase):
+    """Passes bytes on, and hashes and counts them; once it is ``deaf`` they go nowhere."""
+
+    def __init__(self, raw: IO[bytes]) -> None:
+        self._raw = raw
+        self.deaf = False
+        self.digest = hashlib.sha256()
+        self.size = 0
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any) -> int:
+        if not self.deaf:
+            self._raw.write(data)
+            self.digest.update(data)
+            self.size += len(data)
+        return len(data)

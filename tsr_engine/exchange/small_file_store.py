@@ -1,0 +1,118 @@
+"""The small files of an unpacked archive, all in one file on the disk.
+
+A data set can have a text file for each of 100,000 pictures. To make, open and remove as many files takes longer than
+to read what is in them; so those that only a number tells apart wait in one file until somebody asks for them. Where
+there are few, every file is one on the disk.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Final
+
+from tsr_engine.exchange.files_below import files_below, is_rubbish
+
+__all__ = ["SmallFileStore", "content_of", "names_below"]
+
+_NUMBERED: Final = re.compile(r"[0-9]\.(?:xml|txt)", re.IGNORECASE | re.ASCII)
+_MOST: Final = 1 << 16
+"""Bytes that an archive announces for an entry that may wait here."""
+_REAL: Final = 50
+"""Files of each folder that are on the disk whatever they are called: a format is recognised by these."""
+
+
+class SmallFileStore:
+    """Holds files by their names below a folder; a context manager that removes them."""
+
+    def __init__(self, folder: Path, place: Path) -> None:
+        """Take names and place.
+
+        Args:
+            folder: below which the files seem to lie.
+            place: of the one file; must not be there yet.
+
+        Raises:
+            OSError: the file cannot be made.
+        """
+        self._root = f"{folder}/"
+        self._stream = place.open("xb+")
+        self._at: dict[str, tuple[int, int]] = {}
+        self._seen: dict[str, int] = {}
+        self._end = 0
+
+    def __enter__(self) -> SmallFileStore:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stream.close()
+
+    def takes(self, name: str, size: int) -> bool:
+        """Whether a file of an archive may wait here; asked once for each, in order.
+
+        Args:
+            name: relative to the folder, with slashes.
+            size: as announced, bytes.
+        """
+        home, _, last = name.rpartition("/")
+        self._seen[home] = seen = self._seen.get(home, 0) + 1
+        return seen > _REAL and size <= _MOST and _NUMBERED.search(last, max(0, len(last) - 5)) is not None
+
+    def put(self, name: str, content: bytes) -> None:
+        """Take a file.
+
+        Raises:
+            OSError: no room.
+        """
+        self._stream.write(content)
+        self._at[name] = (self._end, len(content))
+        self._end += len(content)
+
+    def seal(self) -> None:
+        """Have all that was taken in the file.
+
+        Raises:
+            OSError: no room.
+        """
+        self._stream.flush()
+
+    def below(self, folder: Path) -> list[str]:
+        """Names of the files in a folder and below, relative to it."""
+        start = f"{folder}/"
+        if not start.startswith(self._root):
+            return []
+        start = start[len(self._root) :]
+        return [name[len(start) :] for name in self._at if name.startswith(start)]
+
+    def content(self, path: str) -> bytes | None:
+        """What is in a file; None: it is none of these."""
+        found = self._at.get(path.removeprefix(self._root))
+        return None if found is None else os.pread(self._stream.fileno(), found[1], found[0])
+
+    def on_disk(self, path: str) -> Path:
+        """The file itself, made now if need be."""
+        content = self.content(path)
+        if content is not None and not Path(path).exists():
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            Path(path).write_bytes(content)
+        return Path(path)
+
+
+def names_below(folder: Path, store: SmallFileStore | None) -> list[str]:
+    """Names of all files in a folder and below, relative to it, with slashes, sorted."""
+    there = [name for name in files_below(folder) if not is_rubbish(name)]
+    return there if store is None else sorted({*there, *store.below(folder)})
+
+
+def content_of(path: str, store: SmallFileStore | None, limit: int = -1) -> bytes:
+    """The first ``limit`` bytes of a file, or all.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    waiting = None if store is None else store.content(path)
+    if waiting is not None:
+        return waiting if limit < 0 else waiting[:limit]
+    with open(path, "rb", buffering=0) as stream:  # noqa: PTH123 - a Path object takes as long as reading the file
+        return stream.read(limit)

@@ -1,0 +1,98 @@
+"""What the offline detector says of a place, in the way that the person draws boxes.
+
+Its later stages know the shapes of signs. They are asked where they take the anchor for a sign and draw it much as the
+person did; the rest of the difference is the person's manner, and is kept.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from tsr_engine.follow.pixels import PicturePixels
+from tsr_engine.follow.template import size_of
+from tsr_engine.geometry.boxes import iou_each, to_cxcywh, to_xyxy
+from tsr_engine.protocols import PixelSource, ScoredBox
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["KnownShape", "Look", "Seen", "know"]
+
+Look = Callable[[PixelSource, FloatArray], ScoredBox | None]
+
+_SURE_ANCHOR: Final = 0.0
+"""Log-odds from which on an anchor is taken for a sign."""
+_SAME: Final = 0.6
+"""IoU with the person's box from which on the detector is taken to draw the same thing."""
+_SURE: Final = -1.0
+"""Log-odds from which on a box of the detector is a measurement."""
+_FAR: Final = 0.35
+"""Share of the size by which such a box may lie elsewhere, or logarithm by which it may be larger or smaller."""
+_ERROR: Final = 0.05
+"""Error of the size of a clear detection, natural logarithm."""
+_CLEAR: Final = 6.0
+"""Log-odds of a clear one; the error grows by ``_ERROR_GROWTH`` of itself with each unit below."""
+_ERROR_GROWTH: Final = 0.3
+_DRAWN_PX: Final = 0.3
+"""How exact the person's edges are, px: on a small anchor the manner is hardly known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What the detector says of a place.
+
+    Attributes:
+        score: log-odds that there is a sign.
+        box: shape (4,), px, as the person would draw it; None: too uncertain, or too far away.
+        error: of the natural logarithm of the box's size.
+    """
+
+    score: float
+    box: FloatArray | None
+    error: float
+
+
+@dataclass(frozen=True, slots=True)
+class KnownShape:
+    """A sign that the detector knows.
+
+    Attributes:
+        look: the detector's later stages.
+        shift: of the person's centre against the detector's, in sides of the detector's box, shape (2,).
+        factor: of the person's width and height on the detector's, shape (2,).
+        size: of the anchor, px.
+    """
+
+    look: Look
+    shift: FloatArray
+    factor: FloatArray
+    size: float
+
+    def at(self, picture: Picture, box: FloatArray) -> Seen | None:
+        """Look at a box, shape (4,); None where the detector cannot."""
+        own = to_cxcywh(box)
+        own[2:] /= self.factor
+        own[:2] -= self.shift * own[2:]
+        seen = self.look(PicturePixels(picture), to_xyxy(own))
+        if seen is None:
+            return None
+        drawn = to_cxcywh(seen.box)
+        drawn[:2] += self.shift * drawn[2:]
+        drawn[2:] *= self.factor
+        found = to_xyxy(drawn)
+        away = float(np.hypot(*(drawn - to_cxcywh(box))[:2]))
+        near = away < _FAR * size_of(box) and abs(math.log(size_of(found) / size_of(box))) < _FAR
+        error = math.hypot(_ERROR * (1.0 + _ERROR_GROWTH * max(0.0, _CLEAR - seen.score)), _DRAWN_PX / self.size)
+        return Seen(seen.score, found if near and seen.score > _SURE else None, error)
+
+
+def know(look: Look | None, picture: Picture, box: FloatArray) -> KnownShape | None:
+    """What the detector knows of an anchor's sign; None: it does not take it for one, or draws it elsewhere."""
+    seen = None if look is None else look(PicturePixels(picture), box)
+    if look is None or seen is None or seen.score < _SURE_ANCHOR or iou_each(seen.box, box)[0] < _SAME:
+        return None
+    person, detector = to_cxcywh(box), to_cxcywh(seen.box)
+    return KnownShape(look, (person - detector)[:2] / detector[2:], person[2:] / detector[2:], size_of(box))

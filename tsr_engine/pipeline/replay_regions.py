@@ -1,0 +1,46 @@
+"""Chooses the pixels of a frame that evidence keeps for replays with other parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsr_engine.evidence.regions import FramePixels
+from tsr_engine.geometry.boxes import area, clip, expand
+from tsr_engine.online.online_detector import usable
+from tsr_engine.online.relocalisation import search_extent
+from tsr_engine.params import Params
+from tsr_engine.records import FloatArray, FrameEvidence, Region
+
+__all__ = ["replay_regions"]
+
+
+def replay_regions(frame: FrameEvidence, pixels: FramePixels, params: Params) -> tuple[Region, ...]:
+    """The pixels that the step itself asked for, and those that a replay may need.
+
+    A replay with a search radius up to ``keep_radius`` looks around every prediction; one with other thresholds
+    may start a track at any detection.
+
+    Args:
+        frame: the step's evidence, still without regions.
+        pixels: the source that the step has read from.
+        params: of the run.
+    """
+    kept = params.pipeline
+    online = params.online.model_copy(update={"search_radius": max(kept.keep_radius, params.online.search_radius)})
+    for track in frame.tracks:
+        if track.prediction is not None and usable(track.prediction.box):
+            _touch(pixels, np.array(search_extent(track.prediction.box, online), dtype=np.float64))
+        _touch(pixels, expand(track.box, kept.keep_context))
+    for box in frame.detections.boxes:
+        _touch(pixels, expand(box, kept.keep_context))
+    return pixels.regions()
+
+
+def _touch(pixels: FramePixels, box: FloatArray) -> None:
+    """Ask for the part of a box that lies in the frame."""
+    if not np.isfinite(box).all():
+        return
+    inside = clip(box, pixels.width, pixels.height)
+    if float(area(inside)) > 0:
+        x1, y1, x2, y2 = int(np.floor(inside[0])), int(np.floor(inside[1])), *map(int, np.ceil(inside[2:]))
+        pixels.crop(x1, y1, x2, y2)

@@ -1,0 +1,152 @@
+"""Training of the sign verifier score: crops of signs against what the cascade takes for signs.
+
+Signs are GTSRB crops, those of the scenes, and drawn ones in the manner of other countries
+(:mod:`~tsr_engine.training.drawn_signs`): a machine that knows one drawing of a class alone refuses the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.channels.pyramid import PyramidPlan
+from tsr_engine.detection.refine.sign_verifier import SignVerifier
+from tsr_engine.detection.refine.stage import RefineStage
+from tsr_engine.detection.trees import TreeEnsemble
+from tsr_engine.detection.window import Window
+from tsr_engine.geometry.boxes import iou
+from tsr_engine.io.gtsdb import Scene
+from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.classifier import descend, drawn_crops, shown_views
+from tsr_engine.training.classifier_jitter import BACKGROUND, LoadedCrop, surrounded_crop
+from tsr_engine.training.classifier_network import Network, NetworkSettings
+from tsr_engine.training.drawn_signs import PRINTED
+from tsr_engine.training.mining import background_candidates, read_picture
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class SignVerifierPlan:
+    """How the sign verifier score is trained.
+
+    Attributes:
+        steps: gradient steps.
+        batch: views a step.
+        showings: how often a view is shown on average.
+        scene_signs: share of the views that show signs of the scenes; the other signs are GTSRB crops.
+        background: share of the views that show none.
+        drawn: share of the views that are drawn.
+        drawn_crops: drawn crops of each class that has any.
+        candidates: most background candidates a scene.
+        relit: share of the scenes that are searched for them a second time, under another light.
+        balance: exponent on class sizes in the draw of signs: 1 as they are, 0 all classes alike.
+        strength: of the views, see :func:`~tsr_engine.training.classifier_jitter.jittered_view`.
+        network: size and regularisation.
+    """
+
+    steps: int = 25_000
+    batch: int = 128
+    showings: int = 2
+    scene_signs: float = 0.15
+    background: float = 0.45
+    drawn: float = 0.08
+    drawn_crops: int = 80
+    candidates: int = 80
+    relit: float = 0.6
+    balance: float = 0.5
+    strength: float = 0.8
+    network: NetworkSettings = field(default_factory=lambda: NetworkSettings(filters=64, hidden=128, common=True))
+
+
+def train_sign_verifier(
+    crops: Sequence[LoadedCrop],
+    scene_signs: Sequence[LoadedCrop],
+    background: Sequence[LoadedCrop],
+    plan: SignVerifierPlan,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> SignVerifier:
+    """Train the machines.
+
+    Args:
+        crops: GTSRB crops; may be empty.
+        scene_signs: signs of the scenes; may be empty when there are crops.
+        background: what the cascade let through on the scenes, class ``BACKGROUND``.
+        plan: see :class:`SignVerifierPlan`.
+        rng: of weights and views.
+        progress: called as the work proceeds.
+    """
+    drawn = drawn_crops(plan.drawn_crops, rng, PRINTED) if plan.drawn > 0 else []
+    parts: list[LoadedCrop] = []
+    chances = []
+    for part, share in (
+        (drawn, plan.drawn),
+        (crops, 1.0 - plan.drawn - plan.scene_signs - plan.background),
+        (scene_signs, plan.scene_signs),
+        (background, plan.background),
+    ):
+        if len(part):
+            classes = np.array([crop.class_id for crop in part])
+            counts = np.bincount(classes + 1, minlength=CLASS_COUNT + 1).astype(np.float64)
+            chance = counts[classes + 1] ** (plan.balance - 1)
+            parts += part
+            chances.append(share * chance / chance.sum())
+    chance = np.concatenate(chances)
+    views = shown_views(parts, chance / chance.sum(), plan.batch, plan.showings, rng, lambda made: plan.strength)
+    network = Network(plan.network, int(rng.integers(2**31)))
+    arrays = descend(network, views, plan.steps, progress, "sign verifier score")
+    return SignVerifier.from_arrays({f"likeness_{name}": array for name, array in arrays.items()})
+
+
+def sign_crops(scenes: Sequence[Scene]) -> list[LoadedCrop]:
+    """The annotated signs of scenes with what surrounds them.
+
+    Raises:
+        InputError: a picture cannot be decoded.
+    """
+    out = []
+    for scene in scenes:
+        if len(scene.boxes):
+            picture = read_picture(scene)
+            pairs = zip(scene.boxes, scene.class_ids, strict=True)
+            out += [surrounded_crop(picture, box, int(class_id)) for box, class_id in pairs]
+    return out
+
+
+def background_crops(
+    scenes: Sequence[Scene],
+    cascade: TreeEnsemble,
+    window: Window,
+    pyramid: PyramidPlan,
+    look: RefineStage,
+    plan: SignVerifierPlan,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> list[LoadedCrop]:
+    """What the cascade lets through and is no sign, where the refine-and-verify stage has moved it.
+
+    Raises:
+        InputError: a picture cannot be decoded.
+    """
+    out: list[LoadedCrop] = []
+    for scene, picture, boxes in background_candidates(
+        scenes, cascade, window, pyramid, plan.candidates, plan.relit, rng, progress
+    ):
+        refined, _ = look.look(picture, boxes)
+        refined = refined[_within(refined, picture)]
+        if len(scene.taken) and len(refined):
+            refined = refined[iou(refined, scene.taken).max(axis=1) < 0.4]
+        out += [surrounded_crop(picture, box, BACKGROUND) for box in refined]
+    return out
+
+
+def _within(boxes: FloatArray, picture: Picture) -> NDArray[np.bool_]:
+    """Which boxes have their middle in the picture and are large enough to show something; shape (n,)."""
+    middle, size = (boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2]
+    height, width = picture.shape[:2]
+    return np.asarray(((middle >= 0) & (middle < [width, height]) & (size >= 6)).all(axis=1))
