@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.exchange.exchange_toys import a_set
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.labels import label_name
 from tsr_engine.io.video_writer import VideoWriter
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 20
@@ -110,7 +112,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
         0,
         FRAMES,
     )
-    return Dataset(CLASSES, (video,))
+    return Dataset(a_set(*CLASSES), (video,))
 
 
 def target(dataset: Dataset, **switches: str) -> ImportTarget:
@@ -121,7 +123,7 @@ def target(dataset: Dataset, **switches: str) -> ImportTarget:
 def boxes_of(dataset: Dataset) -> list[Box]:
     """All boxes, sorted."""
     return sorted(
-        (frame, dataset.labels[track.label], *box)
+        (frame, label_name(dataset.labels, track.label), *box)
         for track in dataset.videos[0].tracks()
         for frame, box in zip(track.frames.tolist(), track.boxes.tolist(), strict=True)
     )

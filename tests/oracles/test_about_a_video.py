@@ -14,6 +14,7 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.labels import label_name
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 
@@ -23,7 +24,7 @@ TRACKS = [[3, 4, 5, 6, 9, 10], [5, 6, 7, 8]]
 def _sent(dataset: Dataset) -> dict[str, Any]:
     """The video and all boxes, with the numbers of their tracks."""
     boxes = [
-        [frame, dataset.labels[track.label], *box, {"track_id": number}]
+        [frame, label_name(dataset.labels, track.label), *box, {"track_id": number}]
         for number, track in enumerate(dataset.videos[0].tracks(), start=1)
         for frame, box in zip(track.frames.tolist(), track.boxes.tolist(), strict=True)
     ]

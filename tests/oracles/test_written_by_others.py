@@ -12,6 +12,7 @@ from tests.oracles.conftest import Ask, boxes_of, same_boxes, target
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.labels import label_name
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 
@@ -22,7 +23,7 @@ def _sent(dataset: Dataset) -> list[Any]:
     for number, track in enumerate(dataset.videos[0].tracks(), start=1):
         for frame, box in zip(track.frames.tolist(), track.boxes.tolist(), strict=True):
             said = {"track_id": number, "keyframe": True, "occluded": False, "outside": False}
-            out.append([frame, dataset.labels[track.label], *box, said])
+            out.append([frame, label_name(dataset.labels, track.label), *box, said])
     return out
 
 

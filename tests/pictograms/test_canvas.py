@@ -16,7 +16,7 @@ RED, BLUE = (200, 0, 0), (0, 0, 200)
 
 def test_a_placed_canvas_moves_turns_mirrors_and_recolours() -> None:
     canvas = Canvas()
-    canvas.box_refinement(rectangle(1, 1, 0.01))
+    canvas.outline(rectangle(1, 1, 0.01))
     corner = path("0 0 100 0 100 20 0 20")
     canvas.placed(0.5, 0.25, -0.5, mirror=True).fill(corner, RED)
     np.testing.assert_allclose(canvas.polygons()[0], path("25 -50 -25 -50 -25 -40 25 -40"))

@@ -75,7 +75,7 @@ def test_svg_holds_every_drawing() -> None:
 def test_svg_keeps_order_colours_and_places() -> None:
     canvas = Canvas()
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
-    canvas.box_refinement(square)
+    canvas.outline(square)
     canvas.fill(square, (255, 0, 16))
     canvas.fill(square / 3, (0, 10, 255))
     assert canvas.svg() == (

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tsr_engine.pictograms.gtsrb import N_CLASSES, box_refinement, drawing, nominal_width
+from tsr_engine.pictograms.gtsrb import N_CLASSES, drawing, nominal_width, outline
 
 
 def draw(class_id: int, size: int) -> np.ndarray:
@@ -36,7 +36,7 @@ def test_every_pair_of_classes_differs_visibly(small: np.ndarray) -> None:
 def test_silhouette_is_the_outline(class_id: int) -> None:
     size = 96
     alpha = draw(class_id, size)[..., 3] / 255
-    polygon = (box_refinement(class_id) + 1) * size / 2
+    polygon = (outline(class_id) + 1) * size / 2
     assert alpha.sum() == pytest.approx(cv2.contourArea(polygon.astype(np.float32)), rel=0.02)
     rows, columns = np.flatnonzero(alpha.max(1) > 0.5), np.flatnonzero(alpha.max(0) > 0.5)
     assert columns[0] == pytest.approx(polygon[:, 0].min(), abs=1)
@@ -81,7 +81,7 @@ def test_any_resolution() -> None:
 @pytest.mark.parametrize("class_id", [-1, 43])
 def test_unknown_class_is_refused(class_id: int) -> None:
     with pytest.raises(ValueError, match="class_id must be within 0 to 42"):
-        box_refinement(class_id)
+        outline(class_id)
     with pytest.raises(ValueError, match="class_id"):
         drawing(class_id)
 

@@ -22,7 +22,7 @@ from sample_videos.scenery import build
 from sample_videos.things import View
 from sample_videos.truth import read_csv
 from sample_videos.weather import WEATHERS
-from tsr_engine.pictograms.gtsrb import box_refinement, nominal_width
+from tsr_engine.pictograms.gtsrb import nominal_width, outline
 
 SIZE = (320, 180)
 
@@ -153,7 +153,7 @@ def test_distractors_have_no_truth(drive: Drive) -> None:
 
 def test_outline_fits_the_unit_square() -> None:
     for class_id in range(43):
-        assert np.abs(box_refinement(class_id)).max() <= 1.001
+        assert np.abs(outline(class_id)).max() <= 1.001
 
 
 def test_same_seed_same_bytes(tmp_path: pathlib.Path) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from exchange_desk import Desk
 
 from app.api.former import DEPRECATED_SINCE, router
 from sample_videos import SHIPPED
+from tests.app.exchange.exchange_desk import Desk
 
 
 def test_outputs_are_listed_read_fetched_and_removed_by_their_former_addresses(desk: Desk) -> None:
