@@ -64,7 +64,7 @@ def test_a_run_over_a_picture_too_large(home: toy_home.ToyHome, strict: Server) 
 @pytest.mark.parametrize(
     ("url", "body"),
     [
-        ("/api/exports", {"format": "yolo", "pictures": "annotated"}),
+        ("/api/exports", {"format": "yolo", "pictures": "annotated", "states": ["open"]}),
         ("/api/runs/RUN/recordings", {"first": 50, "stop": 54}),
         ("/api/runs/RUN/bundles", {"first": 60, "stop": 64}),
     ],

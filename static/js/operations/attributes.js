@@ -7,7 +7,7 @@ import { labelFor } from '../model/labels.js';
 import { docOf } from '../editing/revisions.js';
 import { engineClass, shownTrack } from '../review/shown_tracks.js';
 import { toast } from '../views/toasts.js';
-import { editSelected, needsTrack, operation } from './helpers.js';
+import { editSelected, needsTrack, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
 
@@ -61,6 +61,7 @@ export function toggleAttribute(app, digit, say = toast) {
 export const attributes = [
   operation({
     id: 'attribute', label: 'Tick or clear a checkbox of the track', keys: DIGITS.map((digit) => `Alt+${digit}`), group: 'Verdict', disabled: needsTrack,
+    available: (state) => onReview(state) && state.labels.some(({ attributes: own }) => own.some(({ kind }) => kind === 'checkbox')),
     tooltip: 'The checkboxes of the label in the inspector, in their order (Alt+1) to (Alt+9)',
     run: (app, key) => toggleAttribute(app, Number(String(key).slice(-1))),
   }),

@@ -27,7 +27,7 @@ export function createAttributes(app, signal) {
     const give = (value) => value !== (row.given ? row.value : null) && giveAttribute(app, name, value, mutable);
     if (kind === 'checkbox') {
       return h('input', {
-        type: 'checkbox', 'aria-label': name, checked: row.value === true, title: row.digit <= 9 ? `Alt+${row.digit}` : '',
+        type: 'checkbox', 'aria-label': name, checked: row.value === true, title: row.digit <= 9 ? `${name} (Alt+${row.digit})` : '',
         onchange: (/** @type {Event} */ event) => give(/** @type {HTMLInputElement} */ (event.target).checked),
       });
     }
