@@ -13,6 +13,7 @@ from urllib.parse import unquote
 from sqlalchemy import URL, Connection, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
 from sqlalchemy.orm import Session
+from sqlalchemy.pool import ConnectionPoolEntry
 
 from app.errors import ApiError, Busy, Invalid, StorageFull
 from tsr_engine.errors import UsageError
@@ -88,6 +89,8 @@ class Database:
             self.engine = create_engine(
                 address, pool_pre_ping=True, pool_size=40, max_overflow=8, execution_options={"tsr_here": here}
             )
+        self._closed = False
+        event.listen(self.engine, "checkin", self._on_checkin)
         self._writer = self.engine.execution_options(tsr_write=True)
         self._turn = threading.RLock()
 
@@ -127,8 +130,14 @@ class Database:
         bring_up_to_date(self._writer, backup if self.is_sqlite else None)
 
     def close(self) -> None:
-        """Close all connections."""
+        """Close all connections; one that a thread still uses is closed when it comes back."""
+        self._closed = True
         self.engine.dispose()
+
+    def _on_checkin(self, _connection: object, record: ConnectionPoolEntry) -> None:
+        # the pool that it comes back to is nobody's any more: there it would stay open
+        if self._closed:
+            record.invalidate()
 
 
 def _on_connect(connection: Any, _record: object) -> None:

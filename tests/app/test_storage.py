@@ -245,3 +245,15 @@ def test_an_address_that_nothing_can_open_is_refused_in_a_sentence(url: str) -> 
     with pytest.raises(UsageError) as error:
         Database("foo://user:secret@host/name")
     assert "secret" not in str(error.value)
+
+
+def test_a_connection_that_is_in_use_while_the_database_closes_is_closed_afterwards(tmp_path: Path) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'a.sqlite'}")
+    database.migrate()
+    with database.read() as session:
+        used = session.connection().connection.driver_connection
+        database.close()
+        assert session.connection().exec_driver_sql("SELECT 1").scalar() == 1
+    assert used is not None
+    with pytest.raises(sqlite3.ProgrammingError, match="closed"):
+        used.execute("SELECT 1")
