@@ -194,6 +194,32 @@ def test_a_label_is_changed_on_its_page_and_given_by_a_digit(page: Page, desk: D
     assert now["docs"][key]["class_id"] == label["id"]
 
 
+def test_attributes_are_filled_in_by_the_keyboard(page: Page, desk: Desk) -> None:
+    attributes = [
+        {"name": "bent", "kind": "checkbox"},
+        {"name": "side", "kind": "select", "values": ["left", "right"]},
+        {"name": "lit", "kind": "checkbox", "mutable": True},
+    ]
+    label = _change(desk, {"type": "add", "name": "tram stop", "attributes": attributes})["label"]
+    key = _select(page, 4)
+    page.locator(FIELD).fill("tram stop")
+    expect(page.locator(OPTION)).to_have_count(1)
+    edited(page, lambda: page.keyboard.press("Enter"))
+    page.locator(".picture-stage").focus()
+    first = page.evaluate("() => { const {tracks} = tsr.store.get().review; return tracks.first[4]; }")
+    page.evaluate("(k) => tsr.store.dispatch((s) => ({...s, review: {...s.review, frame: k}}))", first)
+    wait(page, lambda now: now["shown"] == first and now["overlay"])
+    edited(page, lambda: page.keyboard.press("Alt+1"))
+    assert desk.documents()[key]["attributes"] == {"bent": True}
+    edited(page, lambda: page.keyboard.press("Alt+2"))  # the second checkbox, from this frame on
+    assert desk.documents()[key]["keys"][str(first)]["attributes"] == {"lit": True}
+    edited(page, lambda: page.keyboard.press("Control+z"))
+    assert "attributes" not in desk.documents()[key]["keys"].get(str(first), {})
+    edited(page, lambda: page.keyboard.press("Alt+1"))
+    assert desk.documents()[key]["attributes"] == {"bent": False}
+    assert _label(desk, "tram stop")["id"] == label["id"]
+
+
 def test_four_hundred_labels_make_no_pause(page: Page, desk: Desk) -> None:
     for place in range(len(_labels(desk)), 400):
         _change(desk, {"type": "add", "name": f"road sign {'x' * 150} {place}", "aliases": [f"Zeichen {place}"]})
