@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from sample_videos import SHIPPED
-from tests import pipeline_toys as toys
+from tests.batch.short_drives import write_short_drive
 from tsr_engine.batch.manifest import MANIFEST, Identity, load_manifest
 from tsr_engine.batch.order import Order
 from tsr_engine.batch.process import run_order
@@ -37,8 +37,8 @@ PARAMS = Params().with_settings([("coast_foe_y", 0.5)])
 def drives(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two short drives, and a text that is called a video."""
     folder = tmp_path_factory.mktemp("drives")
-    for name, frames in (("one", 12), ("two", 9)):
-        toys.write_drive(folder / f"{name}.mp4", frames)
+    for name, frames in (("one", 16), ("two", 13)):
+        write_short_drive(folder / f"{name}.mp4", frames)
     (folder / "text.mp4").write_text("no video")
     return folder
 
@@ -75,10 +75,11 @@ def test_a_batch_and_the_next_call(drives: Path, tmp_path: Path, digests: dict[s
     for name in ("one", "two"):
         plain = tmp_path / f"{name}.csv"
         track_video(RunRequest(drives / f"{name}.mp4", PARAMS, csv=plain), parts)
+        assert plain.read_bytes().count(b"\n") > 10, "there are signs to be found"
         assert (out / name / "tracks.csv").read_bytes() == plain.read_bytes()
         assert (out / name / "evidence" / "evidence.sqlite").is_file()
     summary = json.loads((out / "summary.json").read_text())
-    assert (summary["done"], summary["failed"], summary["frames"]) == (2, 1, 21)
+    assert (summary["done"], summary["failed"], summary["frames"]) == (2, 1, 29)
     assert [row["drive"] for row in summary["failures"]] == [str(drives / "text.mp4")]
     assert "is not a video" in (out / "summary.html").read_text()
 
