@@ -49,6 +49,13 @@ class Change:
     difference: float | None
     interval: tuple[float, float] | None
 
+    def shown(self) -> tuple[str, str, str, str]:
+        """Before, after, difference and interval as people read them."""
+        before, after = ("-" if value is None else f"{value:.4g}" for value in (self.before, self.after))
+        difference = "-" if self.difference is None else f"{self.difference:+.4g}"
+        interval = "-" if self.interval is None else f"{self.interval[0]:+.4g} to {self.interval[1]:+.4g}"
+        return before, after, difference, interval
+
 
 def changes(before: Sequence[VideoReport], after: Sequence[VideoReport], seed: int = 0) -> tuple[list[Change], Unit]:
     """All figures of two results on the same drives, in the same order.

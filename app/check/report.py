@@ -11,9 +11,10 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
-from app.check.figures import FIGURES, Change
+from app.check.figures import FIGURES
 from app.check.places import Place
 from app.check.run import CheckedDrive, CheckReport
+from tsr_engine.batch.pages import page
 from tsr_engine.bundle import Bounds, BundleRequest, Expectation, Expected, ExpectedSign, make_bundle
 from tsr_engine.errors import TsrError
 from tsr_engine.io.atomic import atomic_text
@@ -32,10 +33,7 @@ _SIDE: Final = 160
 _AROUND: Final = 15
 """Frames before and after a place that its bundle holds."""
 _STYLE: Final = """
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem }
-:root { color-scheme: light dark }
-table { border-collapse: collapse; margin: .5rem 0 1.5rem; width: 100% }
-th, td { text-align: left; padding: .25rem .75rem .25rem 0; border-bottom: 1px solid #8884; vertical-align: middle }
+th, td { vertical-align: middle }
 .over { color: #c22; font-weight: 600 }
 img { display: block; width: 96px; height: 96px; object-fit: cover }
 """
@@ -210,8 +208,7 @@ def _page(report: CheckReport, crops: dict[int, str]) -> str:
     over = {text.partition(" ")[0] for text in report.over}
     rows = "".join(
         f"<tr{' class=over' if change.name in over else ''}><td>{escape(FIGURES[change.name][0])}</td>"
-        f"<td>{_number(change.before)}</td><td>{_number(change.after)}</td><td>{_signed(change)}</td>"
-        f"<td>{_interval(change)}</td></tr>"
+        f"{''.join(f'<td>{text}</td>' for text in change.shown())}</tr>"
         for change in report.changes
     )
     sentences = "".join(f'<p class="over">{escape(text)}</p>' for text in report.over)
@@ -222,28 +219,15 @@ def _page(report: CheckReport, crops: dict[int, str]) -> str:
     )
     failures = "".join(f"<p>{escape(video)}: {escape(error)}</p>" for video, error in report.failures)
     signs = sum(len(drive.after.signs) for drive in report.drives)
-    return (
-        '<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>tsr check</title>'
-        f"<style>{_STYLE}</style><h1>Check</h1>"
+    body = (
         f"<p>{len(report.drives)} reviewed drives with {signs} signs. Intervals hold 95 % of bootstrap samples of the "
         f"difference; the samples draw {report.unit}.</p>{sentences}"
         f"<table><thead><tr><th>figure<th>before<th>after<th>difference<th>interval</thead><tbody>{rows}</tbody></table>"
         f"<h2>Worse</h2>{f'<table>{places}</table>' if places else '<p>None.</p>'}"
-        f"<h2>Failures</h2>{failures or '<p>None.</p>'}</html>\n"
+        f"<h2>Failures</h2>{failures or '<p>None.</p>'}"
     )
+    return page("tsr check", "Check", body, _STYLE)
 
 
 def _image(name: str | None) -> str:
     return "" if name is None else f'<img src="{name}" alt="">'
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
-
-
-def _signed(change: Change) -> str:
-    return "-" if change.difference is None else f"{change.difference:+.4g}"
-
-
-def _interval(change: Change) -> str:
-    return "-" if change.interval is None else f"{change.interval[0]:+.4g} to {change.interval[1]:+.4g}"

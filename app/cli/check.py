@@ -134,10 +134,7 @@ def _print(report: CheckReport, page: Path, bundles: int) -> None:
     for name in ("before", "after", "difference", "95 % of samples"):
         table.add_column(name, justify="right")
     for change in report.changes:
-        cells = [f"{v:.4g}" if v is not None else "-" for v in (change.before, change.after)]
-        gap = "-" if change.difference is None else f"{change.difference:+.4g}"
-        within = "-" if change.interval is None else f"{change.interval[0]:+.4g} to {change.interval[1]:+.4g}"
-        table.add_row(FIGURES[change.name][0], *cells, gap, within)
+        table.add_row(FIGURES[change.name][0], *change.shown())
     console = out_console()
     signs = sum(len(drive.after.signs) for drive in report.drives)
     console.print(f"{counted(len(report.drives), 'reviewed drive')} with {counted(signs, 'sign')}.", soft_wrap=True)

@@ -53,6 +53,16 @@ def on_this_machine(orders: Sequence[Order], jobs: int, at: At, stop: Callable[[
             thread.join()
 
 
+def _tried(run: Callable[[], Outcome], over: Callable[[], bool] = lambda: False) -> Outcome:
+    """Do an order, and again where its process dies: at most ``TRIES`` times, and not once everything is over."""
+    outcome = run()
+    for _ in range(TRIES - 1):
+        if not outcome.died or over():
+            break
+        outcome = run()
+    return outcome
+
+
 class _Local:
     """What the threads share that do orders on this machine."""
 
@@ -67,11 +77,14 @@ class _Local:
         """Do orders until there are none left."""
         try:
             while self._waiting and not self._over.is_set():
-                with suppress(IndexError):  # another thread was faster
+                try:
                     place, order = self._waiting.popleft()
-                    outcome = self._tried(place, order)
-                    if not self._over.is_set():
-                        self.ended.put((place, outcome))
+                except IndexError:  # another thread was faster
+                    return
+                run = partial(run_order, order, partial(self._at, place), self._started)
+                outcome = _tried(run, self._over.is_set)
+                if not self._over.is_set():
+                    self.ended.put((place, outcome))
         except BaseException as error:  # noqa: BLE001 - raised again by whoever waits
             self.ended.put(error)
 
@@ -80,13 +93,6 @@ class _Local:
         self._over.set()
         for process in list(self._running):
             process.kill()
-
-    def _tried(self, place: int, order: Order) -> Outcome:
-        for number in range(1, TRIES + 1):
-            outcome = run_order(order, partial(self._at, place), self._started)
-            if not outcome.died or number == TRIES or self._over.is_set():
-                break
-        return outcome
 
     def _started(self, process: subprocess.Popen[str]) -> None:
         self._running.add(process)
@@ -114,10 +120,7 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
 
     @ray.remote(max_retries=TRIES)  # type: ignore[untyped-decorator]
     def do(content: dict[str, Any]) -> dict[str, Any]:
-        for _ in range(TRIES):
-            outcome = run_order(Order(**content))
-            if not outcome.died:
-                break
+        outcome = _tried(lambda: run_order(Order(**content)))
         return {"result": outcome.result, "error": outcome.error, "died": outcome.died}
 
     places = {do.options(num_cpus=order.cores).remote(order.as_json()): k for k, order in enumerate(orders)}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from tsr_engine.batch.manifest import Manifest
+from tsr_engine.batch.pages import page
 from tsr_engine.io.atomic import atomic_text
 
 __all__ = ["SUMMARY_HTML", "SUMMARY_JSON", "summary_of", "write_summary"]
@@ -18,14 +19,6 @@ SUMMARY_HTML: Final = "summary.html"
 _UNSURE: Final = 0.6
 """A sign whose class has less of its votes than this is listed as unsure."""
 _MOST_LISTED: Final = 500
-
-_STYLE: Final = """
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem }
-:root { color-scheme: light dark }
-table { border-collapse: collapse; margin: .5rem 0 1.5rem; width: 100% }
-th, td { text-align: left; padding: .25rem .75rem .25rem 0; border-bottom: 1px solid #8884; vertical-align: top }
-td.n, th.n { text-align: right; font-variant-numeric: tabular-nums }
-"""
 
 
 def summary_of(manifest: Manifest) -> dict[str, Any]:
@@ -112,11 +105,8 @@ def _page(summary: dict[str, Any]) -> str:
     )
     more = len(summary["unsure"]) - _MOST_LISTED
     rest = f"<p>{more} more stand in {SUMMARY_JSON}.</p>" if more > 0 else ""
-    return (
-        '<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>tsr batch</title>'
-        f"<style>{_STYLE}</style><h1>Batch</h1>{head}"
-        f"<h2>Failures</h2>{failures}<h2>Signs</h2>{signs}<h2>Unsure</h2>{unsure}{rest}<h2>Drives</h2>{drives}</html>\n"
-    )
+    body = f"{head}<h2>Failures</h2>{failures}<h2>Signs</h2>{signs}<h2>Unsure</h2>{unsure}{rest}<h2>Drives</h2>{drives}"
+    return page("tsr batch", "Batch", body)
 
 
 def _table(names: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
