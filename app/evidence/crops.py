@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.columns import BOX, read_columns, size_of
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.regions import FramePixels, StoredPixels
 from tsr_engine.recognition.crops import crop_bounds
@@ -25,18 +26,16 @@ CropOf = Literal["result", "prediction"]
 def box_in_frame(reader: EvidenceReader, track_id: int, frame: int, of: CropOf) -> FloatArray | None:
     """The box of a track in a frame; None: it has none there."""
     table = "track_frames" if of == "result" else "predictions"
-    sql = f"SELECT x1, y1, x2, y2 FROM {table} WHERE frame = ? AND track_id = ?"  # noqa: S608
-    rows = reader.query(sql, (frame, track_id))
-    if not rows or None in rows[0]:
-        return None
-    return np.array(rows[0], dtype=np.float64)
+    rows = read_columns(reader, table, *BOX, frames=(frame, frame + 1), tracks=(track_id, track_id))
+    boxes = rows.boxes()
+    return boxes[0] if len(rows) and np.isfinite(boxes[0]).all() else None
 
 
 def pixels_in_frame(reader: EvidenceReader, frame: int) -> StoredPixels | None:
     """What the store keeps of a frame; None: nothing."""
-    head = reader.query("SELECT width, height FROM frames WHERE frame = ?", (frame,))
+    size = size_of(reader, frame)
     kept = reader.regions(frame)
-    return StoredPixels(head[0][0], head[0][1], kept) if head and kept else None
+    return StoredPixels(*size, kept) if size and kept else None
 
 
 def crop_of(stored: StoredPixels | None, box: FloatArray, margin: float, picture: Callable[[], Picture]) -> Picture:

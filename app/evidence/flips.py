@@ -6,16 +6,14 @@ given up, its prediction was judged as well, but nothing is shown there.
 
 from __future__ import annotations
 
+import numpy as np
+
 from app.evidence.tables import tau_of
 from app.shapes import Model
+from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 
 __all__ = ["FlippedTrack", "Flips", "flips"]
-
-_SHOWN = (
-    "FROM gates g JOIN tracks t ON t.track_id = g.track_id "
-    "WHERE t.confirmed_frame IS NOT NULL AND g.frame <= t.last_frame"
-)
 
 
 class FlippedTrack(Model):
@@ -42,17 +40,19 @@ class Flips(Model):
 
 def flips(reader: EvidenceReader, tau: float) -> Flips:
     """Count them; a candidate that could not be judged stays rejected."""
-    turned = (
-        f"SELECT g.track_id, count(*), sum(g.confident), min(g.frame) {_SHOWN} "
-        "AND coalesce(g.l_positive < ?, 0) <> g.confident GROUP BY g.track_id ORDER BY g.track_id"
-    )
-    rows = reader.query(turned, (tau,))
-    rejected = sum(row[2] for row in rows)
+    names = ("track_id", "frame", "l_positive", "confident", "tracks.last_frame")
+    rows = read_columns(reader, "gates", *names, confirmed=True)
+    shown = rows.ints("frame") <= rows.ints("tracks.last_frame")
+    confident = rows.ints("confident") > 0
+    turned = shown & ((rows.floats("l_positive") < tau) != confident)
+    tracks, place, counts = np.unique(rows.ints("track_id")[turned], return_index=True, return_counts=True)
+    frames = rows.ints("frame")[turned][place]  # by frame, so the first of each track is its earliest
+    found = zip(tracks.tolist(), counts.tolist(), frames.tolist(), strict=True)
     return Flips(
         tau=tau,
         run_tau=tau_of(reader),
-        verdicts=reader.query(f"SELECT count(*) {_SHOWN}")[0][0],
-        to_confident=sum(row[1] for row in rows) - rejected,
-        to_rejected=rejected,
-        tracks=[FlippedTrack(id=row[0], flips=row[1], frame=row[3]) for row in rows],
+        verdicts=int(shown.sum()),
+        to_confident=int((turned & ~confident).sum()),
+        to_rejected=int((turned & confident).sum()),
+        tracks=[FlippedTrack(id=track, flips=flips, frame=frame) for track, flips, frame in found],
     )

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
 
 from app.evidence.overlays import LARGEST, Box, box_of, number
-from app.evidence.tables import SOURCE_SQL, symmetry_floor_of, tau_of
+from app.evidence.tables import symmetry_floor_of, tau_of
 from app.shapes import Model
+from tsr_engine.evidence.columns import BOX, Columns, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 
@@ -63,17 +65,12 @@ class TrackLane(Model):
     symmetry_floor: float
 
 
-_LANE = f"""
-SELECT t.frame, {SOURCE_SQL}, t.x1, t.y1, t.x2, t.y2, t.score, d.raw_score, d.prior,
-       g.l_positive, g.symmetry, g.symmetry_magnitude, g.hash_distance, g.position_distance, g.confident,
-       s.decision, s.probability, r.scale, r.weight, r.votes, r.probabilities
-FROM track_frames t
-LEFT JOIN detections d ON d.frame = t.frame AND d.row = t.detection
-LEFT JOIN gates g ON g.frame = t.frame AND g.track_id = t.track_id
-LEFT JOIN relocalisations s ON s.frame = t.frame AND s.track_id = t.track_id
-LEFT JOIN recognitions r ON r.frame = t.frame AND r.track_id = t.track_id
-WHERE t.track_id = ? AND t.state <> 'dead' ORDER BY t.frame
-"""  # noqa: S608
+_FIGURES = (
+    "score", "detections.raw_score", "detections.prior", "gates.symmetry", "gates.symmetry_magnitude",
+    "gates.hash_distance", "gates.position_distance", "relocalisations.decision", "relocalisations.probability",
+    "recognitions.scale",
+)  # fmt: skip
+"""Columns that are shown as they are, each under its own name."""
 
 
 def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> TrackLane | None:
@@ -84,34 +81,32 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
         track_id: the track.
         classes: what the run's class numbers mean. Classes of one label count together.
     """
-    rows = reader.query(_LANE, (track_id,))
-    if not rows:
+    rows = read_columns(
+        reader, "track_frames", "frame", "source", *BOX, *_FIGURES, "gates.l_positive", "gates.confident",
+        "recognitions.weight", "recognitions.votes", "recognitions.probabilities",
+        tracks=(track_id, track_id), alive=True,
+    )  # fmt: skip
+    if not len(rows):
         return None
-    votes = [None if row[19] is None else np.frombuffer(row[19], "<f8") for row in rows]
-    seen = [None if row[20] is None else np.frombuffer(row[20], "<f4").astype(np.float64) for row in rows]
+    votes, seen = rows.vectors("recognitions.votes"), rows.vectors("recognitions.probabilities")
     leading = _leading(votes, classes)
-    frames = [row[0] for row in rows]
+    frames = rows.ints("frame").tolist()
+    judged = rows.known("gates.confident").tolist()
     learned, unlearned = _samples(reader, track_id, frames)
     top = [None if p is None else int(np.argmax(p)) for p in seen]
     return TrackLane(
         id=track_id,
         frame=frames,
-        source=[row[1] for row in rows],
-        box=[box_of(row[2:6]) for row in rows],
-        score=_column(rows, 6),
-        raw_score=_column(rows, 7),
-        prior=_column(rows, 8),
+        source=rows.sources().tolist(),
+        box=[box_of(edges) for edges in rows.boxes().tolist()],
+        **{name.rpartition(".")[2]: _figures(rows, name) for name in _FIGURES},
         # A candidate that could not be judged has no finite value; NULL there would read as "no verdict".
-        l_positive=[None if row[14] is None else number(row[9], LARGEST) for row in rows],
-        symmetry=_column(rows, 10),
-        symmetry_magnitude=_column(rows, 11),
-        hash_distance=_column(rows, 12),
-        position_distance=_column(rows, 13),
-        confident=[None if row[14] is None else bool(row[14]) for row in rows],
-        decision=_column(rows, 15),
-        probability=_column(rows, 16),
-        scale=_column(rows, 17),
-        weight=[None if row[18] is None else float(f"{row[18]:.6g}") for row in rows],
+        l_positive=[
+            number(value, LARGEST) if known else None
+            for value, known in zip(rows.floats("gates.l_positive").tolist(), judged, strict=True)
+        ],
+        confident=[value > 0 if value >= 0 else None for value in rows.ints("gates.confident").tolist()],
+        weight=[float(f"{v:.6g}") if v == v else None for v in rows.floats("recognitions.weight").tolist()],
         classes=[classes.to_label(group[0]) for group in leading],
         words=[_word(group[0], classes) for group in leading],
         votes=[None if v is None else _of(v / max(float(v.sum()), 1e-300), leading) for v in votes],
@@ -121,12 +116,7 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
         top_probability=[None if p is None else round(float(p[np.argmax(p)]), 4) for p in seen],
         learned=learned,
         unlearned=unlearned,
-        events=[
-            TrackEvent(frame=row[0], kind=row[1], text=row[2])
-            for row in reader.query(
-                "SELECT frame, kind, text FROM events WHERE track_id = ? ORDER BY frame, row", (track_id,)
-            )
-        ],
+        events=_events(reader, track_id),
         tau=tau_of(reader),
         symmetry_floor=symmetry_floor_of(reader),
     )
@@ -154,16 +144,21 @@ def _of(values: Any, groups: list[list[int]]) -> list[float]:
     return [round(float(values[group].sum()), 4) for group in groups]
 
 
-def _column(rows: list[tuple[Any, ...]], place: int) -> list[float | None]:
-    return [None if row[place] is None else number(row[place]) for row in rows]
+def _figures(rows: Columns, name: str) -> list[float | None]:
+    return [number(value) if value == value else None for value in rows.floats(name).tolist()]
+
+
+def _events(reader: EvidenceReader, track_id: int) -> list[TrackEvent]:
+    rows = read_columns(reader, "events", "frame", "kind", "text", tracks=(track_id, track_id))
+    found = zip(rows.ints("frame").tolist(), rows.texts("kind"), rows.texts("text"), strict=True)
+    return [TrackEvent(frame=frame, kind=kind, text=text) for frame, kind, text in found]
 
 
 def _samples(reader: EvidenceReader, track_id: int, frames: list[int]) -> tuple[list[int], list[int]]:
     """Samples learned and unlearned in each of the frames."""
-    sql = (
-        "SELECT frame, sum(transform = 'learned'), sum(transform = 'unlearned') FROM samples "
-        "WHERE frame BETWEEN ? AND ? AND track_id = ? GROUP BY frame"
-    )
-    counts = {row[0]: row[1:] for row in reader.query(sql, (frames[0], frames[-1], track_id))}
-    pairs = [counts.get(k, (0, 0)) for k in frames]
-    return [p[0] for p in pairs], [p[1] for p in pairs]
+    span, track = (frames[0], frames[-1] + 1), (track_id, track_id)
+    rows = read_columns(reader, "samples", "frame", "transform", frames=span, tracks=track)
+    learned, unlearned = Counter[int](), Counter[int]()
+    for frame, transform in zip(rows.ints("frame").tolist(), rows.texts("transform"), strict=True):
+        (learned if transform == "learned" else unlearned)[frame] += 1
+    return [learned[k] for k in frames], [unlearned[k] for k in frames]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.evidence.tables import SOURCE_SQL, columns
 from app.shapes import Model
+from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 
 __all__ = ["LaneColumns", "lane_columns"]
@@ -22,11 +22,8 @@ class LaneColumns(Model):
 
 def lane_columns(reader: EvidenceReader) -> LaneColumns:
     """Runs of equal source in consecutive frames."""
-    rows = reader.query(
-        f"SELECT track_id, frame, {SOURCE_SQL} FROM track_frames "  # noqa: S608
-        "WHERE state <> 'dead' AND track_id IN (SELECT track_id FROM tracks WHERE confirmed_frame IS NOT NULL)"
-    )
-    table = columns(rows, 3).astype(np.int64)
+    rows = read_columns(reader, "track_frames", "track_id", "frame", "source", alive=True, confirmed=True, order="any")
+    table = np.stack([rows.ints("track_id"), rows.ints("frame"), rows.sources()])
     track, frame, source = table[:, np.lexsort((table[1], table[0]))]
     if not len(track):
         return LaneColumns(track=[], first=[], last=[], source=[])

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, Literal
 
 import numpy as np
 
-from app.evidence.tables import SOURCE_SQL
 from app.shapes import Model
+from tsr_engine.evidence.columns import BOX, Columns, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
+from tsr_engine.records import FloatArray
 
 __all__ = ["MOST_FRAMES", "Box", "Overlay", "overlays"]
 
@@ -82,18 +84,12 @@ class Overlay(Model):
     tracks: list[OverlayTrack]
 
 
-_TRACKS = f"""
-SELECT t.frame, t.track_id, t.state, {SOURCE_SQL}, t.x1, t.y1, t.x2, t.y2, r.class_id, r.share,
-       p.x1, p.y1, p.x2, p.y2, p.covariance, g.l_positive, g.confident,
-       s.search_x1, s.search_y1, s.search_x2, s.search_y2, s.x1, s.y1, s.x2, s.y2, s.decision, s.probability,
-       s.runner_up_x1, s.runner_up_y1, s.runner_up_x2, s.runner_up_y2, s.runner_up_decision, t.detection
-FROM track_frames t
-LEFT JOIN recognitions r ON r.frame = t.frame AND r.track_id = t.track_id
-LEFT JOIN predictions p ON p.frame = t.frame AND p.track_id = t.track_id
-LEFT JOIN gates g ON g.frame = t.frame AND g.track_id = t.track_id
-LEFT JOIN relocalisations s ON s.frame = t.frame AND s.track_id = t.track_id
-WHERE t.frame BETWEEN ? AND ? AND t.state <> 'dead' ORDER BY t.frame, t.row
-"""  # noqa: S608
+_TRACKS = (
+    "frame", "track_id", "state", "source", *BOX, "detection", "recognitions.class_id", "recognitions.share",
+    *(f"predictions.{edge}" for edge in BOX), "predictions.covariance", "gates.l_positive", "gates.confident",
+    *(f"relocalisations.{of}{edge}" for of in ("search_", "", "runner_up_") for edge in BOX),
+    "relocalisations.decision", "relocalisations.probability", "relocalisations.runner_up_decision",
+)  # fmt: skip
 
 
 def overlays(reader: EvidenceReader, first: int, last: int, classes: RunClasses) -> list[Overlay]:
@@ -105,62 +101,105 @@ def overlays(reader: EvidenceReader, first: int, last: int, classes: RunClasses)
         last: last frame.
         classes: what the run's class numbers mean.
     """
-    frames = [row[0] for row in reader.query("SELECT frame FROM frames WHERE frame BETWEEN ? AND ?", (first, last))]
+    span = (first, last + 1)
+    frames = read_columns(reader, "frames", "frame", frames=span).ints("frame").tolist()
     tracks: dict[int, list[OverlayTrack]] = {k: [] for k in frames}
     owners: dict[tuple[int, int], int] = {}
-    for row in reader.query(_TRACKS, (first, last)):
-        if row[0] in tracks:
-            tracks[row[0]].append(_track(row, classes))
-            if row[32] is not None:
-                owners[row[0], row[32]] = row[1]
+    rows = read_columns(reader, "track_frames", *_TRACKS, frames=span, alive=True)
+    found = zip(rows.ints("frame").tolist(), rows.ints("detection").tolist(), _tracks(rows, classes), strict=True)
+    for k, detection, track in found:
+        if k in tracks:
+            tracks[k].append(track)
+            if detection >= 0:
+                owners[k, detection] = track.id
     detections: dict[int, list[OverlayDetection]] = {k: [] for k in frames}
-    sql = (
-        "SELECT frame, row, x1, y1, x2, y2, raw_score, prior, score FROM detections "
-        "WHERE frame BETWEEN ? AND ? ORDER BY frame, row"
-    )
-    for k, row_number, *values in reader.query(sql, (first, last)):
+    rows = read_columns(reader, "detections", "frame", "row", *BOX, "raw_score", "prior", "score", frames=span)
+    for k, row, edges, raw, prior, score in zip(
+        rows.ints("frame").tolist(),
+        rows.ints("row").tolist(),
+        rows.boxes().tolist(),
+        rows.floats("raw_score").tolist(),
+        rows.floats("prior").tolist(),
+        rows.floats("score").tolist(),
+        strict=True,
+    ):
         if k in detections:
             detections[k].append(
                 OverlayDetection(
-                    box=box_of(values[:4]),
-                    raw=number(values[4]),
-                    prior=number(values[5]),
-                    score=number(values[6]),
-                    track=owners.get((k, row_number)),
+                    box=box_of(edges),
+                    raw=number(raw),
+                    prior=number(prior),
+                    score=number(score),
+                    track=owners.get((k, row)),
                 )
             )
     return [Overlay(frame=k, detections=detections[k], tracks=tracks[k]) for k in frames]
 
 
-def _track(row: tuple[Any, ...], classes: RunClasses) -> OverlayTrack:
-    prediction = gate = found = None
-    if row[14] is not None:
-        spread = np.sqrt(np.maximum(np.frombuffer(row[14], "<f8").reshape(4, 4).diagonal(), 0.0))
-        a, b, c, d = (number(round(float(v), 2)) if math.isfinite(v) else LARGEST for v in spread)
-        prediction = OverlayPrediction(box=box_of(row[10:14]), sigma=(a, b, c, d))
-    if row[16] is not None:
-        gate = OverlayGate(l_positive=number(row[15], LARGEST), confident=bool(row[16]))
-    if row[25] is not None:
-        found = OverlayRelocalisation(
-            search=box_of(row[17:21]),
-            box=box_of(row[21:25]),
-            decision=number(row[25]),
-            probability=number(row[26]),
-            runner_up=box_of(row[27:31]),
-            runner_up_decision=number(row[31]),
+def _tracks(rows: Columns, classes: RunClasses) -> Iterator[OverlayTrack]:
+    """The tracks of the rows, in their order."""
+    labels = [None if label < 0 else label for label in rows.ints("recognitions.class_id").tolist()]
+    shares = rows.floats("recognitions.share").tolist()
+    states, sources, boxes = rows.texts("state"), rows.sources().tolist(), rows.boxes().tolist()
+    predictions, gates, found = _predictions(rows), _gates(rows), _relocalisations(rows)
+    for i, track_id in enumerate(rows.ints("track_id").tolist()):
+        label = labels[i]
+        yield OverlayTrack(
+            id=track_id,
+            state="confirmed" if states[i] == "confirmed" else "tentative",
+            source=sources[i],
+            box=box_of(boxes[i]),
+            class_id=None if label is None else classes.to_label(label),
+            word=classes.name(label) if label is not None and classes.is_unmapped(label) else None,
+            share=number(shares[i]) if shares[i] == shares[i] else None,
+            prediction=predictions[i],
+            gate=gates[i],
+            relocalisation=found[i],
         )
-    return OverlayTrack(
-        id=row[1],
-        state="confirmed" if row[2] == "confirmed" else "tentative",
-        source=row[3],
-        box=box_of(row[4:8]),
-        class_id=None if row[8] is None else classes.to_label(row[8]),
-        word=classes.name(row[8]) if row[8] is not None and classes.is_unmapped(row[8]) else None,
-        share=None if row[9] is None else number(row[9]),
-        prediction=prediction,
-        gate=gate,
-        relocalisation=found,
+
+
+def _predictions(rows: Columns) -> list[OverlayPrediction | None]:
+    covariances, boxes = rows.vectors("predictions.covariance"), rows.boxes("predictions.").tolist()
+    return [
+        None if covariance is None else OverlayPrediction(box=box_of(box), sigma=_spread(covariance))
+        for covariance, box in zip(covariances, boxes, strict=True)
+    ]
+
+
+def _spread(covariance: FloatArray) -> tuple[float, float, float, float]:
+    """One standard deviation of each of the four, px."""
+    spread = np.sqrt(np.maximum(covariance.reshape(4, 4).diagonal(), 0.0)).tolist()
+    a, b, c, d = (number(round(v, 2)) if math.isfinite(v) else LARGEST for v in spread)
+    return a, b, c, d
+
+
+def _gates(rows: Columns) -> list[OverlayGate | None]:
+    values, verdicts = rows.floats("gates.l_positive").tolist(), rows.ints("gates.confident").tolist()
+    return [
+        None if verdict < 0 else OverlayGate(l_positive=number(value, LARGEST), confident=verdict > 0)
+        for value, verdict in zip(values, verdicts, strict=True)
+    ]
+
+
+def _relocalisations(rows: Columns) -> list[OverlayRelocalisation | None]:
+    of = "relocalisations."
+    search, boxes, second = (rows.boxes(f"{of}{part}").tolist() for part in ("search_", "", "runner_up_"))
+    decisions, probabilities, seconds = (
+        rows.floats(f"{of}{name}").tolist() for name in ("decision", "probability", "runner_up_decision")
     )
+    return [
+        OverlayRelocalisation(
+            search=box_of(search[i]),
+            box=box_of(boxes[i]),
+            decision=number(decision),
+            probability=number(probabilities[i]),
+            runner_up=box_of(second[i]),
+            runner_up_decision=number(seconds[i]),
+        )
+        if known
+        else None
+        for i, (decision, known) in enumerate(zip(decisions, rows.known(f"{of}decision").tolist(), strict=True))
+    ]
 
 
 def number(value: float | None, instead: float = 0.0) -> float:

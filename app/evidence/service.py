@@ -32,6 +32,7 @@ from app.storage.models import Run, Video
 from app.storage.places import is_here, require_here
 from app.videos.opened import library_file
 from tsr_engine.errors import EvidenceError, TsrError
+from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.params import Params
@@ -181,10 +182,10 @@ class EvidenceService:
     def span(self, run_id: str, track_id: int) -> tuple[int, int] | None:
         """First and last frame in which a confirmed track is not dead; None: the run has no such track."""
         place = self.place(run_id)
-        sql = "SELECT first_frame, last_frame FROM tracks WHERE track_id = ? AND confirmed_frame IS NOT NULL"
         with self.reading(place) as reader:
-            rows = reader.query(sql, (track_id,))
-        return (rows[0][0], rows[0][1]) if rows else None
+            names = ("first_frame", "last_frame")
+            rows = read_columns(reader, "tracks", *names, tracks=(track_id, track_id), confirmed=True)
+        return (int(rows.ints(names[0])[0]), int(rows.ints(names[1])[0])) if len(rows) else None
 
     def label(self, run_id: str, track_id: int) -> int | None:
         """The engine's label of a confirmed track, in the video's set; -1: the set lacks what the engine calls it.
@@ -192,11 +193,11 @@ class EvidenceService:
         Returns:
             None: never recognised, or the run has no such track.
         """
-        sql = "SELECT class_id FROM tracks WHERE track_id = ? AND confirmed_frame IS NOT NULL"
         place = self.place(run_id)
         with self.reading(place) as reader:
-            rows = reader.query(sql, (track_id,))
-        return place.classes.to_label(rows[0][0]) if rows and rows[0][0] is not None else None
+            rows = read_columns(reader, "tracks", "class_id", tracks=(track_id, track_id), confirmed=True)
+        seen = next((number for number in rows.ints("class_id").tolist() if number >= 0), None)
+        return None if seen is None else place.classes.to_label(seen)
 
     # ------------------------------------------------------------------------------------- about frames and tracks
 

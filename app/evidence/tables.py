@@ -4,27 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import chain
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.evidence.columns import BOX, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.geometry.boxes import area, clip
 from tsr_engine.labels.classes import RunClasses
 
 __all__ = [
-    "SOURCES", "BoxTable", "FloatColumn", "IntColumn", "columns", "confirmed_boxes", "labelled_boxes",
-    "symmetry_floor_of", "tau_of",
+    "BoxTable", "FloatColumn", "IntColumn", "confirmed_boxes", "labelled_boxes", "symmetry_floor_of", "tau_of",
 ]  # fmt: skip
 
 IntColumn = NDArray[np.int64]
 FloatColumn = NDArray[np.float64]
-
-SOURCES = ("detected", "predicted", "relocalised")
-"""Names behind the numbers 0, 1, 2."""
-SOURCE_SQL = "CASE source WHEN 'detected' THEN 0 WHEN 'predicted' THEN 1 ELSE 2 END"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,41 +67,24 @@ class BoxTable:
         )
 
 
-def columns(rows: list[tuple[Any, ...]], width: int) -> FloatColumn:
-    """Rows of numbers as an array of shape (width, n), NULL as NaN."""
-    flat: FloatColumn
-    try:
-        flat = np.fromiter(chain.from_iterable(rows), np.float64, len(rows) * width)
-    except TypeError:  # a NULL somewhere
-        values = (np.nan if value is None else value for value in chain.from_iterable(rows))
-        flat = np.fromiter(values, np.float64, len(rows) * width)
-    return np.ascontiguousarray(flat.reshape(-1, width).T)
-
-
 def confirmed_boxes(reader: EvidenceReader) -> BoxTable:
     """All boxes of the confirmed tracks of a run, each with the class fused over its track."""
-    labels = {
-        row[0]: row[1] for row in reader.query("SELECT track_id, class_id FROM tracks WHERE confirmed_frame >= 0")
-    }
-    rows = reader.query(
-        f"SELECT frame, track_id, x1, y1, x2, y2, {SOURCE_SQL} FROM track_frames "  # noqa: S608
-        "WHERE state <> 'dead' ORDER BY frame, track_id"
+    of_track = read_columns(reader, "tracks", "track_id", "class_id", confirmed=True)
+    ids, labels = of_track.ints("track_id"), of_track.ints("class_id")
+    rows = read_columns(
+        reader, "track_frames", "frame", "track_id", *BOX, "source", alive=True, confirmed=True, order="any"
     )
-    table = columns(rows, 7)
-    ids = np.array(sorted(labels), dtype=np.int64)
-    track = table[1].astype(np.int64)
-    place = np.searchsorted(ids, track)
-    known = (place < len(ids)) & (ids[np.minimum(place, max(len(ids) - 1, 0))] == track) if len(ids) else track < 0
-    known &= np.isfinite(table[2:6]).all(axis=0)
-    of_track = np.array([-1 if labels[i] is None else labels[i] for i in ids.tolist()], dtype=np.int64)
-    place = place[known]
+    track, boxes = rows.ints("track_id"), rows.boxes()
+    known = np.isfinite(boxes).all(axis=1)
+    order = np.flatnonzero(known)[np.lexsort((track[known], rows.ints("frame")[known]))]
+    place = np.searchsorted(ids, track[order])
     return BoxTable(
-        frame=table[0].astype(np.int64)[known],
+        frame=rows.ints("frame")[order],
         track=place,
-        boxes=np.ascontiguousarray(table[2:6].T[known]),
-        class_id=of_track[place] if len(ids) else place,
+        boxes=boxes[order],
+        class_id=labels[place],
         ignore=np.zeros(len(place), np.bool_),
-        source=table[6].astype(np.int64)[known],
+        source=rows.sources()[order],
         keys=tuple(f"m{i}" for i in ids.tolist()),
     )
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.evidence.tables import FloatColumn, IntColumn, columns, tau_of
+from app.evidence.tables import FloatColumn, IntColumn, tau_of
 from app.evidence.uncertainty import CLEAR_RATIO, Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
+from tsr_engine.evidence.columns import end_boxes, last_detections, read_columns, runners_up
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 
@@ -86,33 +86,34 @@ def no_tracks(tau: float) -> TrackColumns:
     return TrackColumns.model_validate({**empty, "tau": tau, "complete": False})
 
 
+_SUMMARY = (
+    "track_id", "first_frame", "last_frame", "frames", "detected_frames", "best_score", "largest_side", "class_id",
+    "share",
+)  # fmt: skip
+
+
 def track_facts(reader: EvidenceReader) -> TrackFacts:
     """Read the columns: a scan of ``gates`` and ``track_frames``, and one row of votes a track."""
-    rows = reader.query(
-        "SELECT track_id, first_frame, last_frame, frames, detected_frames, best_score, largest_side, class_id, share "
-        "FROM tracks WHERE confirmed_frame IS NOT NULL ORDER BY track_id"
-    )
-    table = columns(rows, 9)
-    counts = table[[0, 1, 2, 3, 4, 7]]
-    ids, first, last, frames, detected, class_id = np.where(np.isnan(counts), -1, counts).astype(np.int64)
-    n = len(rows)
+    rows = read_columns(reader, "tracks", *_SUMMARY, confirmed=True)
+    ids, first, last = rows.ints("track_id"), rows.ints("first_frame"), rows.ints("last_frame")
     tau = tau_of(reader)
     gates = _gates(reader, ids, last, tau)
     sources = _sources(reader, ids)
-    runner_up, runner_up_share = _runners_up(reader, n, ids)
+    runner_up, runner_up_share = runners_up(reader)
+    clearest = last_detections(reader)
     return TrackFacts(
         id=ids,
         first=first,
         last=last,
-        frames=frames,
-        detected=detected,
-        clearest=_clearest(reader, first),
-        first_box=_boxes(reader, "first_frame"),
-        last_box=_boxes(reader, "last_frame"),
-        score=table[5],
-        side=table[6],
-        class_id=class_id,
-        share=table[8],
+        frames=rows.ints("frames"),
+        detected=rows.ints("detected_frames"),
+        clearest=np.where(clearest < 0, first, clearest),
+        first_box=end_boxes(reader, "first_frame"),
+        last_box=end_boxes(reader, "last_frame"),
+        score=rows.floats("best_score"),
+        side=rows.floats("largest_side"),
+        class_id=rows.ints("class_id"),
+        share=rows.floats("share"),
         runner_up=runner_up,
         runner_up_share=runner_up_share,
         rejected=gates.rejected,
@@ -229,26 +230,6 @@ def track_columns(
     )
 
 
-def _clearest(reader: EvidenceReader, first: IntColumn) -> IntColumn:
-    """Last detection of each confirmed track: one look into the index a track; its largest box asks for all rows."""
-    rows = reader.query(
-        "SELECT (SELECT f.frame FROM track_frames f WHERE f.track_id = t.track_id AND f.source = 'detected' "
-        "AND f.frame <= t.last_frame ORDER BY f.frame DESC LIMIT 1) "
-        "FROM tracks t WHERE t.confirmed_frame IS NOT NULL ORDER BY t.track_id"
-    )
-    found = columns(rows, 1)[0]
-    return np.where(np.isnan(found), first, found).astype(np.int64)
-
-
-def _boxes(reader: EvidenceReader, frame: Literal["first_frame", "last_frame"]) -> FloatColumn:
-    """Box of each confirmed track at one of its ends, shape (n, 4); NaN where there is none."""
-    rows = reader.query(
-        f"SELECT f.x1, f.y1, f.x2, f.y2 FROM tracks t LEFT JOIN track_frames f ON f.track_id = t.track_id "  # noqa: S608
-        f"AND f.frame = t.{frame} WHERE t.confirmed_frame IS NOT NULL ORDER BY t.track_id"
-    )
-    return columns(rows, 4).T
-
-
 def _edges(boxes: FloatColumn) -> list[tuple[float, float, float, float] | None]:
     rows = np.round(boxes, 1).tolist()
     return [(x1, y1, x2, y2) if x1 == x1 else None for x1, y1, x2, y2 in rows]
@@ -284,11 +265,12 @@ class _Gates:
 def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn, tau: float) -> _Gates:
     """The verdicts that the lanes show: that of the frame in which a track is given up, after its last one, is none."""
     n = len(ids)
-    table = columns(reader.query("SELECT track_id, frame, l_positive, confident FROM gates"), 4)
-    rows, place = _places(ids, table[0].astype(np.int64))
-    alive = table[1][rows] <= last[place]
+    table = read_columns(reader, "gates", "track_id", "frame", "l_positive", "confident", order="any")
+    frames = table.ints("frame")
+    rows, place = _places(ids, table.ints("track_id"))
+    alive = frames[rows] <= last[place]
     rows, place = rows[alive], place[alive]
-    values = table[2][rows]
+    values = table.floats("l_positive")[rows]
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.nan_to_num(np.abs(np.log(values / tau)), nan=np.inf)
     closest = np.full(n, np.inf)
@@ -296,7 +278,7 @@ def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn, tau: float) 
     order = np.lexsort((distance, place))
     first = order[np.flatnonzero(np.diff(place[order], prepend=-1))]
     closest[place[first]] = distance[first]
-    frame[place[first]] = table[1][rows][first].astype(np.int64)
+    frame[place[first]] = frames[rows][first]
     value[place[first]] = values[first]
     return _Gates(
         closest,
@@ -304,42 +286,13 @@ def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn, tau: float) 
         value,
         near=np.bincount(place[distance < np.log(CLEAR_RATIO)], minlength=n),
         judged=np.bincount(place, minlength=n),
-        rejected=np.bincount(place[table[3][rows] == 0], minlength=n),
+        rejected=np.bincount(place[table.ints("confident")[rows] == 0], minlength=n),
     )
 
 
 def _sources(reader: EvidenceReader, ids: IntColumn) -> dict[int, IntColumn]:
     """Number of frames by source."""
-    sql = (
-        "SELECT track_id, CASE source WHEN 'predicted' THEN 1 ELSE 2 END FROM track_frames "
-        "WHERE state <> 'dead' AND source <> 'detected'"
-    )
-    table = columns(reader.query(sql), 2).astype(np.int64)
-    rows, place = _places(ids, table[0])
-    source = table[1][rows]
+    table = read_columns(reader, "track_frames", "track_id", "source", alive=True, order="any")
+    rows, place = _places(ids, table.ints("track_id"))
+    source = table.sources()[rows]
     return {code: np.bincount(place[source == code], minlength=len(ids)) for code in (1, 2)}
-
-
-def _runners_up(reader: EvidenceReader, n: int, ids: IntColumn) -> tuple[IntColumn, FloatColumn]:
-    """Runner-up and its share of all votes, from each track's last recognition."""
-    newest = (
-        "SELECT t.track_id, r.runner_up, r.votes FROM tracks t JOIN recognitions r "
-        "ON r.frame = t.last_frame AND r.track_id = t.track_id WHERE t.confirmed_frame IS NOT NULL"
-    )
-    found = {row[0]: row[1:] for row in reader.query(newest)}
-    # A box that ends outside the picture is not recognised there: its last recognition lies further back.
-    earlier = (
-        "SELECT r.runner_up, r.votes FROM tracks t JOIN recognitions r ON r.track_id = t.track_id "
-        "AND r.frame BETWEEN t.first_frame AND t.last_frame WHERE t.track_id = ? AND t.class_id IS NOT NULL "
-        "ORDER BY r.frame DESC LIMIT 1"
-    )
-    runner_up, share = np.full(n, -1), np.full(n, np.nan)
-    for i, track in enumerate(ids.tolist()):
-        row = found.get(track) or next(iter(reader.query(earlier, (track,))), None)
-        if row is None:
-            continue
-        votes = np.frombuffer(row[1], "<f8")
-        total = float(votes.sum())
-        if total > 0 and votes[row[0]] > 0:
-            runner_up[i], share[i] = row[0], votes[row[0]] / total
-    return runner_up, share

@@ -20,6 +20,7 @@ from app.evidence.tables import FloatColumn
 from app.exchange.rates import exact_rate
 from app.exchange.tracks import boxes_beyond, run_tracks
 from tsr_engine.errors import EvidenceError, InputError
+from tsr_engine.evidence.columns import size_of
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.relabel import united
@@ -189,8 +190,8 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
                 f"{video} is not the video of {folder}, which was made on {header.video.name} "
                 f"(SHA-256 {header.video.sha256[:12]}...). Name that file."
             )
-        size = reader.query("SELECT width, height FROM frames LIMIT 1")
-        if not size:
+        size = size_of(reader)
+        if size is None:
             raise Conflict(f"{folder} has stored nothing: there is nothing to export.", code="no_evidence")
         table: FrameTable | None = None
         if video is not None:
@@ -206,8 +207,8 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
     facts = VideoFacts(
         name=header.video.name,
         sha256=header.video.sha256,
-        width=size[0][0],
-        height=size[0][1],
+        width=size[0],
+        height=size[1],
         frames=frames,
         rate=rate,
         times=times,

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from app.edits.documents import TrackDoc
-from app.evidence.tables import FloatColumn, IntColumn, columns
+from app.evidence.tables import FloatColumn, IntColumn
+from tsr_engine.evidence.columns import BOX, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 
 __all__ = ["EngineFacts", "EngineTrack", "EngineTracks", "as_it_is", "engine_facts", "engine_label"]
 
 _BLOCK = 256
-_ROWS = "SELECT track_id, frame, x1, y1, x2, y2, score FROM track_frames WHERE state <> 'dead' AND track_id"
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,32 +47,32 @@ class EngineTracks:
 
     def __init__(self, reader: EvidenceReader, to_label: Callable[[int], int] = as_it_is) -> None:
         self._reader = reader
-        sql = "SELECT track_id, class_id FROM tracks WHERE confirmed_frame IS NOT NULL ORDER BY track_id"
-        self.labels: dict[int, int] = {row[0]: -1 if row[1] is None else to_label(row[1]) for row in reader.query(sql)}
+        self.labels = {number: facts.label for number, facts in _facts(reader, to_label).items()}
 
     def __iter__(self) -> Iterator[EngineTrack]:
         ids = list(self.labels)
         for start in range(0, len(ids), _BLOCK):
             block = ids[start : start + _BLOCK]
-            rows = self._reader.query(f"{_ROWS} BETWEEN ? AND ? ORDER BY track_id, frame", (block[0], block[-1]))
-            table = columns(rows, 7)
-            bounds = np.searchsorted(table[0], [*block, block[-1] + 1])
-            ends = np.searchsorted(table[0], block, side="right")
-            for number, first, stop in zip(block, bounds[:-1].tolist(), ends.tolist(), strict=True):
-                yield self._track(number, table[:, first:stop])
+            yield from self._read(block[0], block[-1], block)
 
     def one(self, number: int) -> EngineTrack | None:
         """One track; None: there is none of that number."""
         if number not in self.labels:
             return None
-        return self._track(number, columns(self._reader.query(f"{_ROWS} = ? ORDER BY frame", (number,)), 7))
+        return next(self._read(number, number, [number]))
 
-    def _track(self, number: int, table: FloatColumn) -> EngineTrack:
-        table = table[:, np.isfinite(table[2:6]).all(axis=0)]
+    def _read(self, first: int, last: int, wanted: list[int]) -> Iterator[EngineTrack]:
+        names = ("track_id", "frame", *BOX, "score")
+        rows = read_columns(self._reader, "track_frames", *names, tracks=(first, last), alive=True, order="track")
+        boxes = rows.boxes()
+        known = np.isfinite(boxes).all(axis=1)
+        track, frames, boxes = rows.ints("track_id")[known], rows.ints("frame")[known], boxes[known]
         with np.errstate(over="ignore"):
-            score = 1.0 / (1.0 + np.exp(-table[6]))
-        boxes = np.ascontiguousarray(table[2:6].T)
-        return EngineTrack(number, self.labels[number], table[1].astype(np.int64), boxes, score)
+            score = 1.0 / (1.0 + np.exp(-rows.floats("score")[known]))
+        starts, stops = np.searchsorted(track, wanted), np.searchsorted(track, wanted, side="right")
+        for number, start, stop in zip(wanted, starts.tolist(), stops.tolist(), strict=True):
+            at = slice(start, stop)
+            yield EngineTrack(number, self.labels[number], frames[at], boxes[at], score[at])
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,12 +95,17 @@ def engine_facts(folder: Path, to_label: Callable[[int], int] = as_it_is) -> dic
         folder: its evidence.
         to_label: class number of the evidence -> id of a label, -1: none.
     """
-    sql = "SELECT track_id, class_id, first_frame, last_frame FROM tracks WHERE confirmed_frame IS NOT NULL"
     with EvidenceReader(folder) as reader:
-        return {
-            row[0]: EngineFacts(-1 if row[1] is None else to_label(row[1]), (row[2], row[3]))
-            for row in reader.query(sql)
-        }
+        return _facts(reader, to_label)
+
+
+def _facts(reader: EvidenceReader, to_label: Callable[[int], int]) -> dict[int, EngineFacts]:
+    names = ("track_id", "class_id", "first_frame", "last_frame")
+    rows = read_columns(reader, "tracks", *names, confirmed=True)
+    return {
+        number: EngineFacts(-1 if seen < 0 else to_label(seen), (first, last))
+        for number, seen, first, last in zip(*(rows.ints(name).tolist() for name in names), strict=True)
+    }
 
 
 def engine_label(document: TrackDoc, labels: Mapping[int, int]) -> int | None:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.evidence.service import EvidenceService
-from app.evidence.tables import SOURCE_SQL, FloatColumn, IntColumn, columns
+from app.evidence.tables import FloatColumn, IntColumn
+from tsr_engine.evidence.columns import BOX, read_columns, size_of, spread_detections
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.model import Label, LabelSet
 
@@ -149,31 +150,31 @@ def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[i
     classes, signs = _signs(reported, place.classes.labels)
     uncertainty = np.array(reported["rank"], np.float64)
     with evidence.reading(place) as reader:
-        shape = reader.query("SELECT width, height FROM frames ORDER BY frame LIMIT 1")
-        table = columns(reader.query("SELECT frame, seconds FROM frames ORDER BY frame"), 2)
-        rows = columns(reader.query(_ROWS), 9)
-    width, height = shape[0] if shape else (1280, 720)
+        width, height = size_of(reader) or (1280, 720)
+        table = read_columns(reader, "frames", "frame", "seconds")
+        names = ("frame", "track_id", *BOX, "source", "gates.confident")
+        rows = read_columns(reader, "track_frames", *names, alive=True, order="track")
     order = np.argsort(ids)
-    track = rows[1].astype(np.int64)
+    track, boxes, confident = rows.ints("track_id"), rows.boxes(), rows.ints("gates.confident")
     place_of = np.searchsorted(ids[order], track) if len(ids) else np.zeros(len(track), np.int64)
-    known = (place_of < len(ids)) & np.isfinite(rows[2:6]).all(axis=0)
+    known = (place_of < len(ids)) & np.isfinite(boxes).all(axis=1)
     if len(ids):
         known &= ids[order][np.minimum(place_of, len(ids) - 1)] == track
     return Scene3dData(
         run_id=run_id,
         video_id=place.video_id,
-        width=int(width),
-        height=int(height),
-        frames=table[0].astype(np.int64),
-        times=_times(table[1], table[0]),
+        width=width,
+        height=height,
+        frames=table.ints("frame"),
+        times=_times(table.floats("seconds"), table.floats("frame")),
         ids=ids,
         class_id=classes,
         flagged=_flagged(ids, uncertainty, needs_work),
-        frame=rows[0].astype(np.int64)[known],
+        frame=rows.ints("frame")[known],
         track=(order[place_of[known]] if len(ids) else place_of[known]).astype(np.int64),
-        boxes=np.ascontiguousarray(rows[2:6].T[known]),
-        source=rows[6].astype(np.int64)[known],
-        verdict=np.where(np.isnan(rows[7]), 0, np.where(rows[7] > 0, 1, 2)).astype(np.int64)[known],
+        boxes=boxes[known],
+        source=rows.sources()[known],
+        verdict=np.where(confident < 0, 0, np.where(confident > 0, 1, 2))[known],
         signs=signs,
     )
 
@@ -196,26 +197,14 @@ def _size(label: Label) -> float:
     return SIGN_SIZES.get(label.shape, UNKNOWN_SIZE) if label.size_mm is None else label.size_mm / 1000
 
 
-_ROWS = f"""
-SELECT t.frame, t.track_id, t.x1, t.y1, t.x2, t.y2, {SOURCE_SQL}, g.confident, t.row
-FROM track_frames t LEFT JOIN gates g ON g.frame = t.frame AND g.track_id = t.track_id
-WHERE t.state <> 'dead' ORDER BY t.track_id, t.frame
-"""  # noqa: S608
-
-
 def load_hits(reader: EvidenceReader, width: int, height: int, confirmed: IntColumn) -> Hits:
     """Read the detections of a run; at most ``MOST_HITS``, spread evenly over it."""
-    total = int(reader.query("SELECT count(*) FROM detections")[0][0])
-    every = max(1, -(-total // MOST_HITS))
-    sql = (
-        "SELECT x, y, prior, track_id FROM (SELECT (d.x1 + d.x2) / 2 AS x, (d.y1 + d.y2) / 2 AS y, d.prior AS prior, "
-        "t.track_id AS track_id, row_number() OVER (ORDER BY d.frame, d.row) AS number FROM detections d "
-        "LEFT JOIN track_frames t ON t.frame = d.frame AND t.detection = d.row) WHERE number % ? = 0"
-    )
-    table = columns(reader.query(sql, (every,)) if every > 1 else reader.query(sql.replace("? = 0", "1 = 0")), 4)
-    good = np.isfinite(table[:2]).all(axis=0)
-    centres = np.clip(table[:2, good].T / np.array([width, height]), 0.0, 1.0)
-    return Hits(centres, np.nan_to_num(table[2, good]), np.isin(table[3, good], confirmed), total)
+    rows, total = spread_detections(reader, MOST_HITS)
+    centres = np.stack([rows.floats("x"), rows.floats("y")], axis=1)
+    good = np.isfinite(centres).all(axis=1)
+    centres = np.clip(centres[good] / np.array([width, height]), 0.0, 1.0)
+    tracked = np.isin(rows.ints("track_id")[good], confirmed)
+    return Hits(centres, np.nan_to_num(rows.floats("prior")[good]), tracked, total)
 
 
 def _flagged(ids: IntColumn, uncertainty: FloatColumn, needs_work: frozenset[int]) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.regions import StoredPixels
 from tsr_engine.gating.gate import Gate
@@ -53,10 +54,8 @@ def stored_pixels(reader: EvidenceReader, frame: int) -> StoredPixels:
     Raises:
         EvidenceError: there is no such frame.
     """
-    head = reader.query("SELECT width, height FROM frames WHERE frame = ?", (frame,))
-    if not head:
-        raise EvidenceError(f"{reader.folder} holds no frame {frame}. Choose one of the run's own frames.")
-    return StoredPixels(head[0][0], head[0][1], reader.regions(frame))
+    size, _ = _size(reader, frame)
+    return StoredPixels(*size, reader.regions(frame))
 
 
 def inspect_gate(
@@ -101,11 +100,13 @@ def _until(reader: EvidenceReader, track_id: int, frame: int) -> Iterator[tuple[
 
 
 def _size(reader: EvidenceReader, frame: int) -> tuple[tuple[int, int], tuple[float, float]]:
-    rows = reader.query("SELECT width, height, shift_x, shift_y FROM frames WHERE frame = ?", (frame,))
-    if not rows:
+    """Width and height of a frame, px, and the camera's shift before it, px."""
+    rows = read_columns(reader, "frames", "width", "height", "shift_x", "shift_y", frames=(frame, frame + 1))
+    if not len(rows):
         raise EvidenceError(f"{reader.folder} holds no frame {frame}. Choose one of the run's own frames.")
-    width, height, x, y = rows[0]
-    return (width, height), (np.nan if x is None else x, np.nan if y is None else y)
+    (width,), (height,) = rows.ints("width").tolist(), rows.ints("height").tolist()
+    (x,), (y,) = rows.floats("shift_x").tolist(), rows.floats("shift_y").tolist()
+    return (width, height), (x, y)
 
 
 def _judge(

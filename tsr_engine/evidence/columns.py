@@ -1,0 +1,254 @@
+"""Named, typed columns of an evidence store: every question to its tables that is not about whole records.
+
+Names are those of ``docs/evidence.md``. A column of a joined table carries the table's name: ``gates.l_positive``. The
+schema says what can be asked for, so a wrong name fails at once, whatever the store holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.evidence.schema import BY_NAME
+from tsr_engine.records import FloatArray
+
+__all__ = [
+    "BOX", "SOURCES", "Columns", "count", "end_boxes", "last_detections", "read_columns", "runners_up", "size_of",
+    "spread_detections",
+]  # fmt: skip
+
+BOX = ("x1", "y1", "x2", "y2")
+"""The edges of a table's own box."""
+SOURCES = ("detected", "predicted", "relocalised")
+"""Names behind the numbers 0, 1, 2 of :meth:`Columns.sources`."""
+
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+Value = int | float | str | bytes | None
+_CODES = {name: code for code, name in enumerate(SOURCES)}
+_VECTORS = {"votes": "<f8", "probabilities": "<f4", "covariance": "<f8"}
+_OF_TRACKS = ("track_frames", "predictions", "gates", "relocalisations", "recognitions")
+"""Tables with at most one row a track and frame."""
+_CONFIRMED = "SELECT track_id FROM tracks WHERE confirmed_frame IS NOT NULL"
+
+
+class Columns:
+    """The rows of one selection, column by column.
+
+    Every method raises ``KeyError`` for a column that was not selected.
+    """
+
+    def __init__(self, names: Sequence[str], rows: Sequence[tuple[Value, ...]]) -> None:
+        self._length = len(rows)
+        self._columns = dict(zip(names, zip(*rows, strict=True) if rows else [()] * len(names), strict=True))
+
+    def __len__(self) -> int:
+        return self._length
+
+    def values(self, name: str) -> tuple[Value, ...]:
+        """A column as it is stored; NULL is None."""
+        return self._columns[name]
+
+    def ints(self, name: str, missing: int = -1) -> IntArray:
+        """Whole numbers, shape (n,).
+
+        Args:
+            name: of the column.
+            missing: stands for NULL.
+        """
+        column = self._columns[name]
+        return np.array([missing if v is None else v for v in column] if None in column else column, dtype=np.int64)
+
+    def floats(self, name: str) -> FloatArray:
+        """Numbers, shape (n,); NULL is NaN."""
+        return np.array(self._columns[name], dtype=np.float64)
+
+    def known(self, name: str) -> BoolArray:
+        """Where a column has a value, shape (n,)."""
+        return np.array([value is not None for value in self._columns[name]], dtype=np.bool_)
+
+    def texts(self, name: str) -> list[str]:
+        """Texts; NULL is an empty one."""
+        return ["" if value is None else str(value) for value in self._columns[name]]
+
+    def boxes(self, prefix: str = "") -> FloatArray:
+        """Boxes, shape (n, 4), px; an edge that is NULL is NaN.
+
+        Args:
+            prefix: stands before the names of the edges: ``search_``, ``predictions.``.
+        """
+        return np.stack([self.floats(f"{prefix}{edge}") for edge in BOX], axis=1).reshape(-1, 4)
+
+    def sources(self, name: str = "source") -> IntArray:
+        """Where each result comes from, as a place in ``SOURCES``, shape (n,)."""
+        return np.array([_CODES[str(value)] for value in self._columns[name]], dtype=np.int64)
+
+    def vectors(self, name: str) -> list[FloatArray | None]:
+        """Votes or probabilities by class, or covariances of shape (16,); NULL is None."""
+        kind = _VECTORS[name.rpartition(".")[2]]
+        return [
+            np.frombuffer(value, kind).astype(np.float64) if isinstance(value, bytes) else None
+            for value in self._columns[name]
+        ]
+
+
+def read_columns(
+    reader: EvidenceReader,
+    table: str,
+    *names: str,
+    frames: tuple[int, int] | None = None,
+    tracks: tuple[int, int] | None = None,
+    alive: bool = False,
+    confirmed: bool = False,
+    order: Literal["frame", "track", "any"] = "frame",
+) -> Columns:
+    """Columns of a table, beside those that other tables have for the same track and frame.
+
+    Args:
+        reader: of the run.
+        table: whose rows are wanted.
+        names: of the columns; those of another table carry its name. Where that has no row, they are NULL.
+        frames: only those of ``start <= frame < stop``.
+        tracks: only those of tracks whose number lies within, both ends included.
+        alive: only frames in which the track is not dead.
+        confirmed: only tracks that were confirmed at some time.
+        order: by frame, as each was stored within it; or by track, then by frame; or as they come, which is quickest.
+
+    Raises:
+        EvidenceError: the store is damaged.
+        ValueError: the schema has no such table or column, or the two cannot be joined.
+    """
+    wanted = [name if "." in name else f"{table}.{name}" for name in names]
+    joined = dict.fromkeys(name.partition(".")[0] for name in wanted)
+    conditions: list[str] = []
+    values: list[int] = []
+    if frames is not None:
+        conditions.append(f"{table}.frame >= ? AND {table}.frame < ?")
+        values += frames
+    if tracks is not None:
+        conditions.append(f"{table}.track_id BETWEEN ? AND ?")
+        values += tracks
+    if alive:
+        joined["track_frames"] = None
+        conditions.append("track_frames.state <> 'dead'")
+    if confirmed:
+        conditions.append("confirmed_frame IS NOT NULL" if table == "tracks" else f"{table}.track_id IN ({_CONFIRMED})")
+    for name in wanted:
+        of, _, column = name.partition(".")
+        if of not in BY_NAME or column not in {known for known, _, _ in BY_NAME[of].columns}:
+            raise ValueError(f"Evidence has no column {name!r}: docs/evidence.md lists them.")
+    sql = f"SELECT {', '.join(wanted)} FROM {table}"  # noqa: S608
+    sql += "".join(f" LEFT JOIN {other} ON {_join(table, other)}" for other in joined if other != table)
+    sql += f" WHERE {' AND '.join(conditions)}" if conditions else ""
+    sql += "" if order == "any" else f" ORDER BY {', '.join(f'{table}.{key}' for key in _keys(table, order))}"
+    return Columns(names, reader.query(sql, values))
+
+
+def count(reader: EvidenceReader, table: str) -> int:
+    """How many rows a table has."""
+    if table not in BY_NAME:
+        raise ValueError(f"Evidence has no table {table!r}: docs/evidence.md lists them.")
+    return int(reader.query(f"SELECT count(*) FROM {table}")[0][0])  # noqa: S608
+
+
+def size_of(reader: EvidenceReader, frame: int | None = None) -> tuple[int, int] | None:
+    """Width and height of a frame, px, of the first one if unset; None: the run has not stored it."""
+    wanted = reader.first_frame if frame is None else frame
+    if wanted is None:
+        return None
+    rows = read_columns(reader, "frames", "width", "height", frames=(wanted, wanted + 1))
+    return (int(rows.ints("width")[0]), int(rows.ints("height")[0])) if len(rows) else None
+
+
+def last_detections(reader: EvidenceReader) -> IntArray:
+    """Frame of the last detection of each confirmed track, by number, shape (n,); -1: it has none.
+
+    This is one look into the index a track, where reading the rows would be a scan of the run.
+    """
+    rows = reader.query(
+        "SELECT (SELECT f.frame FROM track_frames f WHERE f.track_id = t.track_id AND f.source = 'detected' "
+        "AND f.frame <= t.last_frame ORDER BY f.frame DESC LIMIT 1) "
+        "FROM tracks t WHERE t.confirmed_frame IS NOT NULL ORDER BY t.track_id"
+    )
+    return Columns(["frame"], rows).ints("frame")
+
+
+def end_boxes(reader: EvidenceReader, end: Literal["first_frame", "last_frame"]) -> FloatArray:
+    """Box of each confirmed track at one of its ends, by number, shape (n, 4), px; NaN where there is none."""
+    rows = reader.query(
+        f"SELECT f.x1, f.y1, f.x2, f.y2 FROM tracks t LEFT JOIN track_frames f ON f.track_id = t.track_id "  # noqa: S608
+        f"AND f.frame = t.{end} WHERE t.confirmed_frame IS NOT NULL ORDER BY t.track_id"
+    )
+    return Columns(BOX, rows).boxes()
+
+
+def runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
+    """Class with the second most votes of each confirmed track, by number, and its share of all votes.
+
+    Returns:
+        Class, shape (n,), -1: none has votes but the winner; share, shape (n,), NaN there.
+    """
+    ids = read_columns(reader, "tracks", "track_id", "class_id", confirmed=True)
+    newest = reader.query(
+        "SELECT t.track_id, r.runner_up, r.votes FROM tracks t JOIN recognitions r "
+        "ON r.frame = t.last_frame AND r.track_id = t.track_id WHERE t.confirmed_frame IS NOT NULL"
+    )
+    found = {track: (runner_up, votes) for track, runner_up, votes in newest}
+    # A box that ends outside the picture is not recognised there: its last recognition lies further back.
+    earlier = (
+        "SELECT r.runner_up, r.votes FROM tracks t JOIN recognitions r ON r.track_id = t.track_id "
+        "AND r.frame BETWEEN t.first_frame AND t.last_frame WHERE t.track_id = ? ORDER BY r.frame DESC LIMIT 1"
+    )
+    seconds, shares = np.full(len(ids), -1), np.full(len(ids), np.nan)
+    for place, (track, label) in enumerate(zip(ids.values("track_id"), ids.values("class_id"), strict=True)):
+        row = found.get(track)
+        if row is None and label is not None:
+            row = next(iter(reader.query(earlier, (track,))), None)
+        if row is None:
+            continue
+        votes = np.frombuffer(row[1], _VECTORS["votes"])
+        total = float(votes.sum())
+        if total > 0 and votes[row[0]] > 0:
+            seconds[place], shares[place] = row[0], votes[row[0]] / total
+    return seconds, shares
+
+
+def spread_detections(reader: EvidenceReader, most: int) -> tuple[Columns, int]:
+    """Detections with the track that each belongs to, spread evenly over the run.
+
+    Args:
+        reader: of the run.
+        most: so many at most.
+
+    Returns:
+        ``x`` and ``y`` of the centre, px, ``prior`` and ``track_id`` (NULL: of no track); how many there are in all.
+    """
+    total = count(reader, "detections")
+    every = max(1, -(-total // most))
+    rows = reader.query(
+        "SELECT x, y, prior, track_id FROM (SELECT (d.x1 + d.x2) / 2 AS x, (d.y1 + d.y2) / 2 AS y, d.prior AS prior, "
+        "t.track_id AS track_id, row_number() OVER (ORDER BY d.frame, d.row) AS number FROM detections d "
+        "LEFT JOIN track_frames t ON t.frame = d.frame AND t.detection = d.row) WHERE number % ? = 0",
+        (every,),
+    )
+    return Columns(("x", "y", "prior", "track_id"), rows), total
+
+
+def _join(table: str, other: str) -> str:
+    if table == "track_frames" and other == "detections":
+        return "detections.frame = track_frames.frame AND detections.row = track_frames.detection"
+    if table in _OF_TRACKS and other in _OF_TRACKS:
+        return f"{other}.frame = {table}.frame AND {other}.track_id = {table}.track_id"
+    if other == "tracks" and "track_id" in {name for name, _, _ in BY_NAME[table].columns}:
+        return f"tracks.track_id = {table}.track_id"
+    raise ValueError(f"{table} and {other} of evidence have no key in common.")
+
+
+def _keys(table: str, order: Literal["frame", "track"]) -> tuple[str, ...]:
+    if order == "track":
+        return "track_id", "frame"
+    return ("frame", "row") if "row" in {name for name, _, _ in BY_NAME[table].columns} else BY_NAME[table].key
