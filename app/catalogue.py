@@ -19,7 +19,7 @@ _KINDS: dict[object, Literal["number", "integer", "boolean"]] = {bool: "boolean"
 
 
 class Parameter(Model):
-    """See ``Parameter`` in static/js/types.js."""
+    """One parameter of the engine."""
 
     section: str
     name: str
@@ -30,7 +30,9 @@ class Parameter(Model):
     choices: list[str] | None
     description: str
     replayable: bool
+    """A what-if may change it."""
     presets: dict[str, bool | int | float | str | list[float] | None]
+    """Preset -> value where it departs."""
 
 
 def parameters() -> list[Parameter]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 __all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "Model"]
 
@@ -15,7 +17,23 @@ PLAIN = r"^[^\x00]*$"
 class Model(BaseModel):
     """Nothing unknown, nothing infinite, nothing changed afterwards."""
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+    model_config = ConfigDict(
+        extra="forbid",
+        allow_inf_nan=False,
+        frozen=True,
+        use_attribute_docstrings=True,
+        json_schema_serialization_defaults_required=True,
+    )
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The model's schema; of an answer it does not promise a field that an empty value leaves out."""
+        schema = handler(core)
+        if handler.mode == "serialization":
+            plain = handler.resolve_ref_schema(schema)
+            absent = {name for name, field in cls.model_fields.items() if field.exclude_if is not None}
+            plain["required"] = [name for name in plain.get("required", ()) if name not in absent]
+        return schema
 
 
 class ErrorDetail(Model):

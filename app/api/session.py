@@ -27,9 +27,13 @@ class SessionAnswer(Model):
 
     version: str
     author: str
+    """Name that edits carry unless the page sets another."""
     roots: list[str]
+    """Folders that videos may be added from."""
     upload_bytes: int
+    """Largest upload."""
     sample: Sample | None
+    """The bundled drive."""
     presets: list[str]
 
 

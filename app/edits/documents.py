@@ -119,10 +119,15 @@ class KeyFrame(Model):
     """What a person has said about one frame, and about those up to the next key frame."""
 
     box: Box | None = None
+    """Null: the box is the engine's."""
     occluded: bool = False
+    """From here to the next key frame."""
     outside: bool = False
+    """No box from here to the next key frame."""
     interpolate: bool = False
+    """Straight line from here to the next key frame with a box."""
     class_id: ClassId | None = None
+    """Of this box only; null: the track's; -1: none of the classes."""
     followed: bool = False
     """The box was followed from a person's boxes in other frames; following anew may replace it."""
     attributes: Attributes = Field(default_factory=dict, max_length=200, exclude_if=_is_empty)
@@ -145,17 +150,24 @@ class Note(Model):
 
 
 class TrackDoc(Model):
-    """One track; see ``TrackDoc`` in static/js/types.js."""
+    """One track as people have left it. A track that nobody touched has none."""
 
     key: Key
+    """`m7`: the engine's track 7; `h...`: made by a person."""
     revision: int = 0
+    """0: untouched."""
     class_id: ClassId | None = None
+    """Null: the engine's class stands; -1: none of the classes, as a person says."""
     review: Review = "open"
     not_a_sign: bool = False
+    """As older versions marked a false positive."""
     segments: tuple[Segment, ...] = ()
+    """Pieces of engine tracks, in order of frames, disjoint."""
     keys: dict[Annotated[str, Field(pattern=r"^[0-9]{1,10}$")], KeyFrame] = Field(default_factory=dict)
+    """By ordinal."""
     notes: tuple[Note, ...] = ()
     gone: bool = False
+    """Deleted, or merged into another."""
     merged_into: Key | None = None
     attributes: Attributes = Field(default_factory=dict, max_length=200, exclude_if=_is_empty)
     """Of the whole track, but for the key frames that have their own."""

@@ -14,11 +14,13 @@ __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "LogEntry", "
 
 
 class Annotation(Model):
-    """Everything that people have changed in a run; see types.js."""
+    """Everything that people have changed in a run."""
 
     seq: int
+    """Of the newest operation."""
     docs: list[TrackDoc]
     undo: Target | None
+    """What Ctrl+Z would take back for this author."""
     redo: Target | None
 
 

@@ -29,7 +29,7 @@ class TrackEvent(Model):
 
 
 class TrackLane(Model):
-    """See ``TrackLane`` in static/js/types.js."""
+    """One track frame by frame, one column a property. Null: the step did not take place."""
 
     id: int
     frame: list[int]
@@ -40,29 +40,38 @@ class TrackLane(Model):
     prior: list[float | None]
     l_positive: list[float | None]
     symmetry: list[float | None]
+    """1 / max(symmetry_magnitude, symmetry_floor)."""
     symmetry_magnitude: list[float | None]
     hash_distance: list[float | None]
     position_distance: list[float | None]
     confident: list[bool | None]
     decision: list[float | None]
+    """SVM."""
     probability: list[float | None]
     scale: list[float | None]
+    """S_t, px."""
     weight: list[float | None]
+    """W_t."""
     classes: list[int]
     """Labels with the most votes, the winner first; -1: the video's set lacks what the engine calls it."""
     words: list[str | None]
     """What the engine calls each of them, where the set lacks that."""
     votes: list[list[float] | None]
+    """Fused share of each of `classes`, 0..1."""
     probabilities: list[list[float] | None]
+    """P(c | x_t) of each of `classes`."""
     top: list[int | None]
     """Label of each frame's crop alone, as in ``classes``."""
     top_word: list[str | None]
+    """What the engine calls it, where the set lacks that."""
     top_probability: list[float | None]
     learned: list[int]
+    """Samples learned."""
     unlearned: list[int]
     events: list[TrackEvent]
     tau: float
     symmetry_floor: float
+    """The run's parameter: a smaller symmetry_magnitude counts as this in `symmetry`."""
 
 
 _FIGURES = (

@@ -12,12 +12,14 @@ __all__ = ["LaneColumns", "lane_columns"]
 
 
 class LaneColumns(Model):
-    """See ``LaneColumns`` in static/js/types.js: one entry a run, by track, then by frame."""
+    """The sources of each track over time: one entry a run of equal source, by track, then by frame."""
 
     track: list[int]
     first: list[int]
     last: list[int]
+    """Inclusive."""
     source: list[int]
+    """0 detected, 1 predicted, 2 relocalised."""
 
 
 def lane_columns(reader: EvidenceReader) -> LaneColumns:

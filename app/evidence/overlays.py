@@ -72,12 +72,13 @@ class OverlayTrack(Model):
     """What the engine calls it, where the set lacks that."""
     share: float | None
     prediction: OverlayPrediction | None
+    """Sigma of cx, cy, w, h, px."""
     gate: OverlayGate | None
     relocalisation: OverlayRelocalisation | None
 
 
 class Overlay(Model):
-    """See ``Overlay`` in static/js/types.js."""
+    """What the layers of one frame show."""
 
     frame: int
     detections: list[OverlayDetection]

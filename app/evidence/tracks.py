@@ -18,37 +18,47 @@ __all__ = ["TrackColumns", "TrackFacts", "Words", "labelled_facts", "no_tracks",
 
 
 class TrackColumns(Model):
-    """See ``TrackColumns`` in static/js/types.js."""
+    """The confirmed tracks of a run: one column a property, one entry a track."""
 
     id: list[int]
     first: list[int]
     last: list[int]
     frames: list[int]
     detected: list[int]
+    """Frames with a detection."""
     clearest: list[int]
     """Frame of the last detection, where a sign that a camera nears is largest; the first frame if there is none."""
     first_box: list[tuple[float, float, float, float] | None]
     """Box in the first frame, px: a large one says that the sign was there before."""
     last_box: list[tuple[float, float, float, float] | None]
+    """And in the last."""
     class_id: list[int | None]
     """Label of the video's set; None: never read; -1: the set lacks what the engine calls it."""
     word: list[str | None]
     """What the engine calls it, where the set lacks that."""
     share: list[float | None]
+    """Of the fused class in all votes."""
     runner_up: list[int | None]
     runner_up_word: list[str | None]
     runner_up_share: list[float | None]
     score: list[float]
+    """Best final score."""
     side: list[float]
+    """Longest side, px."""
     rejected: list[int]
+    """Frames with a rejected prediction."""
     relocalised: list[int]
     uncertainty: list[float]
+    """0..1, without what people said."""
     doubt: list[float]  # former name
     """The same under its former name."""
     rank: list[float]
+    """What the queue sorts by: the uncertainty, with what people had said when this was asked for."""
     reasons: list[list[str]]
+    """Plain sentences why."""
     tau: float
     complete: bool
+    """False while the run goes on."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,14 +20,17 @@ class SwitchView(Model):
 
 
 class FormatView(Model):
-    """One format; see ``Format`` in static/js/types.js."""
+    """One format of annotation files."""
 
     name: str
     title: str
     summary: str
+    """One sentence."""
     can_export: bool
     can_import: bool
     needs_pictures: bool
+    ignores: bool
+    """It has a mark for regions to ignore."""
     key_frames: bool
     """It marks key frames: the bound of thinning matters."""
     export_switches: list[SwitchView]
@@ -44,6 +47,7 @@ def format_view(format: Format) -> FormatView:
         can_export=format.write is not None,
         can_import=format.read is not None,
         needs_pictures=format.needs_pictures,
+        ignores=format.ignores,
         key_frames=format.key_frames,
         export_switches=[_switch(switch) for switch in format.export_switches],
         import_switches=[_switch(switch) for switch in format.import_switches],

@@ -14,6 +14,9 @@ __all__ = ["FollowAnchor", "FollowEnding", "FollowView", "Only", "follow_view"]
 Only = Literal["forward", "backward", "between"]
 """One direction alone, or only the frames between the outermost anchors."""
 
+FollowState = Literal["queued", "running", "complete", "failed", "cancelled"]
+ProposalSource = Literal["anchor", "detected", "matched", "predicted"]
+
 
 class FollowAnchor(Model):
     """A box that a person has set."""
@@ -32,18 +35,19 @@ class FollowEnding(Model):
 
 
 class FollowView(Model):
-    """One follow; see ``Follow`` in static/js/types.js."""
+    """A sign that the server follows. Nobody has its proposals until a person accepts them."""
 
     id: str
     run_id: str
     key: str
+    """The track."""
     anchors: list[FollowAnchor]
     only: Only | None
     first: int
     last: int | None
-    state: str
+    state: FollowState
     error: str | None
-    proposals: list[tuple[int, float, float, float, float, float, str]]
+    proposals: list[tuple[int, float, float, float, float, float, ProposalSource]]
     """frame, x1, y1, x2, y2, confidence, source; a later one of a frame replaces the earlier one."""
     endings: list[FollowEnding]
     next: int

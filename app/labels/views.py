@@ -27,14 +27,16 @@ class AttributeView(Model):
     name: str
     kind: AttributeKind
     mutable: bool
+    """The answer may change from frame to frame."""
     values: list[str]
+    """Answers of a select."""
     low: float | None
     high: float | None
     default: AttributeValue | None
 
 
 class LabelView(Model):
-    """One label; see ``Label`` in static/js/types.js."""
+    """One label of a set."""
 
     id: int
     key: str
@@ -43,16 +45,23 @@ class LabelView(Model):
     """Empty: the first 12 characters of the name stand for it."""
     aliases: list[str]
     picture: str | None
+    """Address of the pictogram; null: it has none."""
     shape: Shape
     category: Category
     attributes: list[AttributeView]
     size_mm: float | None
     mirror: str | None
+    """Key of the label that its mirror image is."""
     teach: Teach
+    """What a retraining makes of it."""
     colour: str | None
+    """`#rrggbb`."""
     pinned: int | None
+    """1 to 9."""
     hidden: bool
+    """Not offered any more."""
     merged_into: int | None
+    """Id of the label that stands for it."""
 
 
 class LabelSetView(Model):

@@ -14,20 +14,23 @@ __all__ = ["OutputView", "output_view", "publish_output"]
 
 
 class OutputView(Model):
-    """One output; see ``Output`` in static/js/types.js."""
+    """One file that was made from runs, or is being made."""
 
     id: str
     kind: str
     run_id: str | None
     name: str
+    """Of the file."""
     state: str
     error: str | None
     options: dict[str, Any]
     done: int
     total: int | None
     size: int | None
+    """Bytes."""
     sha256: str
     summary: dict[str, Any]
+    """Of an export: title, counts, skipped, skipped_count, videos, split."""
     created: str
     finished: str | None
 

@@ -10,7 +10,7 @@ __all__ = ["focus_of"]
 
 
 def focus_of(params: Params, *, named: bool) -> dict[str, Any] | None:
-    """Where undetected signs move away from in the picture; see ``Run`` in static/js/types.js.
+    """Where undetected signs move away from in the picture; ``summary.focus`` of a run.
 
     Args:
         params: of the run, with what its drive told.

@@ -17,7 +17,7 @@ __all__ = ["RunView", "StartedRun", "publish_run", "run_view", "started_run"]
 
 
 class RunView(Model):
-    """One run; see ``Run`` in static/js/types.js."""
+    """One run over a video."""
 
     id: str
     video_id: str
@@ -28,16 +28,24 @@ class RunView(Model):
     error: str | None
     preset: str
     parameters: dict[str, Any]
+    """What differs from the preset."""
     first: int
     stop: int | None
     frames_done: int
     frames_total: int | None
     rate: float | None
+    """Frames a second."""
     remaining: float | None
+    """S."""
     tracks: int | None
+    """Confirmed tracks."""
     engine_version: str
     models: dict[str, str]
     summary: dict[str, Any]
+    """Of a complete run; `focus`: its camera's focus of expansion, null or {x, y: shares of the picture, named: by
+    a person}; of a what-if: `identical_frames`, `missing_pixels` in `missing_frames` that the evidence lacks,
+    `difference`.
+    """
     created: str
     finished: str | None
 

@@ -50,6 +50,7 @@ class NewModel(Model):
         ["detector", "prior", "lambda", "classifier", "online"], min_length=1, max_length=5
     )
     exports: list[OutputName] = Field([], max_length=100)
+    """Ids of outputs."""
     folders: Folders = Field(default_factory=Folders)
     seed: int = Field(0, ge=0, le=2**31 - 1)
     parent: str | None = Field(None, pattern="^([0-9a-f]{32}|shipped)$")

@@ -18,9 +18,10 @@ __all__ = ["ModelView", "label_facts", "library_labels", "model_view", "publish_
 
 
 class ModelView(Model):
-    """One version; see ``ModelVersion`` in static/js/types.js."""
+    """One version of the model files."""
 
     id: str
+    """`shipped`: those of the engine."""
     name: str
     state: str
     error: str | None
@@ -28,6 +29,7 @@ class ModelView(Model):
     lineage: dict[str, Any]
     figures: dict[str, Any]
     models: dict[str, str]
+    """Part -> SHA-256."""
     stage: str
     done: int
     total: int | None

@@ -19,14 +19,18 @@ _TIME = struct.Struct("<q")
 
 
 class TableAnswer(Model):
-    """See ``FrameTableData`` in static/js/types.js."""
+    """When each frame of a video is shown, and where its decoder can start."""
 
     frames: int
     time_base: tuple[int, int]
+    """Numerator, denominator: pts * n / d = seconds."""
     first_pts: int
     steps: list[tuple[int, int]]
+    """Runs of equal pts steps: [step, how often]."""
     keys: list[int]
+    """Ordinals of key frames."""
     corrupt: list[int]
+    """Ordinals of damaged frames."""
 
 
 def pack(table: FrameTable) -> bytes:

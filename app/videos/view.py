@@ -33,30 +33,38 @@ class ReviewProgress(Model):
 
 
 class VideoView(Model):
-    """One video; see ``Video`` in static/js/types.js."""
+    """One video of the library."""
 
     id: str
+    """SHA-256."""
     name: str
     path: str
     size: int
+    """Bytes."""
     state: str
     error: str | None
     missing: bool
+    """The file is not there (any more)."""
     sample: bool
     width: int | None
     height: int | None
     pixel_ratio: float
+    """Width of a pixel by its height: pictures are shown so, boxes are in stored pixels."""
     frames: int | None
     duration: float | None
+    """S."""
     rate: float | None
     codec: str | None
     warnings: list[str]
     created: str
+    """ISO 8601."""
     label_set: str | None
     """Key of its own label set; None: the library's default."""
     runs: int
+    """Number of runs."""
     latest_run: str | None
     review: ReviewProgress
+    """Of the latest complete run: tracks that are there, and those accepted or rejected."""
 
 
 def video_views(session: Session, videos: Sequence[Video]) -> list[VideoView]:

@@ -16,7 +16,7 @@ const sign = (text) => `data:image/svg+xml,${encodeURIComponent(`<svg xmlns="htt
 const lane = laneOf(made.tracks, picked, made.tracks.last[picked]);
 const key = `m${lane.id}`;
 /** @param {import('../../../static/js/types.js').Box} box */
-const keyFrame = (box) => ({ box, occluded: false, outside: false, interpolate: true, class_id: null });
+const keyFrame = (box) => ({ box, occluded: false, outside: false, interpolate: true, class_id: null, followed: false });
 let state = /** @type {any} */ ({
   labels: Array.from({ length: 43 }, (_, id) => ({ id, name: ['Speed limit 50', 'No overtaking', 'Priority road', 'Yield', '<b>Stop</b>'][id % 5] + (id > 4 ? ` ${id}` : ''), picture: sign(id) })),
   review: {

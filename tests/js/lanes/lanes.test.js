@@ -49,7 +49,7 @@ test('pieces of a bar cover it without a gap', () => {
 });
 
 test('key frames of a document are diamonds, and their boxes corrected pieces up to the next', () => {
-  const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null };
+  const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
   const first = tracks.first[0];
   const doc = { ...emptyDoc({ track: 1, first, last: tracks.last[0] }), keys: { [first + 2]: key, [first + 8]: key } };
   const edited = buildLaneIndex(trackEntries(tracks, { m1: doc }), lanes, { m1: doc });
@@ -76,7 +76,7 @@ test('a verdict or a label leaves the bars where they are: the index is the one 
   assert.equal(refused?.review[refused.barOf.get('m1') ?? -1], 2, 'as a false positive');
   assert.deepEqual(refused, buildLaneIndex(entriesOf(none), lanes, none));
 
-  const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null };
+  const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
   for (const other of /** @type {any[]} */ ([
     { m1: { ...accepted.m1, keys: { [span.first]: key } } },
     { m1: { ...accepted.m1, gone: true } },

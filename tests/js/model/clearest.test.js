@@ -8,7 +8,7 @@ import { drive } from '../harness/synthetic.js';
 
 const tracks = { ...drive(1000, 2).tracks, id: [1, 2], first: [10, 50], last: [40, 90], clearest: [36, 90] };
 const whole = { track: 1, first: 10, last: 40 };
-const key = { box: null, occluded: false, outside: false, interpolate: true, class_id: null };
+const key = { box: null, occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
 
 test('a track of the engine: its last detection', () => {
   assert.equal(clearestFrame(emptyDoc(whole), tracks), 36);

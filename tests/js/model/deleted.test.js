@@ -11,7 +11,7 @@ const doc = (key, more) => ({ ...blankDoc(key), ...more });
 const piece = (first, last) => [{ track: 1, first, last }];
 
 test('deleted tracks are listed by their first frame, with what they showed', () => {
-  const box = { box: [0, 0, 9, 9], occluded: false, outside: false, interpolate: true, class_id: null };
+  const box = { box: [0, 0, 9, 9], occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
   const found = deletedTracks({
     m3: doc('m3', { gone: true, segments: piece(40, 60) }),
     m1: doc('m1', { gone: true, segments: piece(10, OPEN_END) }),

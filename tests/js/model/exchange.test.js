@@ -30,7 +30,7 @@ test('what people said about a track counts instead of the engine', () => {
   const merged = { ...emptyDoc({ track: 3, first: 90, last: 99 }), gone: true };
   assert.deepEqual(out([rejected, nothing, merged], rule()), { tracks: 0, boxes: 0, rejected: 2 });
   assert.deepEqual(out([rejected, nothing, merged], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
-  const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null } } };
+  const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false } } };
   assert.deepEqual(out([own], rule({ labels: new Set([5]), notInSet: 'leave-out' })), { tracks: 1, boxes: 1, rejected: 0 });
 });
 
@@ -43,7 +43,7 @@ test('what was remembered comes back; nonsense is as if nothing was', () => {
 });
 
 test('what stays behind is counted: open, and without a label of the set', () => {
-  const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null } } };
+  const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false } } };
   const relabelled = { ...emptyDoc({ track: 2, first: 50, last: 99 }), class_id: 9 };
   const noted = { ...emptyDoc({ track: 1, first: 0, last: 19 }), notes: [{ id: 'n', frame: 3, text: 'x', author: 'A', time: '' }] };
   const found = countOut(tracks, [own, relabelled, noted], rule({ states: [...DEFAULT_STATES], notInSet: 'leave-out' }), (id) => (id === 9 ? 5 : id));

@@ -11,7 +11,7 @@ const labels = named(['speed limit 20 km/h', 'yield']);
 /** @param {number} id */
 const nameOf = (id) => className(labels, id);
 const bare = emptyDoc({ track: 7, first: 0, last: 99 });
-const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
+const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
 
 test('no word, not in the set and a number that no label has are distinguished', () => {
   assert.deepEqual([null, NO_CLASS, 1, 40].map((id) => className(labels, id)), ['no label', 'not in the set', 'yield', 'label 40']);

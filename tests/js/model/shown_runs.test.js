@@ -10,7 +10,7 @@ import { random } from '../harness/synthetic.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 const BOX = /** @type {Box} */ ([0, 0, 9, 9]);
-const key = (/** @type {object} */ change) => ({ box: /** @type {Box|null} */ (null), occluded: false, outside: false, interpolate: false, class_id: null, ...change });
+const key = (/** @type {object} */ change) => ({ box: /** @type {Box|null} */ (null), occluded: false, outside: false, interpolate: false, class_id: null, followed: false, ...change });
 /** @param {[number, number][]} pieces @param {Record<string, object>} keys */
 const doc = (pieces, keys) => ({ ...blankDoc('m7'), segments: pieces.map(([first, last]) => ({ track: 7, first, last })), keys: Object.fromEntries(Object.entries(keys).map(([frame, change]) => [frame, key(change)])) });
 

@@ -8,7 +8,7 @@ import { MOST, differences, partAround } from '../../../static/js/model/two_vers
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 
 /** @param {number} at @param {object} [more] */
-const key = (at, more = {}) => ({ box: /** @type {Box} */ ([at, at, at + 10, at + 10]), occluded: false, outside: false, interpolate: true, class_id: null, ...more });
+const key = (at, more = {}) => ({ box: /** @type {Box} */ ([at, at, at + 10, at + 10]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false, ...more });
 /** @param {Record<number, ReturnType<typeof key>>} keys @param {object} [more] */
 const doc = (keys, more = {}) => ({ ...blankDoc('m1'), segments: [{ track: 1, first: 0, last: 50 }], keys, ...more });
 /** The engine's box of the frames that are loaded. @param {number} _ @param {number} frame @returns {Box|null} */

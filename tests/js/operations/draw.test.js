@@ -89,7 +89,7 @@ test('asking for a class changes no document', () => {
 
 test('who merges two signs that are seen at once is informed what is hidden', () => {
   /** @param {string} key @param {number} first @param {number} last */
-  const track = (key, first, last) => ({ ...blankDoc(key), keys: { [first]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null }, [last]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null } } });
+  const track = (key, first, last) => ({ ...blankDoc(key), keys: { [first]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null, followed: false }, [last]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null } } });
   const docs = { h00000001: track('h00000001', 10, 20), h00000002: track('h00000002', 19, 30), h00000003: track('h00000003', 31, 40), h00000004: track('h00000004', 20, 22) };
   const review = /** @type {any} */ ({ tracks: null, docs });
   assert.equal(mergeWords(review, 'h00000001', ['h00000003']), '');

@@ -35,7 +35,7 @@ test('a filter by score has two ends; what has no score passes none of them', ()
   assert.deepEqual(queueOrder(state({}, { least_score: 2 })), ['m2', 'm1']);
   assert.deepEqual(queueOrder(state({}, { most_score: 2 })), ['m2', 'm3']);
   assert.deepEqual(queueOrder(state({}, { least_score: 1.5, most_score: 2.5 })), ['m2']);
-  const drawn = { ...blankDoc('hab'), keys: { 5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null } } };
+  const drawn = { ...blankDoc('hab'), keys: { 5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false } } };
   assert.deepEqual(queueOrder(state({ hab: drawn }, { most_score: 1 })), ['m3']);
   assert.equal(queueOrder(state({ hab: drawn })).length, 4);
   const entries = trackEntries(state({ hab: drawn }).review.tracks, { hab: drawn });
@@ -70,7 +70,7 @@ test('a merged label counts as the one that stands for it', () => {
 });
 
 test('attributes are found by name and answer, of the whole track and of single frames', () => {
-  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
+  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
   const docs = { m1: doc(1, { attributes: { ground: 'red', dirty: true } }), m2: doc(2, { keys: { 12: { ...key, attributes: { dirty: false } } } }) };
   /** @param {string} text */
   const found = (text) => queueOrder(state(docs, { text }));
@@ -96,7 +96,7 @@ test('none of the classes is an answer of its own: filtered, found and doubted a
 });
 
 test('deleted tracks are not in the queue, people’s own are', () => {
-  const own = { ...blankDoc('hab'), class_id: 1, keys: { 5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null } } };
+  const own = { ...blankDoc('hab'), class_id: 1, keys: { 5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false } } };
   const docs = { m2: doc(2, { gone: true }), hab: own };
   assert.deepEqual(queueOrder(state(docs)), ['m3', 'm1', 'hab']);
   const entry = trackEntries(state(docs).review.tracks, docs).at(-1);

@@ -42,7 +42,7 @@ test('a corrected box names its track, also a drawn one, while the recording sho
 
 test('corrected boxes lie in the recording by number, then drawn ones; what is no sign is not there', () => {
   const box = /** @type {const} */ ([0, 0, 9, 9]);
-  const key = {box, occluded: false, outside: false, interpolate: true, class_id: 1};
+  const key = {box, occluded: false, outside: false, interpolate: true, class_id: 1, followed: false};
   const own = (/** @type {string} */ name) => ({...blankDoc(name), class_id: 1, keys: {3: key}});
   const track = (/** @type {number} */ id) => ({id, box, state: 'confirmed', class_id: 1, prediction: null, relocalisation: null});
   const whole = (/** @type {number} */ id) => emptyDoc({track: id, first: 0, last: 9});

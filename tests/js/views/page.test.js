@@ -80,7 +80,7 @@ test('what a track is and what the engine has read besides is offered first, unt
 
 test('what people have said already is not said again; single boxes make a difference', () => {
   const doc = {...emptyDoc({track: 7, first: 0, last: 99}), class_id: NO_CLASS};
-  const key = {box: null, occluded: false, outside: false, interpolate: false, class_id: 14};
+  const key = {box: null, occluded: false, outside: false, interpolate: false, class_id: 14, followed: false};
   assert.deepEqual([isSaid(doc, null, NO_CLASS), isSaid(doc, null, null), isSaid(doc, 5, null)], [true, false, true]);
   const single = {...doc, keys: {5: key}};
   assert.deepEqual([isSaid(single, null, NO_CLASS), isSaid(single, 5, 14), isSaid(single, 5, null)], [false, true, false]);
@@ -253,7 +253,7 @@ test('numbers read as people write them', () => {
 });
 
 test('versions that differ in a box alone say where', () => {
-  const key = {box: [10, 20.04, 30, 40], occluded: false, outside: false, interpolate: false, class_id: null};
+  const key = {box: [10, 20.04, 30, 40], occluded: false, outside: false, interpolate: false, class_id: null, followed: false};
   /** @param {Record<string, object>} keys @returns {any} */
   const doc = (keys) => ({keys});
   assert.deepEqual(differingKeys(doc({7: key, 9: key}), doc({7: {...key, box: [12, 20, 30, 40]}, 9: {...key}, 11: {...key, box: null, occluded: true}})), [

@@ -46,8 +46,8 @@ export function createExportCount(app, signal, tell) {
       const runs = await Promise.all(request.runs.map(load));
       if (wanted !== request || signal.aborted) return;
       const {labels} = app.store.get();
-      const picked = request.labels && new Set(labels.filter(({key}) => request.labels?.includes(key)).map(({id}) => id));
-      const rule = {states: request.states, labels: picked, notInSet: request.not_in_set, first: request.first ?? 0, last: (request.stop ?? 2 ** 31 - 1) - 1};
+      const picked = request.labels ? new Set(labels.filter(({key}) => request.labels?.includes(key)).map(({id}) => id)) : null;
+      const rule = {states: request.states ?? [], labels: picked, notInSet: request.not_in_set ?? 'leave-out', first: request.first ?? 0, last: (request.stop ?? 2 ** 31 - 1) - 1};
       const sum = {tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0};
       /** @type {Map<number, number>} */
       const byLabel = new Map();

@@ -86,7 +86,7 @@ export function exportDialog({app, data, close, signal}) {
     if (!chosen) return {error: ''};
     const ids = runs.chosen();
     if (ids.length === 0) return {error: 'Tick at least one video.'};
-    const wanted = states.filter(({input}) => input.checked).map(({input}) => input.value);
+    const wanted = /** @type {NonNullable<ExportRequest['states']>} */ (states.filter(({input}) => input.checked).map(({input}) => input.value));
     if (wanted.length === 0) return {error: 'Tick at least one review state.'};
     const picked = labels.chosen();
     if (picked?.length === 0 && labels.notInSet() === 'leave-out') return {error: 'Tick at least one label.'};
@@ -131,7 +131,7 @@ export function exportDialog({app, data, close, signal}) {
     splitFields.hidden = !split.input.checked;
     const chosen = chosenFormat();
     thinField.hidden = chosen?.key_frames !== true;
-    labels.allowIgnore(chosen?.ignores !== false);
+    labels.allowIgnore(chosen?.ignores === true);
     const none = pictures[0].input;
     none.disabled = chosen?.needs_pictures === true;
     if (none.disabled && none.checked) pictures[1].input.checked = true;

@@ -62,7 +62,9 @@ export function retrainDialog({app, data, close, signal}) {
     const folders = Object.fromEntries([['gtsdb', gtsdb.value.trim()], ['gtsrb', gtsrb.value.trim()]].filter(([, path]) => path));
     try {
       const version = await app.load(() => api.train({
-        name: name.value.trim(), parts: parts.filter(({input}) => input.checked).map(({input}) => input.value), exports: chosen(), folders, seed: Number(seed.value), parent: parent.value || null,
+        name: name.value.trim(),
+        parts: /** @type {import('../../types.js').ModelRequest['parts']} */ (parts.filter(({input}) => input.checked).map(({input}) => input.value)),
+        exports: chosen(), folders, seed: Number(seed.value), parent: parent.value || null,
       }, {signal}), putModel);
       close();
       location.hash = '#/models';

@@ -1,0 +1,1891 @@
+// Written by `python -m tests.architecture.page_types` from the OpenAPI document of the server.
+// Do not edit: change the model in app/, then run the command. static/js/types.js gives the types their short names.
+
+export type paths = Record<string, never>;
+export type webhooks = Record<string, never>;
+export interface components {
+    schemas: {
+        /** @description Make this frame a key frame with the box on screen. */
+        AddKey: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "add_key";
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+        };
+        /** @description One more label; its key is made from the name where none is sent. */
+        AddLabel: {
+            /** @default  */
+            short?: string;
+            aliases?: string[];
+            /**
+             * @default other
+             * @enum {string}
+             */
+            shape?: "triangle" | "inverted triangle" | "circle" | "octagon" | "diamond" | "rectangle" | "other";
+            /**
+             * @default other
+             * @enum {string}
+             */
+            category?: "prohibitory" | "mandatory" | "danger" | "priority" | "information" | "direction" | "additional" | "other";
+            attributes?: components["schemas"]["NewAttribute"][];
+            size_mm?: number | null;
+            mirror?: string | null;
+            /**
+             * @default sign
+             * @enum {string}
+             */
+            teach?: "sign" | "background" | "ignore";
+            colour?: string | null;
+            pinned?: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "add";
+            name: string;
+            key?: string | null;
+            /**
+             * @description a drawing that ships with tsr
+             * @default
+             */
+            pictogram?: string;
+        };
+        /** @description A remark pinned to this frame. */
+        AddNote: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "add_note";
+            note_id: string;
+            text: string;
+        };
+        /** @description An edit that could not be carried over. */
+        AdoptConflict: {
+            key: string;
+            reason: string;
+            frame: number;
+        };
+        /** @description Where the edits come from. */
+        AdoptFrom: {
+            from_run: string;
+            author?: string | null;
+        };
+        /** @description Add the labels of another set that are missing. */
+        AdoptSet: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "adopt";
+            set: string;
+        };
+        /** @description What became of the edits of another run. */
+        Adopted: {
+            kept: string[];
+            not_needed: string[];
+            conflicts: components["schemas"]["AdoptConflict"][];
+        };
+        /** @description Everything that people have changed in a run. */
+        Annotation: {
+            /** @description Of the newest operation. */
+            seq: number;
+            docs: components["schemas"]["TrackDoc"][];
+            /** @description What Ctrl+Z would take back for this author. */
+            undo: components["schemas"]["Target"] | null;
+            redo: components["schemas"]["Target"] | null;
+        };
+        /** @description A question about a sign beside its label; see ``Attribute`` in ``tsr_engine.labels.model``. */
+        AttributeView: {
+            name: string;
+            /** @enum {string} */
+            kind: "checkbox" | "select" | "number" | "text";
+            /** @description The answer may change from frame to frame. */
+            mutable: boolean;
+            /** @description Answers of a select. */
+            values: string[];
+            low: number | null;
+            high: number | null;
+            default: boolean | number | string | null;
+        };
+        /** @description What came of a file of labels. */
+        Brought: {
+            version: number;
+            sentence: string;
+            /** @description The set was made from the file. */
+            created: boolean;
+            added: components["schemas"]["LabelView"][];
+            known: components["schemas"]["KnownLabel"][];
+            refused: components["schemas"]["RefusedLabel"][];
+            /** @description What the file says and a set cannot hold. */
+            reported: string[];
+        };
+        /** @description A folder. */
+        Browse: {
+            path: string;
+            parent: string | null;
+            folders: string[];
+            videos: components["schemas"]["BrowseVideo"][];
+            /** @description There are more: these are the first by name. */
+            truncated: boolean;
+        };
+        /** @description A video file in a folder. */
+        BrowseVideo: {
+            name: string;
+            path: string;
+            size: number;
+        };
+        /** @description A bundle in the library. */
+        BundleImport: {
+            video: components["schemas"]["VideoView"];
+            run: components["schemas"]["RunView"];
+            report: components["schemas"]["BundleReportView"];
+        };
+        /** @description What to pack. */
+        BundleOrder: {
+            first: number;
+            stop: number;
+            /** @default  */
+            note?: string;
+            /**
+             * @description Tracks that it is about; empty: all that were corrected.
+             * @default []
+             */
+            tracks?: string[];
+            /** @description Error of Eq. 7 that a corrected box may have; unset: 0.25. */
+            max_eq7?: number | null;
+        };
+        /** @description What came in. */
+        BundleReportView: {
+            note: string;
+            video_name: string;
+            first: number;
+            stop: number;
+            /** @description Frame of the original video that the clip's frame 0 is. */
+            offset: number;
+            /** @description Where to look first, in the clip: what did not come true, else the first frame that is judged. */
+            frame: number;
+            /** @description Which track to look at there. */
+            track: string | null;
+            expected: components["schemas"]["ExpectedView"][];
+            corrections: number;
+            /** @description Pictures that decode to other bits here than where the bundle was made. */
+            other_pictures: number;
+            skipped: string[];
+            engine_version: string;
+        };
+        /** @description Who draws, and what the run is to be called. */
+        ByHand: {
+            /** @default Drawn by hand */
+            name?: string;
+            author?: string | null;
+        };
+        /** @description Boxes of one reference label that the candidate calls another. */
+        Cell: {
+            /** @description None: nothing there; -1: a sign of none of the set's labels; below: see ``words`` of the matrix. */
+            reference: number | null;
+            /** @description None: missed; -1: found, and called none of the set's labels. */
+            candidate: number | null;
+            count: number;
+            frames: number[];
+            lasts: number[];
+            tracks: string[];
+            partners: (string | null)[];
+        };
+        /** @description What a change gave. */
+        Change: {
+            version: number;
+            label: components["schemas"]["LabelView"] | null;
+            sentence: string;
+        };
+        /** @description One change of one person. */
+        ChangeRequest: {
+            author?: string | null;
+            change: components["schemas"]["AddLabel"] | components["schemas"]["UpdateLabel"] | components["schemas"]["MergeLabels"] | components["schemas"]["HideLabel"] | components["schemas"]["ShowLabel"] | components["schemas"]["SetPicture"] | components["schemas"]["UndoChange"] | components["schemas"]["AdoptSet"];
+        };
+        /** @description The figures of a candidate against a reference, over the frames that both have. */
+        Comparison: {
+            video_id: string;
+            reference: string;
+            candidate: string;
+            /** @description ``reference`` and ``candidate``. */
+            sides: {
+                [key: string]: components["schemas"]["SideView"];
+            };
+            first: number;
+            last: number;
+            figures: {
+                [key: string]: components["schemas"]["Figure"];
+            };
+            confusion: components["schemas"]["Confusion"];
+        };
+        /** @description Matched boxes by label; missed ones have no candidate label, false ones no reference label. */
+        Confusion: {
+            /** @description Labels that occur, those below 0 behind all others. */
+            classes: number[];
+            /** @description What models call signs that the label set has no label for, by a number below -1 that stands for it here. */
+            words: {
+                [key: string]: string;
+            };
+            cells: components["schemas"]["Cell"][];
+        };
+        /** @description A new track with its first box. */
+        CreateTrack: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "create_track";
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            class_id?: number | null;
+        };
+        /** @description What the review screen looks at; what is left out stays as it is. */
+        Cursor: {
+            frame: number;
+            /** @description key of the selected track; null: none */
+            track?: string | null;
+            /** @description one view of the run; unset: all of them */
+            view?: string | null;
+            mode?: ("volume" | "prior" | "drive") | null;
+        };
+        /** @description Nothing from this frame on. */
+        DeleteFrom: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "delete_from";
+        };
+        /** @description Nothing at all. */
+        DeleteTrack: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "delete_track";
+        };
+        /**
+         * @description The corrections of an earlier run.
+         *
+         *     Attributes:
+         *         run_id: that run.
+         *         tracks: tracks of which people have said something there.
+         *         seq: number of its newest operation, so that a page knows which state it was informed of.
+         */
+        Earlier: {
+            run_id: string;
+            tracks: number;
+            seq: number;
+        };
+        /** @description What could be carried over from an earlier run. */
+        EarlierCorrections: {
+            found: components["schemas"]["Earlier"] | null;
+        };
+        /** @description The answer to one operation; ``docs`` are the touched ones. */
+        EditAnswer: {
+            /** @description Of the newest operation. */
+            seq: number;
+            docs: components["schemas"]["TrackDoc"][];
+            /** @description What Ctrl+Z would take back for this author. */
+            undo: components["schemas"]["Target"] | null;
+            redo: components["schemas"]["Target"] | null;
+            op_id: string;
+        };
+        /** @description Another text. */
+        EditNote: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "edit_note";
+            note_id: string;
+            text: string;
+        };
+        /** @description The shape of every answer of status 400 and above. */
+        ErrorAnswer: {
+            error: components["schemas"]["ErrorDetail"];
+        };
+        /** @description One failure. */
+        ErrorDetail: {
+            code: string;
+            message: string;
+            field: string | null;
+            details: {
+                [key: string]: unknown;
+            } | null;
+        };
+        /** @description One expectation, and what became of it when the bundle was made. */
+        ExpectedView: {
+            id: string;
+            expected: string;
+            met: boolean;
+            got: string;
+        };
+        /** @description What the gate saw of one prediction. */
+        Explanation: {
+            symmetry: components["schemas"]["SymmetryView"];
+            hash: components["schemas"]["HashView"];
+            l_positive: number;
+            tau: number;
+        };
+        /** @description What to export, and how. */
+        ExportRequest: {
+            /** @description Of different videos. */
+            runs: string[];
+            format: string;
+            /**
+             * @default none
+             * @enum {string}
+             */
+            pictures?: "none" | "annotated" | "all";
+            /**
+             * @description Review states that go out. ``edited``: open tracks that a person has edited. ``rejected`` ones go out in the
+             *     manifest, as what looks like a sign and is none.
+             * @default [
+             *       "edited",
+             *       "accepted",
+             *       "rejected"
+             *     ]
+             */
+            states?: ("open" | "edited" | "accepted" | "rejected" | "needs_work")[];
+            /** @description Keys or numbers of labels, -1: not in the set; null: all. */
+            labels?: (string | number)[] | null;
+            /** @description The same by number, as in version 0.1. */
+            classes?: number[] | null;
+            /**
+             * @description What becomes of signs that have no label of the set: left out, regions to ignore, or a class of their own.
+             * @default leave-out
+             * @enum {string}
+             */
+            not_in_set?: "leave-out" | "ignore" | "class";
+            /**
+             * @description Labels that the files declare: all that the set offers, or those that go out.
+             * @default all
+             * @enum {string}
+             */
+            class_map?: "all" | "used";
+            /** @description Boxes whose shorter side is below stay here, px. */
+            min_side?: number | null;
+            /** @default 0 */
+            first?: number;
+            /** @description Frame after the last; null: to the end. */
+            stop?: number | null;
+            split?: components["schemas"]["Shares"] | null;
+            /**
+             * @default sign
+             * @enum {string}
+             */
+            split_by?: "sign" | "video";
+            /**
+             * @description Give each side of the split every label that enough signs have.
+             * @default false
+             */
+            balance_labels?: boolean;
+            /** @default 0 */
+            split_seed?: number;
+            /** @default 0.5 */
+            thin_px?: number;
+            /** @default {} */
+            switches?: {
+                [key: string]: string;
+            };
+            /**
+             * @description File name without suffix; empty: made up.
+             * @default
+             */
+            name?: string;
+        };
+        /**
+         * @description One number and the places that it comes from.
+         *
+         *     A place is a stretch of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``, which the other side
+         *     calls ``partners[i]`` in the first of them; None where it has nothing there.
+         */
+        Figure: {
+            /** @description None: there is nothing to measure. */
+            value: number | null;
+            /** @description Numerator and denominator, for shares. */
+            of: [
+                number,
+                number
+            ] | null;
+            frames: number[];
+            lasts: number[];
+            tracks: string[];
+            partners: (string | null)[];
+            /** @description Number of places, also where the lists are cut. */
+            places: number;
+            /** @description How large the error is in each place, where the places are in its order. */
+            errors: number[] | null;
+        };
+        /** @description One track with verdicts that turn over. */
+        FlippedTrack: {
+            id: number;
+            flips: number;
+            /** @description The first frame of them. */
+            frame: number;
+        };
+        /** @description Answer for one tau. The verdicts stand on the run's own boxes: what a replay would make of them is not told. */
+        Flips: {
+            tau: number;
+            run_tau: number;
+            /** @description All that count. */
+            verdicts: number;
+            to_confident: number;
+            to_rejected: number;
+            /** @description In order of id. */
+            tracks: components["schemas"]["FlippedTrack"][];
+        };
+        /** @description Public data on this machine, inside the allowed folders. */
+        Folders: {
+            gtsdb?: string | null;
+            gtsrb?: string | null;
+        };
+        /** @description The boxes between the first and the last frame given lie on lines between these; one of them is an anchor. */
+        Follow: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "follow";
+            boxes: components["schemas"]["FollowedBox"][];
+        };
+        /** @description A box that a person has set. */
+        FollowAnchor: {
+            frame: number;
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+        };
+        /** @description Why following stopped in one direction; proposals beyond ``frame`` are withdrawn. */
+        FollowEnding: {
+            /** @enum {string} */
+            direction: "backward" | "forward";
+            frame: number;
+            reason: string;
+            sentence: string;
+        };
+        /** @description A sign that the server follows. Nobody has its proposals until a person accepts them. */
+        FollowView: {
+            id: string;
+            run_id: string;
+            /** @description The track. */
+            key: string;
+            anchors: components["schemas"]["FollowAnchor"][];
+            only: ("forward" | "backward" | "between") | null;
+            first: number;
+            last: number | null;
+            /** @enum {string} */
+            state: "queued" | "running" | "complete" | "failed" | "cancelled";
+            error: string | null;
+            /** @description frame, x1, y1, x2, y2, confidence, source; a later one of a frame replaces the earlier one. */
+            proposals: [
+                number,
+                number,
+                number,
+                number,
+                number,
+                number,
+                "anchor" | "detected" | "matched" | "predicted"
+            ][];
+            endings: components["schemas"]["FollowEnding"][];
+            /** @description Ask for what comes after this number next time. */
+            next: number;
+        };
+        /** @description One box of a track that was followed. */
+        FollowedBox: {
+            frame: number;
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            /**
+             * @description A person has put the box here; all others were followed from such boxes.
+             * @default false
+             */
+            anchor?: boolean;
+        };
+        /** @description One format of annotation files. */
+        FormatView: {
+            name: string;
+            title: string;
+            /** @description One sentence. */
+            summary: string;
+            can_export: boolean;
+            can_import: boolean;
+            needs_pictures: boolean;
+            /** @description It has a mark for regions to ignore. */
+            ignores: boolean;
+            /** @description It marks key frames: the bound of thinning matters. */
+            key_frames: boolean;
+            export_switches: components["schemas"]["SwitchView"][];
+            import_switches: components["schemas"]["SwitchView"][];
+            docs: string;
+        };
+        /** @description All formats. */
+        Formats: {
+            formats: components["schemas"]["FormatView"][];
+        };
+        /** @description The follow of an author in a run. */
+        FoundFollow: {
+            found: components["schemas"]["FollowView"] | null;
+        };
+        /** @description One sign in one frame. */
+        GroundTruthBox: {
+            frame: number;
+            track: number;
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            /** @description None: a sign of no known class. */
+            class_id: number | null;
+            visibility: number;
+            ignore: boolean;
+        };
+        /** @description A window of frames. */
+        GroundTruthBoxes: {
+            boxes: components["schemas"]["GroundTruthBox"][];
+        };
+        /** @description One truth of a video. */
+        GroundTruthView: {
+            id: string;
+            name: string;
+            count: number;
+        };
+        /** @description All ground truths of a video. */
+        GroundTruths: {
+            ground_truths: components["schemas"]["GroundTruthView"][];
+        };
+        /** @description 64 bits each as 16 hexadecimal digits, first bit highest, row by row. */
+        HashView: {
+            crop: string;
+            mean: string;
+            distance: number;
+        };
+        /** @description Offer the label no more. */
+        HideLabel: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "hide";
+            id: number;
+        };
+        /**
+         * @description What an import did.
+         *
+         *     Attributes:
+         *         kind: as what it came in.
+         *         id: the truth or run; for an annotation the run that it was laid onto.
+         *         tracks: tracks that came in; of an annotation, those that are new or show something else now.
+         *         boxes: their boxes.
+         *         same: tracks of an annotation that the run showed already.
+         *         edit: number of an annotation in the run's log, or of a run's marks (hidden, judged, notes) in its own; one undo
+         *             takes all of it back. None: there is nothing to take back.
+         *         repaired: what was put right, one sentence each.
+         *         skipped: what was left out.
+         */
+        ImportResult: {
+            /** @enum {string} */
+            kind: "annotation" | "truth" | "run";
+            id: string;
+            tracks: number;
+            boxes: number;
+            /** @default 0 */
+            same: number;
+            edit: number | null;
+            repaired: string[];
+            skipped: components["schemas"]["SkippedView"][];
+        };
+        /** @description Straight lines between the key frames of a range; ``value`` false: the engine's boxes again. */
+        Interpolate: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "interpolate";
+            first: number;
+            last: number;
+            /** @default true */
+            value?: boolean;
+        };
+        /** @description What a person has said about one frame, and about those up to the next key frame. */
+        KeyFrame: {
+            /** @description Null: the box is the engine's. */
+            box: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+            /**
+             * @description From here to the next key frame.
+             * @default false
+             */
+            occluded: boolean;
+            /**
+             * @description No box from here to the next key frame.
+             * @default false
+             */
+            outside: boolean;
+            /**
+             * @description Straight line from here to the next key frame with a box.
+             * @default false
+             */
+            interpolate: boolean;
+            /** @description Of this box only; null: the track's; -1: none of the classes. */
+            class_id: number | null;
+            /**
+             * @description The box was followed from a person's boxes in other frames; following anew may replace it.
+             * @default false
+             */
+            followed: boolean;
+            /** @description Those that a person has set for these frames alone; the others are the track's. */
+            attributes?: {
+                [key: string]: boolean | number | string;
+            };
+        };
+        /** @description A label of a file that the set has. */
+        KnownLabel: {
+            /** @description In the file. */
+            name: string;
+            id: number;
+            key: string;
+        };
+        /** @description One set. */
+        LabelSetView: {
+            key: string;
+            name: string;
+            version: number;
+            /** @description How many labels it has; hidden and merged ones too. */
+            labels: number;
+            /** @description Videos use it that name none. */
+            default: boolean;
+            /** @description It ships with tsr; the library may have changed it since. */
+            shipped: boolean;
+        };
+        /** @description Where a label is used. */
+        LabelUse: {
+            /** @description Tracks of all runs that a person has given the label, without deleted ones. */
+            tracks: number;
+            /** @description Their videos. */
+            videos: number;
+        };
+        /** @description One version of a set. */
+        LabelVersion: {
+            version: number;
+            author: string;
+            /** @description None: it is as it came with tsr. */
+            created: string | null;
+            sentence: string;
+            undoes: number | null;
+        };
+        /** @description One label of a set. */
+        LabelView: {
+            id: number;
+            key: string;
+            name: string;
+            /** @description Empty: the first 12 characters of the name stand for it. */
+            short: string;
+            aliases: string[];
+            /** @description Address of the pictogram; null: it has none. */
+            picture: string | null;
+            /** @enum {string} */
+            shape: "triangle" | "inverted triangle" | "circle" | "octagon" | "diamond" | "rectangle" | "other";
+            /** @enum {string} */
+            category: "prohibitory" | "mandatory" | "danger" | "priority" | "information" | "direction" | "additional" | "other";
+            attributes: components["schemas"]["AttributeView"][];
+            size_mm: number | null;
+            /** @description Key of the label that its mirror image is. */
+            mirror: string | null;
+            /**
+             * @description What a retraining makes of it.
+             * @enum {string}
+             */
+            teach: "sign" | "background" | "ignore";
+            /** @description `#rrggbb`. */
+            colour: string | null;
+            /** @description 1 to 9. */
+            pinned: number | null;
+            /** @description Not offered any more. */
+            hidden: boolean;
+            /** @description Id of the label that stands for it. */
+            merged_into: number | null;
+        };
+        /** @description The sources of each track over time: one entry a run of equal source, by track, then by frame. */
+        LaneColumns: {
+            track: number[];
+            first: number[];
+            /** @description Inclusive. */
+            last: number[];
+            /** @description 0 detected, 1 predicted, 2 relocalised. */
+            source: number[];
+        };
+        /** @description A path that opens the page once. */
+        Link: {
+            path: string;
+        };
+        /** @description Rows of the log. */
+        Log: {
+            edits: components["schemas"]["LogEntry"][];
+        };
+        /** @description One row of the log. */
+        LogEntry: {
+            seq: number;
+            op_id: string;
+            author: string;
+            name: string;
+            frame: number | null;
+            reverts: string | null;
+            command: {
+                [key: string]: unknown;
+            };
+            keys: string[];
+            time: string;
+        };
+        /** @description Others become part of the track; where both have a frame, the track's own counts. */
+        Merge: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "merge";
+            others: string[];
+        };
+        /** @description From now on ``into`` stands for ``id``. */
+        MergeLabels: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "merge";
+            id: number;
+            into: number;
+        };
+        /** @description One version of the model files. */
+        ModelView: {
+            /** @description `shipped`: those of the engine. */
+            id: string;
+            name: string;
+            state: string;
+            error: string | null;
+            parent_id: string | null;
+            lineage: {
+                [key: string]: unknown;
+            };
+            figures: {
+                [key: string]: unknown;
+            };
+            /** @description Part -> SHA-256. */
+            models: {
+                [key: string]: string;
+            };
+            stage: string;
+            done: number;
+            total: number | null;
+            active: boolean;
+            created: string;
+            finished: string | null;
+            /** @description How many labels it reads. */
+            labels: number;
+            /** @description Names of the signs in the library's label set that it does not read. */
+            lacks: string[];
+        };
+        /** @description Versions, the newest first; the shipped one is the last. */
+        Models: {
+            models: components["schemas"]["ModelView"][];
+            active: string | null;
+        };
+        /** @description How many open views have been informed. */
+        Moved: {
+            views: number;
+        };
+        /** @description See ``Attribute`` in ``tsr_engine.labels.model``. */
+        NewAttribute: {
+            name: string;
+            /** @enum {string} */
+            kind: "checkbox" | "select" | "number" | "text";
+            /** @default false */
+            mutable?: boolean;
+            values?: string[];
+            low?: number | null;
+            high?: number | null;
+            default?: boolean | number | string | null;
+        };
+        /** @description What to follow. */
+        NewFollow: {
+            key: string;
+            anchors: components["schemas"]["FollowAnchor"][];
+            only?: ("forward" | "backward" | "between") | null;
+            /** @default 0 */
+            first?: number;
+            last?: number | null;
+            author?: string | null;
+        };
+        /** @description What a version is to be made from. */
+        NewModel: {
+            /** @default  */
+            name?: string;
+            /**
+             * @default [
+             *       "detector",
+             *       "prior",
+             *       "lambda",
+             *       "classifier",
+             *       "online"
+             *     ]
+             */
+            parts?: ("detector" | "prior" | "lambda" | "classifier" | "online")[];
+            /**
+             * @description Ids of outputs.
+             * @default []
+             */
+            exports?: string[];
+            folders?: components["schemas"]["Folders"];
+            /** @default 0 */
+            seed?: number;
+            /** @description Version to start from; null: the active one. */
+            parent?: string | null;
+        };
+        /** @description What a run is to be called. */
+        NewName: {
+            name: string;
+        };
+        /** @description What to run. */
+        NewRun: {
+            /** @default default */
+            preset?: string;
+            /** @default {} */
+            parameters?: {
+                [key: string]: boolean | number | string | number[] | null;
+            };
+            /** @default 0 */
+            first?: number;
+            stop?: number | null;
+            /** @default  */
+            name?: string;
+        };
+        /** @description One scene to be packed into a file. */
+        NewScene: {
+            /**
+             * @default volume
+             * @enum {string}
+             */
+            mode?: "volume" | "prior" | "drive";
+            /** @description the cursor; unset: the run's first frame */
+            frame?: number | null;
+            track?: string | null;
+            /**
+             * @default class
+             * @enum {string}
+             */
+            colour?: "class" | "verdict" | "source";
+            /** @description seconds around the cursor; 0: the whole run */
+            stretch?: number | null;
+            /**
+             * @description assumed horizontal field of view, degrees
+             * @default 60
+             */
+            view?: number;
+            /**
+             * @description assumed size of signs, against the catalogue's
+             * @default 1
+             */
+            size?: number;
+            /** @default  */
+            name?: string;
+        };
+        /** @description A file of the server's machine. */
+        NewVideo: {
+            path: string;
+        };
+        /** @description What to change, against the run that is replayed. */
+        NewWhatIf: {
+            parameters: {
+                [key: string]: boolean | number | string | number[] | null;
+            };
+            /** @default  */
+            name?: string;
+        };
+        /** @description A remark pinned to a frame. */
+        Note: {
+            id: string;
+            frame: number;
+            text: string;
+            author: string;
+            time: string;
+        };
+        /** @description One operation of one person. */
+        Operation: {
+            op_id: string;
+            author: string;
+            command: components["schemas"]["CreateTrack"] | components["schemas"]["SetBox"] | components["schemas"]["RelabelTrack"] | components["schemas"]["RelabelBox"] | components["schemas"]["Merge"] | components["schemas"]["Split"] | components["schemas"]["DeleteFrom"] | components["schemas"]["DeleteTrack"] | components["schemas"]["RestoreTrack"] | components["schemas"]["AddKey"] | components["schemas"]["RemoveKey"] | components["schemas"]["Interpolate"] | components["schemas"]["Follow"] | components["schemas"]["SetOccluded"] | components["schemas"]["SetOutside"] | components["schemas"]["SetNotASign"] | components["schemas"]["SetIgnore"] | components["schemas"]["SetAttribute"] | components["schemas"]["SetReview"] | components["schemas"]["ReviewTracks"] | components["schemas"]["AddNote"] | components["schemas"]["EditNote"] | components["schemas"]["RemoveNote"] | components["schemas"]["Undo"] | components["schemas"]["Redo"];
+        };
+        /** @description One file that was made from runs, or is being made. */
+        OutputView: {
+            id: string;
+            kind: string;
+            run_id: string | null;
+            /** @description Of the file. */
+            name: string;
+            state: string;
+            error: string | null;
+            options: {
+                [key: string]: unknown;
+            };
+            done: number;
+            total: number | null;
+            /** @description Bytes. */
+            size: number | null;
+            sha256: string;
+            /** @description Of an export: title, counts, skipped, skipped_count, videos, split. */
+            summary: {
+                [key: string]: unknown;
+            };
+            created: string;
+            finished: string | null;
+        };
+        /** @description Outputs, the newest first. */
+        Outputs: {
+            outputs: components["schemas"]["OutputView"][];
+        };
+        /** @description What the layers of one frame show. */
+        Overlay: {
+            frame: number;
+            detections: components["schemas"]["OverlayDetection"][];
+            tracks: components["schemas"]["OverlayTrack"][];
+        };
+        /** @description One offline detection. */
+        OverlayDetection: {
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            raw: number;
+            prior: number;
+            score: number;
+            track: number | null;
+        };
+        /** @description The verdict on that prediction. */
+        OverlayGate: {
+            l_positive: number;
+            confident: boolean;
+        };
+        /** @description Where the motion model expected the sign, and how surely. */
+        OverlayPrediction: {
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            sigma: [
+                number,
+                number,
+                number,
+                number
+            ];
+        };
+        /** @description What the online detector found instead. */
+        OverlayRelocalisation: {
+            search: [
+                number,
+                number,
+                number,
+                number
+            ];
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            decision: number;
+            probability: number;
+            runner_up: [
+                number,
+                number,
+                number,
+                number
+            ];
+            runner_up_decision: number;
+        };
+        /** @description One track in one frame. */
+        OverlayTrack: {
+            id: number;
+            /** @enum {string} */
+            state: "tentative" | "confirmed";
+            /** @enum {integer} */
+            source: 0 | 1 | 2;
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            /** @description Label of the video's set; None: never read; -1: the set lacks what the engine calls it. */
+            class_id: number | null;
+            /** @description What the engine calls it, where the set lacks that. */
+            word: string | null;
+            share: number | null;
+            /** @description Sigma of cx, cy, w, h, px. */
+            prediction: components["schemas"]["OverlayPrediction"] | null;
+            gate: components["schemas"]["OverlayGate"] | null;
+            relocalisation: components["schemas"]["OverlayRelocalisation"] | null;
+        };
+        /** @description A window of frames. */
+        Overlays: {
+            overlays: components["schemas"]["Overlay"][];
+        };
+        /** @description One parameter of the engine. */
+        Parameter: {
+            section: string;
+            name: string;
+            /** @enum {string} */
+            type: "number" | "integer" | "boolean" | "choice" | "text";
+            default: boolean | number | string | number[] | null;
+            low: number | null;
+            high: number | null;
+            choices: string[] | null;
+            description: string;
+            /** @description A what-if may change it. */
+            replayable: boolean;
+            /** @description Preset -> value where it departs. */
+            presets: {
+                [key: string]: boolean | number | string | number[] | null;
+            };
+        };
+        /** @description What to record. */
+        RecordingOrder: {
+            first: number;
+            stop: number;
+            /** @default  */
+            name?: string;
+            /** @description The frame that it is about. */
+            frame?: number | null;
+            /** @description The track that it is about. */
+            track?: string | null;
+            /** @description Ground truth to put in; unset: that of the video, where there is exactly one. */
+            truth?: string | null;
+        };
+        /** @description Carry out again what was taken back. */
+        Redo: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "redo";
+            op_id: string;
+        };
+        /** @description A name of a file that no label can have. */
+        RefusedLabel: {
+            name: string;
+            reason: string;
+        };
+        /** @description Label of the box in this frame alone, null: the track's again; ``box`` is the one on screen. */
+        RelabelBox: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "relabel_box";
+            class_id: number | null;
+            box?: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+        };
+        /** @description Label of the whole track; null: the engine's again, -1: none of the classes. */
+        RelabelTrack: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "relabel_track";
+            class_id: number | null;
+        };
+        /** @description Forget what was said at this frame. */
+        RemoveKey: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "remove_key";
+        };
+        /** @description Away with it. */
+        RemoveNote: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "remove_note";
+            note_id: string;
+        };
+        /** @description Names of the runs that are gone. */
+        RemovedRuns: {
+            removed: string[];
+        };
+        /** @description A deleted track is there again, as it was. */
+        RestoreTrack: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "restore_track";
+        };
+        /**
+         * @description How much of the newest complete run people have judged, counted as the queue does.
+         *
+         *     ``tracks`` are those that are there: without deleted and merged ones, with those that people made. ``reviewed`` are
+         *     the accepted and rejected ones of them.
+         */
+        ReviewProgress: {
+            tracks: number;
+            reviewed: number;
+        };
+        /** @description The same verdict on the track and on others: one operation, so that one undo takes it back. */
+        ReviewTracks: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "review_tracks";
+            others: string[];
+            /** @enum {string} */
+            review: "open" | "accepted" | "rejected" | "needs_work";
+        };
+        /** @description One run over a video. */
+        RunView: {
+            id: string;
+            video_id: string;
+            kind: string;
+            name: string;
+            parent_id: string | null;
+            state: string;
+            error: string | null;
+            preset: string;
+            /** @description What differs from the preset. */
+            parameters: {
+                [key: string]: unknown;
+            };
+            first: number;
+            stop: number | null;
+            frames_done: number;
+            frames_total: number | null;
+            /** @description Frames a second. */
+            rate: number | null;
+            /** @description S. */
+            remaining: number | null;
+            /** @description Confirmed tracks. */
+            tracks: number | null;
+            engine_version: string;
+            models: {
+                [key: string]: string;
+            };
+            /**
+             * @description Of a complete run; `focus`: its camera's focus of expansion, null or {x, y: shares of the picture, named: by
+             *     a person}; of a what-if: `identical_frames`, `missing_pixels` in `missing_frames` that the evidence lacks,
+             *     `difference`.
+             */
+            summary: {
+                [key: string]: unknown;
+            };
+            created: string;
+            finished: string | null;
+        };
+        /** @description Runs of one video. */
+        Runs: {
+            runs: components["schemas"]["RunView"][];
+        };
+        /** @description The bundled drive that the first screen offers. */
+        Sample: {
+            video_id: string;
+            run_id: string | null;
+        };
+        /** @description Where a view of the run is opened. */
+        Scene3d: {
+            url: string;
+            view: string;
+            modes: components["schemas"]["Scene3dMode"][];
+        };
+        /** @description One of the scenes. */
+        Scene3dMode: {
+            /** @enum {string} */
+            id: "volume" | "prior" | "drive";
+            title: string;
+        };
+        /** @description A piece of an engine track. */
+        Segment: {
+            track: number;
+            first: number;
+            /** @description Inclusive. */
+            last: number;
+        };
+        /** @description What the page starts from. */
+        SessionAnswer: {
+            version: string;
+            /** @description Name that edits carry unless the page sets another. */
+            author: string;
+            /** @description Folders that videos may be added from. */
+            roots: string[];
+            /** @description Largest upload. */
+            upload_bytes: number;
+            /** @description The bundled drive. */
+            sample: components["schemas"]["Sample"] | null;
+            presets: string[];
+        };
+        /**
+         * @description An attribute of the whole track, or from this frame on until it changes the next time.
+         *
+         *     ``value`` null takes it away: from the whole track, or from this frame on, where the track's own counts then.
+         *     ``box`` is the one on screen.
+         */
+        SetAttribute: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "attribute";
+            attribute: string;
+            value: boolean | number | string | null;
+            /** @default false */
+            from_here?: boolean;
+            box?: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+        };
+        /** @description Draw, move or resize: the frame becomes a key frame with this box. */
+        SetBox: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "set_box";
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+        };
+        /** @description The track is a region that nobody counts: it may be a sign, and no training learns from it. */
+        SetIgnore: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "ignore";
+            value: boolean;
+        };
+        /** @description What was tracked is no traffic sign. */
+        SetNotASign: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "set_not_a_sign";
+            value: boolean;
+        };
+        /** @description Hidden (or not) from here to the next key frame; ``box`` is the one on screen. */
+        SetOccluded: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "set_occluded";
+            value: boolean;
+            box?: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+        };
+        /** @description Out of sight (or back) from here to the next key frame; ``box`` is the one on screen. */
+        SetOutside: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "set_outside";
+            value: boolean;
+            box?: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+        };
+        /** @description A picture for the label: PNG, at most 512 px and 256 KB; null takes it away. */
+        SetPicture: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "picture";
+            id: number;
+            png: string | null;
+        };
+        /** @description The verdict on the track. */
+        SetReview: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "set_review";
+            /** @enum {string} */
+            review: "open" | "accepted" | "rejected" | "needs_work";
+        };
+        /** @description Shares of the boxes; they need not add up to 1. */
+        Shares: {
+            /** @default 0.8 */
+            train?: number;
+            /** @default 0.2 */
+            val?: number;
+            /** @default 0 */
+            test?: number;
+        };
+        /** @description Offer a hidden label again. */
+        ShowLabel: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "show";
+            id: number;
+        };
+        /** @description One side, for the heading. */
+        SideView: {
+            name: string;
+            kind: string;
+            tracks: number;
+            boxes: number;
+            /** @description What tracks that people have made are called, by key; the engine's are called by their number. */
+            names: {
+                [key: string]: string;
+            };
+            /** @description A run, compared as the engine left it, on which people have said something. */
+            edited: boolean;
+        };
+        /** @description Something that did not come in. */
+        SkippedView: {
+            what: string;
+            reason: string;
+        };
+        /**
+         * @description From this frame on it is another track.
+         *
+         *     ``class_id`` is what the page takes the engine's class of the track to be, for a half without a piece of the
+         *     engine's; the server asks the evidence instead.
+         */
+        Split: {
+            /** @description The frame that the person looks at. */
+            frame: number;
+            key: string;
+            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            spans?: components["schemas"]["Segment"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "split";
+            new_key: string;
+            class_id?: number | null;
+        };
+        /** @description A run that has just been queued. */
+        StartedRun: {
+            id: string;
+            video_id: string;
+            kind: string;
+            name: string;
+            parent_id: string | null;
+            state: string;
+            error: string | null;
+            preset: string;
+            /** @description What differs from the preset. */
+            parameters: {
+                [key: string]: unknown;
+            };
+            first: number;
+            stop: number | null;
+            frames_done: number;
+            frames_total: number | null;
+            /** @description Frames a second. */
+            rate: number | null;
+            /** @description S. */
+            remaining: number | null;
+            /** @description Confirmed tracks. */
+            tracks: number | null;
+            engine_version: string;
+            models: {
+                [key: string]: string;
+            };
+            /**
+             * @description Of a complete run; `focus`: its camera's focus of expansion, null or {x, y: shares of the picture, named: by
+             *     a person}; of a what-if: `identical_frames`, `missing_pixels` in `missing_frames` that the evidence lacks,
+             *     `difference`.
+             */
+            summary: {
+                [key: string]: unknown;
+            };
+            created: string;
+            finished: string | null;
+            /** @description One sentence for each parameter that was given by an old name. */
+            warnings: string[];
+        };
+        /** @description An option of one format. */
+        SwitchView: {
+            name: string;
+            /** @description The first is the default. */
+            values: string[];
+            help: string;
+            /** @description Any other text counts as well. */
+            free: boolean;
+        };
+        /** @description The mirror axis and the pairs of features behind it, in px of the crop of the prediction. */
+        SymmetryView: {
+            /** @description Where the axis enters and leaves the sign; None: no axis was found. */
+            axis: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+            /** @description ``x1, y1, x2, y2, weight``; a feature on the axis is its own partner. */
+            matches: [
+                number,
+                number,
+                number,
+                number,
+                number
+            ][];
+            magnitude: number;
+            /** @description Width and height of the crop. */
+            size: [
+                number,
+                number
+            ];
+        };
+        /** @description When each frame of a video is shown, and where its decoder can start. */
+        TableAnswer: {
+            frames: number;
+            /** @description Numerator, denominator: pts * n / d = seconds. */
+            time_base: [
+                number,
+                number
+            ];
+            first_pts: number;
+            /** @description Runs of equal pts steps: [step, how often]. */
+            steps: [
+                number,
+                number
+            ][];
+            /** @description Ordinals of key frames. */
+            keys: number[];
+            /** @description Ordinals of damaged frames. */
+            corrupt: number[];
+        };
+        /** @description The operation that Ctrl+Z or Ctrl+Shift+Z would be about. */
+        Target: {
+            op_id: string;
+            name: string;
+            frame: number | null;
+            keys: string[];
+        };
+        /** @description The confirmed tracks of a run: one column a property, one entry a track. */
+        TrackColumns: {
+            id: number[];
+            first: number[];
+            last: number[];
+            frames: number[];
+            /** @description Frames with a detection. */
+            detected: number[];
+            /** @description Frame of the last detection, where a sign that a camera nears is largest; the first frame if there is none. */
+            clearest: number[];
+            /** @description Box in the first frame, px: a large one says that the sign was there before. */
+            first_box: ([
+                number,
+                number,
+                number,
+                number
+            ] | null)[];
+            /** @description And in the last. */
+            last_box: ([
+                number,
+                number,
+                number,
+                number
+            ] | null)[];
+            /** @description Label of the video's set; None: never read; -1: the set lacks what the engine calls it. */
+            class_id: (number | null)[];
+            /** @description What the engine calls it, where the set lacks that. */
+            word: (string | null)[];
+            /** @description Of the fused class in all votes. */
+            share: (number | null)[];
+            runner_up: (number | null)[];
+            runner_up_word: (string | null)[];
+            runner_up_share: (number | null)[];
+            /** @description Best final score. */
+            score: number[];
+            /** @description Longest side, px. */
+            side: number[];
+            /** @description Frames with a rejected prediction. */
+            rejected: number[];
+            relocalised: number[];
+            /** @description 0..1, without what people said. */
+            uncertainty: number[];
+            /** @description The same under its former name. */
+            doubt: number[];
+            /** @description What the queue sorts by: the uncertainty, with what people had said when this was asked for. */
+            rank: number[];
+            /** @description Plain sentences why. */
+            reasons: string[][];
+            tau: number;
+            /** @description False while the run goes on. */
+            complete: boolean;
+        };
+        /** @description One track as people have left it. A track that nobody touched has none. */
+        TrackDoc: {
+            /** @description `m7`: the engine's track 7; `h...`: made by a person. */
+            key: string;
+            /**
+             * @description 0: untouched.
+             * @default 0
+             */
+            revision: number;
+            /** @description Null: the engine's class stands; -1: none of the classes, as a person says. */
+            class_id: number | null;
+            /**
+             * @default open
+             * @enum {string}
+             */
+            review: "open" | "accepted" | "rejected" | "needs_work";
+            /**
+             * @description As older versions marked a false positive.
+             * @default false
+             */
+            not_a_sign: boolean;
+            /**
+             * @description Pieces of engine tracks, in order of frames, disjoint.
+             * @default []
+             */
+            segments: components["schemas"]["Segment"][];
+            /** @description By ordinal. */
+            keys: {
+                [key: string]: components["schemas"]["KeyFrame"];
+            };
+            /** @default [] */
+            notes: components["schemas"]["Note"][];
+            /**
+             * @description Deleted, or merged into another.
+             * @default false
+             */
+            gone: boolean;
+            merged_into: string | null;
+            /** @description Of the whole track, but for the key frames that have their own. */
+            attributes?: {
+                [key: string]: boolean | number | string;
+            };
+            /**
+             * @description A region that nobody counts: exports mark it where their format can, and no training learns from it.
+             * @default false
+             */
+            ignore?: boolean;
+        };
+        /** @description Something that happened, in a sentence. */
+        TrackEvent: {
+            frame: number;
+            kind: string;
+            text: string;
+        };
+        /** @description One track frame by frame, one column a property. Null: the step did not take place. */
+        TrackLane: {
+            id: number;
+            frame: number[];
+            source: number[];
+            box: [
+                number,
+                number,
+                number,
+                number
+            ][];
+            score: (number | null)[];
+            raw_score: (number | null)[];
+            prior: (number | null)[];
+            l_positive: (number | null)[];
+            /** @description 1 / max(symmetry_magnitude, symmetry_floor). */
+            symmetry: (number | null)[];
+            symmetry_magnitude: (number | null)[];
+            hash_distance: (number | null)[];
+            position_distance: (number | null)[];
+            confident: (boolean | null)[];
+            /** @description SVM. */
+            decision: (number | null)[];
+            probability: (number | null)[];
+            /** @description S_t, px. */
+            scale: (number | null)[];
+            /** @description W_t. */
+            weight: (number | null)[];
+            /** @description Labels with the most votes, the winner first; -1: the video's set lacks what the engine calls it. */
+            classes: number[];
+            /** @description What the engine calls each of them, where the set lacks that. */
+            words: (string | null)[];
+            /** @description Fused share of each of `classes`, 0..1. */
+            votes: (number[] | null)[];
+            /** @description P(c | x_t) of each of `classes`. */
+            probabilities: (number[] | null)[];
+            /** @description Label of each frame's crop alone, as in ``classes``. */
+            top: (number | null)[];
+            /** @description What the engine calls it, where the set lacks that. */
+            top_word: (string | null)[];
+            top_probability: (number | null)[];
+            /** @description Samples learned. */
+            learned: number[];
+            unlearned: number[];
+            events: components["schemas"]["TrackEvent"][];
+            tau: number;
+            /** @description The run's parameter: a smaller symmetry_magnitude counts as this in `symmetry`. */
+            symmetry_floor: number;
+        };
+        /** @description Take an operation back. */
+        Undo: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            name: "undo";
+            op_id: string;
+        };
+        /** @description Take the change of a version back. */
+        UndoChange: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "undo";
+            version: number;
+        };
+        /** @description Other values for the fields that are sent; null takes a value away. */
+        UpdateLabel: {
+            /** @default  */
+            short?: string;
+            aliases?: string[];
+            /**
+             * @default other
+             * @enum {string}
+             */
+            shape?: "triangle" | "inverted triangle" | "circle" | "octagon" | "diamond" | "rectangle" | "other";
+            /**
+             * @default other
+             * @enum {string}
+             */
+            category?: "prohibitory" | "mandatory" | "danger" | "priority" | "information" | "direction" | "additional" | "other";
+            attributes?: components["schemas"]["NewAttribute"][];
+            size_mm?: number | null;
+            mirror?: string | null;
+            /**
+             * @default sign
+             * @enum {string}
+             */
+            teach?: "sign" | "background" | "ignore";
+            colour?: string | null;
+            pinned?: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "update";
+            id: number;
+            name?: string | null;
+        };
+        /** @description The set that is used from now on. */
+        UseSet: {
+            set: string;
+        };
+        /** @description The set that the video uses from now on; null: the library's default. */
+        UseSetInVideo: {
+            set: string | null;
+        };
+        /** @description One video of the library. */
+        VideoView: {
+            /** @description SHA-256. */
+            id: string;
+            name: string;
+            path: string;
+            /** @description Bytes. */
+            size: number;
+            state: string;
+            error: string | null;
+            /** @description The file is not there (any more). */
+            missing: boolean;
+            sample: boolean;
+            width: number | null;
+            height: number | null;
+            /** @description Width of a pixel by its height: pictures are shown so, boxes are in stored pixels. */
+            pixel_ratio: number;
+            frames: number | null;
+            /** @description S. */
+            duration: number | null;
+            rate: number | null;
+            codec: string | null;
+            warnings: string[];
+            /** @description ISO 8601. */
+            created: string;
+            /** @description Key of its own label set; None: the library's default. */
+            label_set: string | null;
+            /** @description Number of runs. */
+            runs: number;
+            latest_run: string | null;
+            /** @description Of the latest complete run: tracks that are there, and those accepted or rejected. */
+            review: components["schemas"]["ReviewProgress"];
+        };
+        /** @description All videos. */
+        Videos: {
+            videos: components["schemas"]["VideoView"][];
+        };
+    };
+    responses: never;
+    parameters: never;
+    requestBodies: never;
+    headers: never;
+    pathItems: never;
+}
+export type $defs = Record<string, never>;
+export type operations = Record<string, never>;
