@@ -17,7 +17,7 @@ from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import read_dataset
-from tsr_engine.exchange.small_xml import SMALL, small_elements
+from tsr_engine.exchange.voc.small_xml import SMALL, small_elements
 from tsr_engine.exchange.xml import elements
 from tsr_engine.exchange.zip_writer import ZipWriter
 

@@ -18,7 +18,7 @@ from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_mot_truth,
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.gtsrb_crops import crop_with_border
+from tsr_engine.exchange.gtsrb.writer import crop_with_border
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.split import deal

@@ -9,7 +9,7 @@ import pytest
 from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.load import read_dataset
-from tsr_engine.exchange.yaml_names import MAX_YAML_BYTES, names_of, quoted_name
+from tsr_engine.exchange.yolo.names import MAX_YAML_BYTES, names_of, quoted_name
 
 BOTH = {0: "stop", 1: "it's 50"}
 

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from tsr_engine.errors import UsageError
-from tsr_engine.exchange import (
-    coco,
-    cvat_images,
-    cvat_video,
-    datumaro,
-    gtsdb,
-    gtsrb_crops,
-    label_studio,
-    mot,
-    tracks_csv,
-    tracks_json,
-    voc,
-    yolo,
-)
+from tsr_engine.exchange.coco import writer as coco
+from tsr_engine.exchange.cvat import images as cvat_images
+from tsr_engine.exchange.cvat import video as cvat_video
+from tsr_engine.exchange.datumaro import writer as datumaro
 from tsr_engine.exchange.formats import Format
+from tsr_engine.exchange.gtsdb import writer as gtsdb
+from tsr_engine.exchange.gtsrb import writer as gtsrb_crops
+from tsr_engine.exchange.label_studio import writer as label_studio
+from tsr_engine.exchange.mot import writer as mot
+from tsr_engine.exchange.tracks_csv import writer as tracks_csv
+from tsr_engine.exchange.tracks_json import writer as tracks_json
+from tsr_engine.exchange.voc import writer as voc
+from tsr_engine.exchange.yolo import writer as yolo
 
 __all__ = ["FORMATS", "format_named", "switches_of"]
 

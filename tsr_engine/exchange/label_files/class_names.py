@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tsr_engine.exchange.label_files.collected import Collector, FileLabels
 from tsr_engine.exchange.reading import read_text, refuse
-from tsr_engine.exchange.yaml_names import MAX_YAML_BYTES, names_of, quoted_name
+from tsr_engine.exchange.yolo.names import MAX_YAML_BYTES, names_of, quoted_name
 from tsr_engine.labels.model import LabelSet
 
 __all__ = ["read_names", "read_yaml_names", "write_names", "write_yaml_names"]

@@ -6,7 +6,7 @@ import math
 
 from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.dataset import UNSAID
-from tsr_engine.exchange.mot_columns import HIDDEN, VISDRONE, Columns, Row
+from tsr_engine.exchange.mot.columns import HIDDEN, VISDRONE, Columns, Row
 
 __all__ = ["NAMES", "Extras"]
 

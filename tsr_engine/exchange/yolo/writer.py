@@ -1,8 +1,4 @@
-"""YOLO as Ultralytics reads it: a text file a picture, ``class cx cy w h`` in parts of the picture.
-
-A sixth column would make Ultralytics drop the picture, so tracks go into ``tracks.csv`` beside, which names each line
-of each label file. Source: docs.ultralytics.com, datasets/detect; ``ultralytics/data/utils.py``.
-"""
+"""Writes label files, ``data.yaml`` and ``tracks.csv``."""
 
 from __future__ import annotations
 
@@ -20,8 +16,8 @@ from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
 from tsr_engine.exchange.sidecar import ATTRIBUTES, COLUMNS, SideText, csv_text
-from tsr_engine.exchange.yaml_names import quoted_name
-from tsr_engine.exchange.yolo_reader import SIDE, SIDE_OWN, YAML_FILES, is_label_file, label_files, read_yolo
+from tsr_engine.exchange.yolo.names import quoted_name
+from tsr_engine.exchange.yolo.reader import SIDE, SIDE_OWN, YAML_FILES, is_label_file, label_files, read_yolo
 
 __all__ = ["FORMAT"]
 

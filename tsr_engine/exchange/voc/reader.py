@@ -19,8 +19,8 @@ from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_rows import Listed, names_in
 from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
-from tsr_engine.exchange.small_xml import SMALL, XmlNode, small_elements
 from tsr_engine.exchange.turned import Edges
+from tsr_engine.exchange.voc.small_xml import SMALL, XmlNode, small_elements
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.exchange.xml import elements
 from tsr_engine.io.plain_numbers import real_number

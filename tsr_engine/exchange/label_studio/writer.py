@@ -1,9 +1,4 @@
-"""Label Studio video JSON: one region a track, key frames in percent of the picture.
-
-Frames count from 1 and a frame's time is its number divided by the frame rate, so only videos of constant rate fit.
-``enabled: false`` says that a region is not shown after that key frame, until its next one. Described in
-``videorectangle.md`` of Label Studio's documentation.
-"""
+"""Writes tasks for Label Studio."""
 
 from __future__ import annotations
 
@@ -17,8 +12,8 @@ from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.filters import unignored
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
-from tsr_engine.exchange.label_studio_controls import CONFIG, controls, results
-from tsr_engine.exchange.label_studio_reader import read_label_studio, sniff_label_studio
+from tsr_engine.exchange.label_studio.controls import CONFIG, controls, results
+from tsr_engine.exchange.label_studio.reader import read_label_studio, sniff_label_studio
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text

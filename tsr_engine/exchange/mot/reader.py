@@ -20,8 +20,8 @@ from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
-from tsr_engine.exchange.mot_columns import Columns, Row, Rows, columns_of
-from tsr_engine.exchange.mot_extras import NAMES, Extras
+from tsr_engine.exchange.mot.columns import Columns, Row, Rows, columns_of
+from tsr_engine.exchange.mot.extras import NAMES, Extras
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import ATTRIBUTES, read_rows, real

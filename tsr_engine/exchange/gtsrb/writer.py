@@ -1,15 +1,4 @@
-"""GTSRB class folders: each sign cut out of each of its frames, with a border, and a table a class.
-
-::
-
-    00014/00003_00007.ppm     class 14, track 3, its 8th picture in time
-    00014/GT-00014.csv        Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId
-    crops.csv                 where each crop was cut out, and of which track
-
-The border is 10 % of the sign, at least 5 px; where it leaves the picture, the picture's last pixels go on. ``X2`` and
-``Y2`` are exclusive. Source: Readme of the benchmark (Stallkamp et al. 2012). The benchmark's own folders do not say
-where a crop was cut out; only folders with ``crops.csv`` are read.
-"""
+"""Cuts signs out and writes the class folders."""
 
 from __future__ import annotations
 
@@ -21,15 +10,15 @@ from numpy.typing import NDArray
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
-from tsr_engine.exchange.gtsrb_reader import OWN, SIDE, read_crops, sniff_crops
+from tsr_engine.exchange.gtsrb.reader import OWN, SIDE, read_crops, sniff_crops
 from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.pictures import encode, picture_sha256, stream_frames
+from tsr_engine.exchange.rounding import whole_pixels
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.sidecar import ATTRIBUTES, COLUMNS, SideText, csv_text
 from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
-from tsr_engine.exchange.whole_pixels import whole_pixels
 
 __all__ = ["BORDER", "FORMAT", "LEAST_BORDER", "crop_with_border"]
 

@@ -1,9 +1,4 @@
-"""COCO detection: one JSON file a subset; tracks by the attributes ``track_id`` and ``keyframe``, as CVAT has them.
-
-Boxes are ``x, y, width, height`` in px from 0; category and image ids count from 1. A place to ignore is a crowd.
-A flat list of results (``image_id, category_id, bbox, score``) is read as detections. Source: cocodataset.org,
-format-data; attributes: ``format-coco.md`` of CVAT's documentation.
-"""
+"""Writes COCO."""
 
 from __future__ import annotations
 
@@ -16,7 +11,7 @@ import numpy as np
 
 from tsr_engine.exchange.attributes import inner, written
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.coco_reader import read_coco
+from tsr_engine.exchange.coco.reader import read_coco
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch

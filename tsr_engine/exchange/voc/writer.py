@@ -1,8 +1,4 @@
-"""Pascal VOC: one XML file a picture.
-
-Two readings of the corners are about. The devkit counts pixels from 1 and both corners belong to the sign; CVAT and
-Datumaro write plain edges from 0. The switch ``coordinates`` says which; only the upper left corner differs, by 1.
-"""
+"""Writes a file a picture."""
 
 from __future__ import annotations
 
@@ -22,10 +18,9 @@ from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
-from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.rounding import rounded, whole_pixels
 from tsr_engine.exchange.rows import PlainRows
-from tsr_engine.exchange.voc_reader import annotations_in, read_voc
-from tsr_engine.exchange.whole_pixels import whole_pixels
+from tsr_engine.exchange.voc.reader import annotations_in, read_voc
 from tsr_engine.exchange.xml import text
 from tsr_engine.labels.model import AttributeValue
 

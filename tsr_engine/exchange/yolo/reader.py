@@ -25,8 +25,8 @@ from tsr_engine.exchange.reading import decoded
 from tsr_engine.exchange.sidecar import SideRow, read_side
 from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
-from tsr_engine.exchange.yaml_names import names_of
-from tsr_engine.exchange.yolo_shapes import YoloLine, YoloRow, boxed
+from tsr_engine.exchange.yolo.names import names_of
+from tsr_engine.exchange.yolo.shapes import YoloLine, YoloRow, boxed
 from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["SIDE", "SIDE_OWN", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]

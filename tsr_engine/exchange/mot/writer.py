@@ -1,8 +1,4 @@
-"""MOT 1.1: rows of boxes with track ids, one folder a sequence.
-
-Frames, track ids and classes count from 1. Positions count from 0, as CVAT and Datumaro have them, or with ``origin=1``
-from 1, as MOTChallenge says. Source: motchallenge.net, instructions; ``format-mot.md`` of CVAT's documentation.
-"""
+"""Writes sequences of MOT rows."""
 
 from __future__ import annotations
 
@@ -17,9 +13,9 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
-from tsr_engine.exchange.mot_columns import COLUMNS_SWITCH, SCORES_SWITCH
-from tsr_engine.exchange.mot_extras import NAMES
-from tsr_engine.exchange.mot_reader import SIDE, SIDE_COLUMNS, read_mot, sniff_mot
+from tsr_engine.exchange.mot.columns import COLUMNS_SWITCH, SCORES_SWITCH
+from tsr_engine.exchange.mot.extras import NAMES
+from tsr_engine.exchange.mot.reader import SIDE, SIDE_COLUMNS, read_mot, sniff_mot
 from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.numbering import track_numbers

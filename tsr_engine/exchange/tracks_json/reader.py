@@ -14,14 +14,14 @@ from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.dataset import NONE, REJECTED, UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
-from tsr_engine.exchange.json_rows import FRAME_KEY, Entry, entries, first_of, inner_of
 from tsr_engine.exchange.json_stream import heads
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import Part, choose
 from tsr_engine.exchange.table_columns import CLASSES, NAMES, class_in, edges_of, normal
-from tsr_engine.exchange.tracks_csv_reader import OWN_NUMBERS, own_files, whole_box
+from tsr_engine.exchange.tracks_csv.reader import OWN_NUMBERS, own_files, whole_box
+from tsr_engine.exchange.tracks_json.rows import FRAME_KEY, Entry, entries, first_of, inner_of
 from tsr_engine.io.plain_numbers import real_number, whole_number
 
 __all__ = ["read_tracks_json", "sniff_tracks_json"]

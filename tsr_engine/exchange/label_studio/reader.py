@@ -12,7 +12,7 @@ from typing import Any
 from tsr_engine.exchange.checks import ImportValidator, read_json, refuse
 from tsr_engine.exchange.dataset import UNSAID, Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
-from tsr_engine.exchange.label_studio_controls import answers_of, declare_controls
+from tsr_engine.exchange.label_studio.controls import answers_of, declare_controls
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import Part, choose, name_in, name_similarity

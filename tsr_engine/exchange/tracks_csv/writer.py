@@ -1,8 +1,4 @@
-"""Plain CSV of tracks: the layout of ``tsr track --csv``, that of ground truth, and what other trackers write.
-
-Edges are px from 0, frames count from 0. Written by default is the layout of ``tsr track`` with more columns behind it,
-so that every reader of those rows reads these too.
-"""
+"""Writes tracks as rows."""
 
 from __future__ import annotations
 
@@ -27,7 +23,7 @@ from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.sidecar import ATTRIBUTES
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
-from tsr_engine.exchange.tracks_csv_reader import read_tracks_csv, sniff_tracks_csv
+from tsr_engine.exchange.tracks_csv.reader import read_tracks_csv, sniff_tracks_csv
 
 __all__ = ["FORMAT", "file_names"]
 

@@ -1,17 +1,4 @@
-"""Plain JSON of tracks or detections, for somebody else's detector or tracker and for lossless copies.
-
-::
-
-    {"format": "tsr-tracks", "version": 1, "video": {...}, "classes": ["stop", ...],
-     "tracks": [{"id": "m7", "class": "stop", "state": "open", "source": "engine", "notes": [[12, "lamp?"]],
-                 "attributes": {"lit": true},
-                 "boxes": [{"frame": 10, "box": [x1, y1, x2, y2], "score": 0.9, "key": true, "attributes": {}}, ...]}],
-     "detections": [{"frame": 10, "box": [x1, y1, x2, y2], "class": "stop", "score": 0.9}],
-     "negatives": [{"id": "m9", ...}]}
-
-``negatives`` are as ``tracks``, but what people have rejected: they look like signs and are none.
-Edges are px from 0, frames count from 0. A bare list of tracks or of detections is read too.
-"""
+"""Writes tracks as JSON."""
 
 from __future__ import annotations
 
@@ -29,8 +16,8 @@ from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
-from tsr_engine.exchange.tracks_csv import file_names
-from tsr_engine.exchange.tracks_json_reader import read_tracks_json, sniff_tracks_json
+from tsr_engine.exchange.tracks_csv.writer import file_names
+from tsr_engine.exchange.tracks_json.reader import read_tracks_json, sniff_tracks_json
 
 __all__ = ["FORMAT"]
 

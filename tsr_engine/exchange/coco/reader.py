@@ -8,7 +8,7 @@ from typing import Any
 
 from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
 from tsr_engine.exchange.checks import ImportValidator, refuse
-from tsr_engine.exchange.coco_images import Head, head_of, no_list, take_images
+from tsr_engine.exchange.coco.images import Head, head_of, no_list, take_images
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ImportTarget

@@ -1,40 +1,27 @@
-"""Datumaro JSON: one file a subset, one item a picture; tracks by the attributes ``track_id`` and ``keyframe``.
-
-Boxes are ``x, y, width, height`` in px from 0. The form is that of Datumaro's own exporter, format version 1.0.
-"""
+"""Reads Datumaro JSON of any version."""
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from tsr_engine.exchange.attributes import attributes_in, inner, ours_in, said_in, written
-from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
-from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
+from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.files_below import json_files
-from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.json_stream import heads, members
-from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
-from tsr_engine.exchange.notes import notes_from_text, notes_to_text
-from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
-from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
-from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.notes import notes_from_text
+from tsr_engine.exchange.picture_rows import Listed
 from tsr_engine.exchange.turned import Edges, upright
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 
-__all__ = ["FORMAT"]
+__all__ = ["read_datumaro", "sniff_datumaro"]
 
-_DECIMALS = 4
-_IMAGE = 2
-"""Datumaro's number for still pictures."""
 _OWN = frozenset(
     {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
 )
@@ -43,96 +30,16 @@ _CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
 """Older versions, and CVAT's, do not name the format; categories are an object in no other."""
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
-    labels = class_map(dataset, options.used_labels)
-    suffix = options.switches.get("image", "jpg")
-    lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
-    total = sum(len(part.frames) for part in lists)
-    done = 0
-    for subset in subsets_in(lists, options):
-        with out.text(f"annotations/{subset}.json") as file:
-            file.write(_head(labels))
-            comma = ""
-            for part in lists:
-                for item in _items(part, subset, suffix, labels):
-                    file.write(comma + item)
-                    comma = ",\n"
-                    done += 1
-                    options.progress(done, total)
-            file.write("\n]}\n")
-    pictures = write_files(
-        lists, out, options, lambda part, frame, subset: f"images/{subset}/{part.stem(frame)}.{suffix}"
-    )
-    return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
+def read_datumaro(path: Path, target: ImportTarget) -> Dataset:
+    """The data set of a file, or of the files of all subsets.
 
+    Args:
+        path: a JSON file, or the folder of an export.
+        target: the video that it is about.
 
-def _head(labels: ClassMap) -> str:
-    head = {
-        "dm_format_version": "1.0",
-        "media_type": _IMAGE,
-        "infos": {},
-        "categories": {
-            "label": {
-                "label_groups": [],
-                "labels": [
-                    *(
-                        {"name": each.name, "parent": "", "attributes": [written(one.name) for one in each.attributes]}
-                        for each in labels.labels
-                    ),
-                    *([{"name": UNKNOWN, "parent": "", "attributes": []}] if labels.unknown else []),
-                ],
-                # Attributes that are declared survive Datumaro's conversion to other formats.
-                "attributes": ["occluded", "uid", "score", "state", "source", "note", "ignore"],
-            },
-            "mask": {"colormap": []},
-        },
-    }
-    return json.dumps(head)[:-1] + ', "items": [\n'
-
-
-def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Iterator[str]:
-    """The text of each item of a subset."""
-    video, rows = part.video, part.rows
-    heads = [
-        json.dumps(
-            {
-                "track_id": part.first_track + place + 1,
-                "uid": info.uid,
-                "state": info.state,
-                "source": info.source,
-                **({"note": notes_to_text(info.notes)} if info.notes else {}),
-                **{written(name): value for name, value in info.attributes.items()},
-            },
-        )[1:-1]
-        for place, info in enumerate(rows.tracks)
-    ]
-    boxes = rounded(rows.boxes, _DECIMALS, video.width, video.height)
-    boxes[:, 2:] = np.round(boxes[:, 2:] - boxes[:, :2], _DECIMALS)
-    edges = boxes.tolist()
-    truth = ("false", "true")
-    for frame, at in part.listed(subset):
-        name = part.stem(frame)
-        out: list[str] = []
-        for number, k in enumerate(range(at.start, at.stop)):
-            score = float(rows.score[k])
-            out.append(
-                f'{{"id":{number},"type":"bbox","attributes":{{"occluded":{truth[int(rows.occluded[k])]},'
-                f'"keyframe":{truth[int(rows.key[k])]},"outside":false,'
-                + (f'"score":{score:.9g},' if score == score else "")
-                + ('"ignore":true,' if rows.ignore[k] else "")
-                + inner({written(name): value for name, value in rows.said(k).items()})
-                + f"{heads[rows.track[k]]}}},"
-                f'"group":0,"label_id":{labels.place(int(rows.label[k]))},"z_order":0,'
-                f'"bbox":[{",".join(map(repr, edges[k]))}]}}'
-            )
-        extra = "" if video.times is None else f',"time":{float(video.times[frame]):.6f}'
-        yield (
-            f'{{"id":{json.dumps(name)},"annotations":[{",".join(out)}],"attr":{{"frame":{frame}{extra}}},'
-            f'"image":{{"path":{json.dumps(f"{name}.{suffix}")},"size":[{video.height},{video.width}]}}}}'
-        )
-
-
-def _read(path: Path, target: ImportTarget) -> Dataset:
+    Raises:
+        ImportFormatError: an item or annotation breaks a rule.
+    """
     validator = ImportValidator(target)
     files = json_files(path)
     if not files:
@@ -266,27 +173,10 @@ def _edges(box: Any, turn: Any, scale: tuple[float, float], validator: ImportVal
     return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
 
 
-def _sniff(path: Path) -> bool:
+def sniff_datumaro(path: Path) -> bool:
+    """Whether a file or folder looks like Datumaro's."""
     for file in json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
         with file.open("rb") as stream:
             start = stream.read(1 << 14)
         return b'"dm_format_version"' in start or _CATEGORIES.search(start) is not None
     return False
-
-
-FORMAT = Format(
-    name="datumaro",
-    title="Datumaro JSON",
-    summary="Boxes by picture with tracks as attributes, for Datumaro and everything that it converts to.",
-    write=_write,
-    read=_read,
-    sniff=_sniff,
-    export_switches=(IMAGE_SWITCH,),
-    import_switches=(
-        *PICTURE_SWITCHES,
-        SIZE_SWITCH,
-        Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),
-    ),
-    key_frames=True,
-    docs="datumaro.md",
-)

@@ -12,7 +12,7 @@ from typing import Any
 
 from tsr_engine.exchange.attributes import ours_in, said_in
 from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
-from tsr_engine.exchange.cvat import (
+from tsr_engine.exchange.cvat.common import (
     OWN_NAMES,
     SHAPES,
     attribute_line,

@@ -16,7 +16,7 @@ import numpy as np
 
 from tsr_engine.exchange.attributes import at_row, ours_in, said_in
 from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
-from tsr_engine.exchange.cvat import (
+from tsr_engine.exchange.cvat.common import (
     OWN_NAMES,
     SHAPES,
     attribute_line,
@@ -31,7 +31,7 @@ from tsr_engine.exchange.cvat import (
     source_of,
     written_attributes,
 )
-from tsr_engine.exchange.cvat_tasks import TaskOfVideo
+from tsr_engine.exchange.cvat.tasks import TaskOfVideo
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.labels import ClassMap, class_map

@@ -1,0 +1,116 @@
+"""Reads ``gt.txt``, of the benchmark or of ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tsr_engine.exchange.beside import is_wrapper, stated_by_manifest
+from tsr_engine.exchange.checks import ImportValidator, read_text, refuse
+from tsr_engine.exchange.counting import Custom
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.labels import benchmark_keys
+from tsr_engine.exchange.line_ends import last_of, tell_open_ends
+from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.picture_rows import Listed, names_in
+from tsr_engine.exchange.whose_pictures import frames_of_pictures
+from tsr_engine.io.plain_numbers import whole_number
+
+__all__ = ["LIST", "TRUTH", "read_gtsdb", "sniff_gtsdb"]
+
+TRUTH = "gt.txt"
+LIST = "pictures.txt"
+_BENCHMARK = Custom(0, "the benchmark's scenes begin with 00000", before="", digits=5)
+
+
+def read_gtsdb(path: Path, target: ImportTarget) -> Dataset:
+    """The data set of a ``gt.txt``, or of one in each subset's folder.
+
+    Args:
+        path: the file, or the folder that has it.
+        target: the video that it is about.
+
+    Raises:
+        ImportFormatError: a row breaks a rule.
+    """
+    validator = ImportValidator(target)
+    files = _files(path)
+    if not files:
+        raise refuse(path.name, None, f"has no {TRUTH}. Name the folder that has it.")
+    home = path if path.is_dir() else path.parent
+    corners = target.switches.get("corners", "auto")
+    if corners == "auto":
+        corners = stated_by_manifest(home, "corners") or "inclusive"
+    rows = [
+        (file.relative_to(home).as_posix(), line, content)
+        for file in files
+        for line, content in enumerate(read_text(file).splitlines(), start=1)
+        if content.strip()
+    ]
+    tell_open_ends(((file.relative_to(home).as_posix(), last_of(file)) for file in files), validator)
+    listed: dict[tuple[str, str], Listed] = {}
+    for name, line, content in rows:
+        picture = _cells(content, name, line)[0]
+        if (name, picture) not in listed:
+            listed[name, picture] = Listed(picture, name, line, custom=_BENCHMARK)
+    more = [picture for file in files for picture in names_in(file.parent / LIST)]
+    frames = dict(zip(listed, frames_of_pictures(list(listed.values()), validator, home, more), strict=True))
+    loose = LooseBoxes(validator, files[0].name)
+    for name, line, content in rows:
+        cells = _cells(content, name, line)
+        frame = frames[name, cells[0]]
+        if frame is not None:
+            _read_row(cells, frame, name, line, corners, validator, loose)
+    loose.settle()
+    return validator.finish(files[0].name)
+
+
+def _cells(content: str, file: str, line: int) -> list[str]:
+    cells = [cell.strip() for cell in content.split(";")]
+    if len(cells) != 6:
+        raise refuse(file, line, f"must be file;left;top;right;bottom;class. Got {content.strip()[:60]!r}.")
+    return cells
+
+
+def _read_row(
+    cells: list[str], frame: int, file: str, line: int, corners: str, validator: ImportValidator, loose: LooseBoxes
+) -> None:
+    label = _whole(cells[5], cells, file, line)
+    if not 0 <= label < len(benchmark_keys()):
+        raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
+    edges = validator.edges(lambda: _edges(cells, 1 if corners == "inclusive" else 0, file, line))
+    loose.add(frame, edges, validator.label(benchmark_keys()[label], file, line), file=file, line=line)
+
+
+def _edges(cells: list[str], extra: int, file: str, line: int) -> tuple[float, float, float, float]:
+    left, top, right, bottom = (_whole(cell, cells, file, line) for cell in cells[1:5])
+    if min(left, top) < 0 or max(left, top, right, bottom) > 1_000_000:
+        raise refuse(file, line, f"corners must be pixels from 0. Got {left};{top};{right};{bottom}.")
+    return left, top, right + extra, bottom + extra
+
+
+def _whole(cell: str, cells: list[str], file: str, line: int) -> int:
+    try:
+        return whole_number(cell)
+    except ValueError:
+        raise refuse(file, line, f"must have whole numbers after the file. Got {';'.join(cells)[:60]!r}.") from None
+
+
+def _files(path: Path) -> list[Path]:
+    if path.is_file():
+        return [path]
+    if (path / TRUTH).is_file():
+        return [path / TRUTH]
+    return sorted(path.glob(f"*/{TRUTH}"))
+
+
+def sniff_gtsdb(path: Path) -> bool:
+    """Whether a file or folder looks like GTSDB's."""
+    if is_wrapper(path):
+        return False
+    for file in _files(path)[:1] if path.is_dir() or path.suffix.lower() in (".txt", ".csv") else []:
+        with file.open("rb") as stream:
+            start = stream.read(1 << 12).decode("latin-1")
+        line = next((part for part in start.splitlines() if part.strip()), "")
+        return line.count(";") == 5 and "Roi" not in line if line else (file.parent / LIST).is_file()
+    return False

@@ -1,0 +1,86 @@
+"""Writes ``gt.txt`` and the list of pictures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.gtsdb.reader import LIST, TRUTH, read_gtsdb, sniff_gtsdb
+from tsr_engine.exchange.labels import benchmark_numbers
+from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.output_sink import OutputSink
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
+from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
+from tsr_engine.exchange.rounding import whole_pixels
+
+__all__ = ["FORMAT"]
+
+
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    suffix = options.switches.get("image", "jpg")
+    corners = options.switches.get("corners", "inclusive")
+    numbers = benchmark_numbers(dataset.labels)
+    lists = picture_lists(dataset, options)
+    total = sum(len(part.frames) for part in lists)
+    done = ignored = unknown = 0
+    for subset in subsets_in(lists, options):
+        home = f"{subset}/" if options.split else ""
+        with out.text(home + TRUTH, encoding="ascii") as truth, out.text(home + LIST, encoding="ascii") as listed:
+            for part in lists:
+                rows = part.rows
+                boxes = whole_pixels(rows.boxes, part.video.width, part.video.height)
+                if corners == "inclusive":
+                    boxes[:, 2:] -= 1
+                edges = boxes.tolist()
+                for frame, at in part.listed(subset):
+                    name = _name(part, frame, suffix)
+                    listed.write(f"{name}\n")
+                    for k in range(at.start, at.stop):
+                        label = int(rows.label[k])
+                        if rows.ignore[k]:
+                            ignored += 1
+                        elif label not in numbers:
+                            unknown += 1
+                        else:
+                            truth.write(f"{name};{';'.join(map(str, edges[k]))};{numbers[label]}\n")
+                    done += 1
+                    options.progress(done, total)
+    pictures = write_files(
+        lists,
+        out,
+        options,
+        lambda part, frame, subset: (f"{subset}/" if options.split else "") + _name(part, frame, suffix),
+    )
+    skipped = [Skipped(f"{ignored} boxes to ignore", "gt.txt has no such mark.")] if ignored else []
+    why = "Their label is none of the 43 classes that gt.txt has numbers for."
+    skipped += [Skipped(f"{unknown} boxes", why)] if unknown else []
+    what = "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"
+    return skipped, {"origin": 0, "corners": corners, "meaning": what, "pictures": pictures}
+
+
+def _name(part: PictureList, frame: int, suffix: str) -> str:
+    """As in the benchmark, ``00010.ppm``; with several videos, after the name of each."""
+    return f"{part.stem(frame) if part.prefix else f'{frame:05d}'}.{suffix}"
+
+
+FORMAT = Format(
+    name="gtsdb",
+    title="GTSDB gt.txt",
+    summary="One line a sign in whole pixels, as the German detection benchmark has it; without tracks.",
+    write=_write,
+    read=read_gtsdb,
+    sniff=sniff_gtsdb,
+    export_switches=(
+        Switch("corners", ("inclusive", "exclusive"), "Right and bottom: the last pixels of the sign, or its edges."),
+        Switch("image", ("jpg", "png", "ppm"), IMAGE_SWITCH.help),
+    ),
+    import_switches=(
+        Switch("corners", ("auto", "inclusive", "exclusive"), "As for export; auto: by the manifest, else inclusive."),
+        *PICTURE_SWITCHES,
+        LINK_SWITCH,
+    ),
+    attributes="none",
+    ignores=False,
+    docs="gtsdb.md",
+)

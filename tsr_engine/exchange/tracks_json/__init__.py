@@ -1,0 +1,14 @@
+"""Plain JSON of tracks or detections, for somebody else's detector or tracker and for lossless copies.
+
+::
+
+    {"format": "tsr-tracks", "version": 1, "video": {...}, "classes": ["stop", ...],
+     "tracks": [{"id": "m7", "class": "stop", "state": "open", "source": "engine", "notes": [[12, "lamp?"]],
+                 "attributes": {"lit": true},
+                 "boxes": [{"frame": 10, "box": [x1, y1, x2, y2], "score": 0.9, "key": true, "attributes": {}}, ...]}],
+     "detections": [{"frame": 10, "box": [x1, y1, x2, y2], "class": "stop", "score": 0.9}],
+     "negatives": [{"id": "m9", ...}]}
+
+``negatives`` are as ``tracks``, but what people have rejected: they look like signs and are none.
+Edges are px from 0, frames count from 0. A bare list of tracks or of detections is read too.
+"""
