@@ -42,7 +42,7 @@ def _whatif() -> Task:
 
 
 def _replay() -> None:
-    import tsr_engine.replay  # noqa: F401
+    import tsr_engine.runs.replay  # noqa: F401
 
 
 def _follow() -> Task:

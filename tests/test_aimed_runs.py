@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 
 from tests import pipeline_toys as toys
-from tsr_engine import calibration
-from tsr_engine.calibration import aimed, calibrate
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.params import Params
-from tsr_engine.replay import run_params
-from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.runs import calibration
+from tsr_engine.runs.calibration import aimed, calibrate
+from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.replay import run_params
 from tsr_engine.tracking.focus import Focus, find_focus
 
 DRIVE = Path(__file__).parents[1] / "sample_videos" / "clips" / "low_sun.mp4"

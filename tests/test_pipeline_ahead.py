@@ -19,7 +19,7 @@ from tsr_engine.io.cores import usable_cores
 from tsr_engine.params import Params
 from tsr_engine.pipeline import detected_ahead, load_components
 from tsr_engine.records import Detections, Picture
-from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.runs.live import RunRequest, track_video
 
 FRAMES = 40
 

@@ -20,8 +20,8 @@ from tsr_engine.errors import EvidenceError, StorageError, UsageError, VideoErro
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_cursor import Cursor
-from tsr_engine.run_outputs import RunOutputs
-from tsr_engine.runs import Progress, RunReport, RunRequest, track_video
+from tsr_engine.runs.live import Progress, RunReport, RunRequest, track_video
+from tsr_engine.runs.outputs import RunOutputs
 
 SCRIPT = Path(__file__).with_name("pipeline_toys.py")
 FRAMES = 100

@@ -19,8 +19,8 @@ from tsr_engine.pipeline import RECOMPUTED, Components, Models, rescored, start_
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence
-from tsr_engine.replay import ReplayReport, changed_parameters, check_models, replay, run_params
-from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.replay import ReplayReport, changed_parameters, check_models, replay, run_params
 from tsr_engine.tracking import tracker
 from tsr_engine.tracking.track import Track
 

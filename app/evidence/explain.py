@@ -52,7 +52,7 @@ def explain(
 ) -> Explanation | None:
     """Judge a stored prediction once more; None: the gate did not judge it."""
     from tsr_engine.pipeline.inspection import inspect_gate  # the engine is large: only those who ask load it
-    from tsr_engine.replay import run_params
+    from tsr_engine.runs.replay import run_params
 
     params = run_params(reader)
     found = inspect_gate(reader, params, track_id, frame, pixels)

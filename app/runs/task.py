@@ -29,7 +29,7 @@ _TELL = 0.3
 def track(task: TaskContext) -> None:
     """Run the engine, or go on where an earlier process was stopped."""
     from tsr_engine.pipeline import load_components
-    from tsr_engine.runs import Progress, RunRequest, track_video
+    from tsr_engine.runs.live import Progress, RunRequest, track_video
 
     with task.database.read() as session:
         found = session.get_one(Run, task.job.subject)

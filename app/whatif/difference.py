@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tsr_engine.labels.classes import RunClasses
     from tsr_engine.pipeline import TrackSummary
-    from tsr_engine.replay import ReplayReport
+    from tsr_engine.runs.replay import ReplayReport
 
 __all__ = ["MOST", "difference"]
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tsr_engine.evidence import EvidenceReader
     from tsr_engine.params import Params
     from tsr_engine.pipeline import Components
-    from tsr_engine.replay import ReplayReport
+    from tsr_engine.runs.replay import ReplayReport
 
 __all__ = ["replay_into", "run_whatif"]
 
@@ -37,7 +37,7 @@ def run_whatif(task: TaskContext) -> None:
     """Replay; a what-if that was stopped half way starts over, for it takes seconds."""
     from tsr_engine.evidence import EvidenceReader
     from tsr_engine.pipeline import load_components
-    from tsr_engine.replay import ReplayReport, check_models, run_params
+    from tsr_engine.runs.replay import ReplayReport, check_models, run_params
 
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
@@ -98,7 +98,7 @@ def replay_into(
         report: filled on the way.
     """
     from tsr_engine.evidence import EvidenceWriter
-    from tsr_engine.replay import replay
+    from tsr_engine.runs.replay import replay
 
     header = replace(
         reader.header,

@@ -23,7 +23,6 @@ from benchmarks.peers.cache import Cache, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.remembered import plain_seen, read_seen, systems_code
 from benchmarks.systems.video import FrameGroundTruth, Seen, counted, followed, frame_ground_truths, watch
-from tsr_engine.calibration import aimed
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
@@ -31,7 +30,8 @@ from tsr_engine.evaluation.tracking_rows import GroundTruth, read_results
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread
 from tsr_engine.records import Detections
-from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.runs.calibration import aimed
+from tsr_engine.runs.live import RunRequest, track_video
 
 __all__ = ["EXPERIMENT"]
 

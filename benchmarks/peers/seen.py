@@ -19,7 +19,7 @@ from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import Detections, Picture
-from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.runs.live import RunRequest, track_video
 
 __all__ = ["Annotated", "Seen", "SeenFrame", "every", "look", "pictures"]
 

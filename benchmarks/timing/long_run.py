@@ -41,7 +41,7 @@ from tsr_engine.pipeline import (
     replay_regions,
 )
 from tsr_engine.records import Detections, Picture
-from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.tracking.camera_shift import CameraShift
 
 __all__ = ["NOTES", "SHOWN", "Seen", "look_once", "note_writer", "repeated"]

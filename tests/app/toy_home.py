@@ -19,7 +19,7 @@ from tests import pipeline_toys as toys
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import video_sha256
-from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.runs.live import RunRequest, track_video
 
 
 @dataclass

@@ -26,7 +26,7 @@ from tsr_engine.evaluation.tracking_rows import GroundTruth, read_results
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.params import PRESETS, Params
-from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.runs.live import RunRequest, track_video
 
 
 @pytest.fixture(scope="module")

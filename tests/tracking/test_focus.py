@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tsr_engine.calibration import calibrate
 from tsr_engine.errors import VideoError
 from tsr_engine.io.video import VideoLimits
 from tsr_engine.records import FloatArray
+from tsr_engine.runs.calibration import calibrate
 from tsr_engine.tracking.focus import find_focus
 
 CLIPS = Path(__file__).parents[2] / "sample_videos" / "clips"

@@ -57,8 +57,8 @@ def main() -> None:
 def _track(order: Order) -> dict[str, Any]:
     from tsr_engine.params import Params
     from tsr_engine.pipeline import Network, load_components
-    from tsr_engine.report_json import report_as_json
-    from tsr_engine.runs import Progress, RunRequest, track_video
+    from tsr_engine.runs.live import Progress, RunRequest, track_video
+    from tsr_engine.runs.report_json import report_as_json
 
     folder = Path(order.folder)
     work = unfinished_folder(folder)

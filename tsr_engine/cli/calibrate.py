@@ -38,8 +38,8 @@ def calibrate(
       tsr track drive.mp4 --set coast_foe_y=0.65
     """
     start, stop = frame_range(frames)
-    from tsr_engine import calibration
     from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.runs import calibration
 
     path = existing(video, "video")
     with progress_bar("calibrating", "frames") as show:

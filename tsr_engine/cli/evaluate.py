@@ -24,7 +24,7 @@ from tsr_engine.cli.common import (
 from tsr_engine.cli.tracking_table import print_summaries
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.recognition.catalogue import CLASS_NAMES
-from tsr_engine.report_json import class_name
+from tsr_engine.runs.report_json import class_name
 
 __all__ = ["app"]
 
@@ -328,7 +328,7 @@ def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[i
     from tsr_engine.cli.progress import progress_bar, rate_text
     from tsr_engine.evaluation.tracking_rows import read_results
     from tsr_engine.pipeline import load_components
-    from tsr_engine.runs import RunRequest, track_video
+    from tsr_engine.runs.live import RunRequest, track_video
 
     with tempfile.TemporaryDirectory() as folder, progress_bar(title, "frames") as show:
         csv = Path(folder) / "rows.csv"

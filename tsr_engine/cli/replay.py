@@ -23,7 +23,7 @@ from tsr_engine.cli.replay_bundle import replay_bundle_file
 from tsr_engine.errors import EvidenceError, UsageError
 
 if TYPE_CHECKING:
-    from tsr_engine.replay import ReplayReport
+    from tsr_engine.runs.replay import ReplayReport
 
 __all__ = ["ParameterCommand", "replay"]
 
@@ -83,8 +83,8 @@ def replay(
     from tsr_engine.io.atomic import atomic_text
     from tsr_engine.params import Params
     from tsr_engine.pipeline import ResultStream, load_components
-    from tsr_engine.replay import ReplayReport, changed_parameters, check_models, run_params
-    from tsr_engine.replay import replay as replay_run
+    from tsr_engine.runs.replay import ReplayReport, changed_parameters, check_models, run_params
+    from tsr_engine.runs.replay import replay as replay_run
 
     if csv is not None:
         refuse_run_files([csv], evidence)
@@ -144,7 +144,7 @@ def _check(stopped: Any) -> None:
 
 def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -> dict[str, Any]:
     """A replay's report in JSON's own types."""
-    from tsr_engine.report_json import track_as_json
+    from tsr_engine.runs.report_json import track_as_json
 
     return {
         "frames": report.frames,
@@ -165,7 +165,7 @@ def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -
 def print_report(report: ReplayReport, changed: list[str]) -> None:
     """What was replayed, the tracks, and what differs from the run."""
     from tsr_engine.cli.track import track_table
-    from tsr_engine.report_json import class_name
+    from tsr_engine.runs.report_json import class_name
 
     console = out_console()
     what = ", ".join(changed) if changed else "no parameter changed"

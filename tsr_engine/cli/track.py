@@ -29,7 +29,7 @@ from tsr_engine.cli.common import (
 from tsr_engine.io.video_kinds import KINDS
 
 if TYPE_CHECKING:
-    from tsr_engine.runs import RunReport
+    from tsr_engine.runs.live import RunReport
 
 __all__ = ["track"]
 
@@ -87,7 +87,7 @@ def track(
     from tsr_engine.io.cores import usable_cores
     from tsr_engine.io.video_probe import check_file
     from tsr_engine.pipeline import load_components
-    from tsr_engine.runs import Progress, RunRequest, track_video
+    from tsr_engine.runs.live import Progress, RunRequest, track_video
 
     check_file(video)
     components = load_components(params, models, network)
@@ -117,7 +117,7 @@ def track(
     for warning in report.warnings:
         say(f"warning: {warning}")
     if json:
-        from tsr_engine.report_json import report_as_json
+        from tsr_engine.runs.report_json import report_as_json
 
         print_json(report_as_json(report, request))
     else:
@@ -159,7 +159,7 @@ def track_table(tracks: list[Any], names: Sequence[str]) -> Any:
     """A table with one row a track; ``names`` are those of the classes."""
     from rich.table import Table
 
-    from tsr_engine.report_json import class_name
+    from tsr_engine.runs.report_json import class_name
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in ("track", "class", "sign"):

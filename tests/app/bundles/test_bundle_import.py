@@ -123,7 +123,7 @@ def test_numbers_of_the_clip_where_it_begins_later(
 
     from app.edits.documents import KeyFrame, Segment, TrackDoc
     from tsr_engine.io.video_writer import VideoWriter
-    from tsr_engine.runs import RunRequest, track_video
+    from tsr_engine.runs.live import RunRequest, track_video
 
     toys = toy_homes.toys
     video = tmp_path / "keys.mp4"

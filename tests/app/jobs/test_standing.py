@@ -106,7 +106,7 @@ def test_one_that_dies_gets_a_successor(desk: Desk) -> None:
 def test_it_loads_what_jobs_need() -> None:
     code = (
         "import sys, app.jobs.readiness as r; from app.kinds import KINDS\n"
-        "needed = {'rerun', 'tsr_engine.replay', 'app.exchange.task'}\n"
+        "needed = {'rerun', 'tsr_engine.runs.replay', 'app.exchange.task'}\n"
         "assert not needed & set(sys.modules)\n"
         "for step in r.preparations(KINDS): step()\n"
         "assert needed <= set(sys.modules)"

@@ -24,7 +24,7 @@ from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.labels.classes import classes_of_keys
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.params.replayable import is_replayable
-from tsr_engine.replay import ReplayReport
+from tsr_engine.runs.replay import ReplayReport
 
 
 def service(home: Any) -> WhatIfService:

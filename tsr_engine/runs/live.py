@@ -11,27 +11,19 @@ from array import array
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import replace
-from fractions import Fraction
-from pathlib import Path
 
-import numpy as np
-
-from tsr_engine.calibration import aimed
 from tsr_engine.detection.acf import AcfDetector
-from tsr_engine.errors import EvidenceError, InputError, StorageError, VideoError
+from tsr_engine.errors import InputError, StorageError, VideoError
 from tsr_engine.evidence import (
-    EvidenceReader,
-    EvidenceWriter,
     FramePixels,
     RunHeader,
-    RunState,
     TableEntry,
     VideoIdentity,
     read_header,
 )
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.read_ahead import read_ahead
-from tsr_engine.io.video import Frame, FrameTable, Video, open_video
+from tsr_engine.io.video import Frame, Video, open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import (
     Components,
@@ -39,12 +31,13 @@ from tsr_engine.pipeline import (
     FrameInput,
     TrackingCore,
     detected_ahead,
-    rebuild,
     replay_regions,
 )
 from tsr_engine.records import Detections, FrameEvidence, Picture
-from tsr_engine.run_outputs import RunOutputs, refuse_outputs
-from tsr_engine.run_report import Progress, RunReport, RunRequest
+from tsr_engine.runs.calibration import aimed
+from tsr_engine.runs.outputs import RunOutputs, refuse_outputs
+from tsr_engine.runs.report import Progress, RunReport, RunRequest
+from tsr_engine.runs.stored_part import RunEvidence
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.focus import Focus
 
@@ -141,7 +134,7 @@ class _Run:
         self.frames, self.interval, self.time_base = len(table), float(table.interval()), table.time_base
         if request.table is not None and not video.adopt(request.table):
             raise VideoError(f"{request.video} does not belong to its frame table. Add it anew.")
-        self.writer: EvidenceWriter | None = None
+        self.evidence: RunEvidence | None = None
 
     def execute(self) -> RunReport:
         began = time.perf_counter()
@@ -149,7 +142,10 @@ class _Run:
         with ExitStack() as stack:
             self._open_outputs(stack)
             try:
-                last = self._earlier_part()
+                last = None if self.evidence is None else self.evidence.last_frame
+                for frame in () if self.evidence is None else self.evidence.earlier_frames(self.video):
+                    self._pass_on(frame)
+                self.report.resumed_at = None if last is None else last + 1
                 self._compute(last, began)
             except BaseException as error:
                 if not self.report.frames:
@@ -166,18 +162,14 @@ class _Run:
         self._require_frames()
         self.outputs.open(stack)
         if self.request.evidence is not None:
-            self.writer = self._open_evidence(self.request.evidence)
-            stack.callback(self.writer.abandon)
+            self.evidence = RunEvidence(self.request.evidence, self.request, self._header())
+            self.interval = self.evidence.interval
+            stack.callback(self.evidence.writer.abandon)
 
-    def _require_frames(self) -> None:
-        """Refuse a range that begins behind the last frame: the video itself says so when it is asked for it."""
-        start = self.request.start
-        if start:
-            next(self.video.frames(start, start + 1), None)
-
-    def _open_evidence(self, folder: Path) -> EvidenceWriter:
+    def _header(self) -> RunHeader:
+        """What evidence says of the run."""
         file = self.video.file
-        header = RunHeader(
+        return RunHeader(
             video=VideoIdentity(file.path.name, file.sha256(), file.status.st_size),
             parameters=self.request.params.model_dump(mode="json"),
             models=dict(self.components.models),
@@ -192,47 +184,19 @@ class _Run:
                 "learned_lambda": self.components.learned_lambda,
             },
         )
-        if not (folder / RUN_FILE).exists() or self.request.restart:
-            return EvidenceWriter.create(folder, header, overwrite=self.request.restart)
-        writer = EvidenceWriter.resume(folder, header)
-        # The interval decides predictions: a resumed run keeps the one it began with.
-        self.interval = float(writer.header.frame_table["interval"])
-        return writer
 
-    def _earlier_part(self) -> int | None:
-        """Pass on what an earlier call has stored; the last stored frame, None if there is none."""
-        if self.writer is None or self.writer.last_frame is None:
-            return None
-        last, start = self.writer.last_frame, self.request.start
-        with EvidenceReader(self.writer.folder) as reader:
-            if reader.first_frame != start:
-                raise EvidenceError(
-                    f"{self.writer.folder} holds frames from {reader.first_frame} on, expected from {start} on. "
-                    "Use the same --frames, or a new folder."
-                )
-            if self.request.stop is not None and last >= self.request.stop:
-                raise EvidenceError(
-                    f"{self.writer.folder} holds frames up to {last}, expected none from {self.request.stop} on. "
-                    "Use the same --frames, or a new folder."
-                )
-            vouches = start == 0 and self.video.timed
-            if vouches and not self.video.adopt(_confirmed_table(reader, self.time_base)):
-                raise EvidenceError(
-                    f"The frames in {self.writer.folder} are not those that {self.request.video} has now. "
-                    "Track it into a new folder."
-                )
-            for frame in reader.frames(start, last + 1, pixels=False):
-                self._pass_on(frame)
-        self.report.resumed_at = last + 1
-        return last
+    def _require_frames(self) -> None:
+        """Refuse a range that begins behind the last frame: the video itself says so when it is asked for it."""
+        start = self.request.start
+        if start:
+            next(self.video.frames(start, start + 1), None)
 
     def _core(self, last: int | None) -> TrackingCore:
         """A fresh core, or the one that a run had after frame ``last``."""
         params, parts = self.request.params, self.components.parts
-        if last is None or self.writer is None:
+        if last is None or self.evidence is None:
             return TrackingCore(params, parts, self.video.width, self.video.height, interval=self.interval)
-        with EvidenceReader(self.writer.folder) as reader:
-            return rebuild(reader, params, parts, last)
+        return self.evidence.core(params, parts, last)
 
     def _compute(self, last: int | None, began: float) -> None:
         """Everything after the last stored frame."""
@@ -240,7 +204,7 @@ class _Run:
         core = self._core(last)
         tracking = request.params.tracking
         shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
-        stored = self._stored_frames(last)
+        stored = self.evidence.frames() if self.evidence is not None and self.outputs.draws else None
         first = request.start if last is None or self.outputs.draws else last
         if request.stop is not None and last is not None and last + 1 >= request.stop and not self.outputs.draws:
             return
@@ -292,10 +256,10 @@ class _Run:
         evidence = core.step(FrameInput(frame.ordinal, frame.seconds, detections, moved, pixels))
         seconds |= evidence.timings
         t3 = clock()
-        if self.writer is not None:
+        if self.evidence is not None:
             regions = replay_regions(evidence, pixels, self.request.params)
             evidence = replace(evidence, regions=regions, timings=seconds)
-            self.writer.append(evidence, self._table_entry(frame))
+            self.evidence.writer.append(evidence, self._table_entry(frame))
             seconds["evidence"] = clock() - t3
         for stage, value in seconds.items():
             self.report.stages.setdefault(stage, array("d")).append(value)
@@ -318,12 +282,6 @@ class _Run:
             began = time.perf_counter()
             self.outputs.draw(frame, evidence)
             self.report.stages.setdefault("annotate", array("d")).append(time.perf_counter() - began)
-
-    def _stored_frames(self, last: int | None) -> Iterator[FrameEvidence] | None:
-        """The evidence of the earlier part for the annotated video, if both are there."""
-        if last is None or not self.outputs.draws or self.writer is None:
-            return None
-        return _read_stored(self.writer.folder, self.request.start, last + 1)
 
     def _total(self) -> int | None:
         expected = self.video.expected
@@ -349,21 +307,11 @@ class _Run:
             failure = failure or error
         self.report.tracks = self.outputs.tracks
         self.report.warnings = self.video.warnings + self.outputs.warnings
-        if self.writer is not None:
-            state, reason = _end(self.report, failure)
+        if self.evidence is not None:
             with suppress(*(() if failure is None else (StorageError,))):
-                self.writer.close(state, reason)
+                self.evidence.close(self.report, failure)
         self.outputs.close_video(failed=failure is not None)
         return failure
-
-
-def _end(report: RunReport, failure: BaseException | None) -> tuple[RunState, str]:
-    """How evidence says that the run ended."""
-    if report.interrupted or isinstance(failure, KeyboardInterrupt):
-        return "interrupted", f"Interrupted after {report.frames} frames."
-    if failure is not None:
-        return "failed", str(failure)
-    return "complete", ""
 
 
 def _timed_frames(frames: Iterator[Frame]) -> Iterator[tuple[Frame, float]]:
@@ -374,23 +322,3 @@ def _timed_frames(frames: Iterator[Frame]) -> Iterator[tuple[Frame, float]]:
         if frame is None:
             return
         yield frame, time.perf_counter() - began
-
-
-def _confirmed_table(reader: EvidenceReader, time_base: Fraction) -> FrameTable:
-    """The frames that a run has stored, from 0 on, as rows of the frame table: they were decoded then.
-
-    Only for videos with presentation times; rows end before the first one without.
-    """
-    pts, flags = array("q"), bytearray()
-    for _, entry in reader.frame_table():
-        if entry.pts is None:
-            break
-        pts.append(entry.pts)
-        flags.append(entry.key | 2 * entry.corrupt)
-    stamps, bits = np.array(pts, dtype=np.int64), np.frombuffer(bytes(flags), dtype=np.uint8)
-    return FrameTable(time_base, stamps, stamps, (bits & 1) > 0, (bits & 2) > 0, len(stamps), complete=False)
-
-
-def _read_stored(folder: Path, start: int, stop: int) -> Iterator[FrameEvidence]:
-    with EvidenceReader(folder) as reader:
-        yield from reader.frames(start, stop, pixels=False)

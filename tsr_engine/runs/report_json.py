@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tsr_engine.pipeline import TrackSummary
-    from tsr_engine.run_report import RunReport, RunRequest
+    from tsr_engine.runs.report import RunReport, RunRequest
 
 __all__ = ["class_name", "report_as_json", "track_as_json"]
 

@@ -20,7 +20,7 @@ from tsr_engine.io.video import Frame, Video
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.pipeline import ResultStream, TrackSummary
 from tsr_engine.records import FrameEvidence
-from tsr_engine.run_report import RunRequest
+from tsr_engine.runs.report import RunRequest
 
 __all__ = ["RunOutputs", "refuse_outputs"]
 

@@ -1,0 +1,1 @@
+"""Runs: a video through the engine, live or replayed from evidence, with what it writes and reports."""
