@@ -5,12 +5,10 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tsr_engine.bundle.clip import Clip, cut_clip
-from tsr_engine.bundle.expectation import Expectation
 from tsr_engine.bundle.judge import Finding, judge
 from tsr_engine.bundle.layout import (
     CORRECTIONS,
@@ -39,6 +37,7 @@ from tsr_engine.bundle.models import choose_models, put_models
 from tsr_engine.bundle.network import network_text, put_network
 from tsr_engine.bundle.output import Output, write_rows
 from tsr_engine.bundle.readme import readme_text
+from tsr_engine.bundle.request import BundleReport, BundleRequest
 from tsr_engine.bundle.slices import write_slice
 from tsr_engine.errors import EvidenceError, InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence import EvidenceReader, ResultRow
@@ -46,89 +45,16 @@ from tsr_engine.exchange.archive import pack
 from tsr_engine.exchange.publish import workshop
 from tsr_engine.io.atomic import atomic_bytes, refuse_inputs, storage_error
 from tsr_engine.io.digest import file_sha256
-from tsr_engine.io.frame_table import FrameTable
-from tsr_engine.io.opened_file import VideoSource, named
-from tsr_engine.io.video import VideoLimits
+from tsr_engine.io.opened_file import named
 from tsr_engine.io.video_probe import video_sha256
-from tsr_engine.labels.classes import RunClasses
 from tsr_engine.pipeline import ResultStream
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
 
 if TYPE_CHECKING:
-    from tsr_engine.recording import BoxRows
+    pass
 
 __all__ = ["BundleReport", "BundleRequest", "make_bundle"]
-
-_NO_CORRECTIONS: Mapping[str, Any] = {"documents": []}
-
-
-@dataclass(frozen=True, slots=True)
-class BundleRequest:
-    """What goes into a bundle.
-
-    Attributes:
-        evidence: folder of the run.
-        video: the video that was tracked.
-        out: the zip file; one that is there is replaced at the end.
-        first: first frame that counts.
-        stop: frame after the last.
-        note: what the reporter says.
-        expectation: what should have come out.
-        corrections: the corrected tracks as the tool stores them, plain JSON values.
-        corrected: the same as boxes, for the recording.
-        classes: what the run's class numbers mean in the label set of the corrections; unset: in ``gtsrb-43``.
-        tracks: keys of the tracks that it is about.
-        table: the video's frame table, if it is at hand.
-        limits: what the video may demand.
-        models: model folders in which the run's models may be.
-        network: the ONNX network of the run, to be put in.
-        run_id: of the run, in the tool.
-        run_name: of the run.
-        preset: of the run.
-        kind: ``engine`` or ``whatif``.
-        recording: put a recording in, if it can be made.
-    """
-
-    evidence: Path
-    video: VideoSource
-    out: Path
-    first: int
-    stop: int
-    note: str = ""
-    expectation: Expectation = field(default_factory=Expectation)
-    corrections: Mapping[str, Any] = field(default_factory=lambda: _NO_CORRECTIONS)
-    corrected: BoxRows | None = None
-    classes: RunClasses | None = None
-    tracks: tuple[str, ...] = ()
-    table: FrameTable | None = None
-    limits: VideoLimits | None = None
-    models: Sequence[Path] = ()
-    network: Path | None = None
-    run_id: str = ""
-    run_name: str = ""
-    preset: str = ""
-    kind: str = "engine"
-    recording: bool = True
-
-
-@dataclass(frozen=True, slots=True)
-class BundleReport:
-    """What was packed.
-
-    Attributes:
-        path: the file.
-        size: bytes.
-        manifest: its manifest.
-        findings: what became of the expectations in the run's own output.
-        warnings: what the maker should know, one sentence each.
-    """
-
-    path: Path
-    size: int
-    manifest: Manifest
-    findings: tuple[Finding, ...]
-    warnings: tuple[str, ...]
 
 
 def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = lambda _done, _of: None) -> BundleReport:

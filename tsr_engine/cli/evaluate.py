@@ -19,8 +19,8 @@ from tsr_engine.cli.common import (
     make_params,
     out_console,
     print_json,
-    say,
 )
+from tsr_engine.cli.measured import check_out, chosen_crops, held_out_scenes, track_alone, write_figures
 from tsr_engine.cli.tracking_table import print_summaries
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.recognition.catalogue import CLASS_NAMES
@@ -78,7 +78,7 @@ def tracking(
     from tsr_engine.evaluation.tracking import evaluate_video, summarise
     from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
 
-    _check_out(out)
+    check_out(out)
     found = [(video, truth_of(video, truth)) for video in annotated_videos(videos, truth)]
     pairs = readable(found)
     runs = {preset: params}
@@ -92,7 +92,7 @@ def tracking(
             if results is not None:
                 rows = read_results(results_of(video, results))
             else:
-                frames, rows = _track(video, chosen, models, f"{name}: {video.name}")
+                frames, rows = track_alone(video, chosen, models, f"{name}: {video.name}")
             annotated = read_clip_truth(table)
             reports.append(evaluate_video(video.name, annotated, rows, frames, min_width, size=(width, height)))
         summaries[name] = summarise(reports)
@@ -102,7 +102,7 @@ def tracking(
             for r in reports
         ]  # fmt: skip
     content = {name: summary.as_dict() | {"by_video": details[name]} for name, summary in summaries.items()}
-    _write(out, "tracking.json", content)
+    write_figures(out, "tracking.json", content)
     if out is not None:
         from tsr_engine.evaluation.plots import plot_errors
 
@@ -144,8 +144,8 @@ def classification(
     from tsr_engine.evaluation.classification import evaluate_classification, predict_items
     from tsr_engine.pipeline import load_classifier
 
-    _check_out(out)
-    items = [item for item in _crops(gtsrb, held_out, seed) if item.class_id is not None]
+    check_out(out)
+    items = [item for item in chosen_crops(gtsrb, held_out, seed) if item.class_id is not None]
     if not items:
         raise InputError(f"{gtsrb} names no classes to compare with. Use class folders, or a table with ClassId.")
     classifier = load_classifier(models)
@@ -162,7 +162,7 @@ def classification(
         "recall_by_class": {str(c): recall for c, recall in report.per_class.items()},
         "confusions": [{"true": c.true, "predicted": c.predicted, "count": c.count} for c in report.confusions()],
     }
-    _write(out, "classification.json", content)
+    write_figures(out, "classification.json", content)
     if out is not None:
         from tsr_engine.evaluation.plots import plot_confusion
 
@@ -203,13 +203,13 @@ def fusion(
     from tsr_engine.evaluation.fusion import evaluate_fusion, track_votes
     from tsr_engine.pipeline import load_classifier
 
-    _check_out(out)
-    crops, classifier = _crops(gtsrb, held_out, seed), load_classifier(models)
+    check_out(out)
+    crops, classifier = chosen_crops(gtsrb, held_out, seed), load_classifier(models)
     with progress_bar("classifying", "tracks") as show:
         votes = track_votes(crops, classifier, lambda done, total: show(done, total, ""))
     report = evaluate_fusion(votes, params.fusion)
     content = report.as_dict()
-    _write(out, "fusion.json", content)
+    write_figures(out, "fusion.json", content)
     if out is not None:
         from tsr_engine.evaluation.plots import plot_fusion
 
@@ -255,8 +255,8 @@ def detection(
     from tsr_engine.io.pictures import read_picture
     from tsr_engine.pipeline import load_detector
 
-    _check_out(out)
-    scenes = _held_out_scenes(read_gtsdb(gtsdb), models) if held_out else read_gtsdb(gtsdb)
+    check_out(out)
+    scenes = held_out_scenes(read_gtsdb(gtsdb), models) if held_out else read_gtsdb(gtsdb)
     detector = load_detector(params, models)
     found = []
     with progress_bar("detecting", "scenes") as show:
@@ -276,7 +276,7 @@ def detection(
         }
         for name, curve in curves.items()
     }
-    _write(out, "detection.json", content)
+    write_figures(out, "detection.json", content)
     if out is not None:
         from tsr_engine.evaluation.plots import plot_curves
 
@@ -292,74 +292,3 @@ def detection(
             f"{recalls} false positives a scene",
             soft_wrap=True,
         )
-
-
-def _held_out_scenes(scenes: list[Any], models: Path | None) -> list[Any]:
-    """The scenes that training kept for its report."""
-    from tsr_engine.io.models import load_component
-    from tsr_engine.training.offline import split_scenes
-
-    component = load_component("detector", models)
-    trained = dict(component.data.get("scenes", {})).get("scenes")
-    if trained == len(scenes):
-        say(
-            "warning: the model was trained once more on all scenes after its figures were taken; on these scenes it "
-            "does better than on new ones. Its held-out figures are in its manifest."
-        )
-    return split_scenes(scenes, component.seed or 0)[2]
-
-
-def _crops(source: Path, held_out: float | None, seed: int) -> list[Any]:
-    """The crops of a source, or the held-out part of its tracks."""
-    from tsr_engine.io.gtsrb import read_items, split_by_track
-
-    items = read_items(source)
-    if held_out is None:
-        return items
-    if not 0 < held_out < 1:
-        raise UsageError(f"--held-out expects a share between 0 and 1. Got {held_out:g} instead.")
-    return split_by_track([item for item in items if item.track is not None], held_out, seed)[1]
-
-
-def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[int, Any]:
-    """Frames of a video and its result rows, without writing anything."""
-    import tempfile
-
-    from tsr_engine.cli.progress import progress_bar, rate_text
-    from tsr_engine.evaluation.tracking_rows import read_results
-    from tsr_engine.pipeline import load_components
-    from tsr_engine.runs.live import RunRequest, track_video
-
-    with tempfile.TemporaryDirectory() as folder, progress_bar(title, "frames") as show:
-        csv = Path(folder) / "rows.csv"
-        report = track_video(
-            RunRequest(video, params, csv=csv),
-            load_components(params, models),
-            progress=lambda at: show(at.done, at.total, rate_text(at.rate)),
-            aiming=lambda looked, most: show(looked, most, "looked at for where the camera points"),
-        )
-        for warning in report.warnings:
-            say(f"warning: {warning}")
-        return report.frames, read_results(csv)
-
-
-def _check_out(out: Path | None) -> None:
-    """Refuse a folder for figures that cannot be written or plots that cannot be drawn, before they are computed."""
-    if out is None:
-        return
-    import tsr_engine.evaluation.plots  # noqa: F401 - a missing extra is reported now
-    from tsr_engine.io.atomic import refuse_unwritable
-
-    refuse_unwritable(out)
-
-
-def _write(out: Path | None, name: str, content: Any) -> None:
-    """One JSON file of figures, if a folder was named."""
-    if out is None:
-        return
-    import json as json_module
-
-    from tsr_engine.io.atomic import atomic_text
-
-    with atomic_text(out / name) as stream:
-        stream.write(json_module.dumps(content, indent=1, allow_nan=False) + "\n")

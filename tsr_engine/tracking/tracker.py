@@ -16,57 +16,29 @@ The gate and the online detector act between prediction and update, so the frame
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from tsr_engine.geometry.boxes import area, clip, intersection, iou, shorter_side, to_cxcywh, to_xyxy
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.protocols import FULL_QUALITY, WHOLE, Edges, MeasurementQuality, MotionModel
-from tsr_engine.records import Detections, Event, FloatArray, Prediction, Source, TrackState
+from tsr_engine.records import Detections, Event, FloatArray, Prediction, Source
 from tsr_engine.tracking.assignment import Gates, associate
+from tsr_engine.tracking.cut_boxes import completed
 from tsr_engine.tracking.level import Level
 from tsr_engine.tracking.motion import make_motion
+from tsr_engine.tracking.status import TrackedFrame, TrackStatus
 from tsr_engine.tracking.track import Track
+
+__all__ = ["TrackStatus", "TrackedFrame", "Tracker"]
 
 _NESTED = 0.65
 """Share of the smaller box inside a detected track's box from which a detection is a second view of that sign."""
-
 _CUT = 0.05
 """Share of a detection's side within which its edge counts as the picture's."""
-
 _MOST_REPEATS = 2
 """Repeated pictures in a row that are taken for dropped frames."""
-
-
-@dataclass(frozen=True, slots=True)
-class TrackStatus:
-    """One track after a frame."""
-
-    track_id: int
-    state: TrackState
-    source: Source
-    box: FloatArray
-    """Shape (4,): the frame's result."""
-    score: float
-    prediction: Prediction | None
-    """None in the frame of birth."""
-    detection: int | None
-    """Row of the associated detection."""
-    missed: int
-    """Frames since the last detection or confident relocalisation; 0 if in this frame."""
-
-
-@dataclass(frozen=True, slots=True)
-class TrackedFrame:
-    """What ``Tracker.finish`` returns: the living tracks by id, and what happened.
-
-    A track that ended in this frame is not among ``tracks``; its event says why. Events: ``born``, ``confirmed``,
-    ``missed`` (first frame of a run without evidence), ``died``.
-    """
-
-    tracks: tuple[TrackStatus, ...]
-    events: tuple[Event, ...]
 
 
 class Tracker:
@@ -195,7 +167,7 @@ class Tracker:
         track = self._tracks[track_id]
         before = track.motion
         expected = to_xyxy(self._motion.box_of(before))
-        whole, cut = _completed(box, expected, self._cut_off(box, expected))
+        whole, cut = completed(box, expected, self._cut_off(box, expected))
         measured, seen = to_cxcywh(whole), replace(quality, cut=cut)
         if source == "detected":
             seen = seen.times(self._params.noise_scale(track.score))
@@ -360,27 +332,6 @@ class Tracker:
             if track.undetected == 0 and float(intersection(box, track.box)[0, 0]) >= _NESTED * smaller:
                 return True
         return False
-
-
-def _completed(box: FloatArray, expected: FloatArray, cut: Edges) -> tuple[FloatArray, Edges]:
-    """A measured box, shape (4,), as far as what was seen of it tells the rest, and the edges that stay unknown.
-
-    A side that one edge is missing of follows from the other side and the expected ratio of both, never shorter than
-    seen. The missing edge itself is not put where it is expected: that would say that the sign grows as expected,
-    whatever it does. Where both sides lack an edge nothing tells their lengths.
-    """
-    lacking = [axis for axis in (0, 1) if cut[axis] or cut[axis + 2]]
-    if len(lacking) != 1 or (cut[lacking[0]] and cut[lacking[0] + 2]):
-        return np.where(cut, expected, box), cut
-    axis = lacking[0]
-    seen, usual = box[2:] - box[:2], expected[2:] - expected[:2]
-    side = max(float(seen[1 - axis] * usual[axis] / usual[1 - axis]), float(seen[axis]))
-    whole = np.array(box, dtype=np.float64)
-    if cut[axis]:
-        whole[axis] = box[axis + 2] - side
-    else:
-        whole[axis + 2] = box[axis] + side
-    return whole, WHOLE
 
 
 def _confirmed(track: Track, window: int) -> Event:

@@ -1,0 +1,84 @@
+"""What `tsr eval` measures on, and where its figures go."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tsr_engine.cli.common import (
+    say,
+)
+from tsr_engine.errors import UsageError
+
+__all__ = ["check_out", "chosen_crops", "held_out_scenes", "track_alone", "write_figures"]
+
+
+def held_out_scenes(scenes: list[Any], models: Path | None) -> list[Any]:
+    """The scenes that training kept for its report."""
+    from tsr_engine.io.models import load_component
+    from tsr_engine.training.offline import split_scenes
+
+    component = load_component("detector", models)
+    trained = dict(component.data.get("scenes", {})).get("scenes")
+    if trained == len(scenes):
+        say(
+            "warning: the model was trained once more on all scenes after its figures were taken; on these scenes it "
+            "does better than on new ones. Its held-out figures are in its manifest."
+        )
+    return split_scenes(scenes, component.seed or 0)[2]
+
+
+def chosen_crops(source: Path, held_out: float | None, seed: int) -> list[Any]:
+    """The crops of a source, or the held-out part of its tracks."""
+    from tsr_engine.io.gtsrb import read_items, split_by_track
+
+    items = read_items(source)
+    if held_out is None:
+        return items
+    if not 0 < held_out < 1:
+        raise UsageError(f"--held-out expects a share between 0 and 1. Got {held_out:g} instead.")
+    return split_by_track([item for item in items if item.track is not None], held_out, seed)[1]
+
+
+def track_alone(video: Path, params: Any, models: Path | None, title: str) -> tuple[int, Any]:
+    """Frames of a video and its result rows, without writing anything."""
+    import tempfile
+
+    from tsr_engine.cli.progress import progress_bar, rate_text
+    from tsr_engine.evaluation.tracking_rows import read_results
+    from tsr_engine.pipeline import load_components
+    from tsr_engine.runs.live import RunRequest, track_video
+
+    with tempfile.TemporaryDirectory() as folder, progress_bar(title, "frames") as show:
+        csv = Path(folder) / "rows.csv"
+        report = track_video(
+            RunRequest(video, params, csv=csv),
+            load_components(params, models),
+            progress=lambda at: show(at.done, at.total, rate_text(at.rate)),
+            aiming=lambda looked, most: show(looked, most, "looked at for where the camera points"),
+        )
+        for warning in report.warnings:
+            say(f"warning: {warning}")
+        return report.frames, read_results(csv)
+
+
+def check_out(out: Path | None) -> None:
+    """Refuse a folder for figures that cannot be written or plots that cannot be drawn, before they are computed."""
+    if out is None:
+        return
+    import tsr_engine.evaluation.plots  # noqa: F401 - a missing extra is reported now
+    from tsr_engine.io.atomic import refuse_unwritable
+
+    refuse_unwritable(out)
+
+
+def write_figures(out: Path | None, name: str, content: Any) -> None:
+    """One JSON file of figures, if a folder was named."""
+    if out is None:
+        return
+    import json as json_module
+
+    from tsr_engine.io.atomic import atomic_text
+
+    with atomic_text(out / name) as stream:
+        stream.write(json_module.dumps(content, indent=1, allow_nan=False) + "\n")
