@@ -106,6 +106,6 @@ def test_ultralytics_trains_from_it_as_it_is(dataset: Dataset, ask: Ask, tmp_pat
     found = ask("ultralytics", "check", "yolo", _export(dataset, "yolo", tmp_path / "out"))
     assert found["bad"] == []
     assert found["verified"] == len(boxes_of(dataset))
-    assert found["names"] == {str(place): name for place, name in enumerate(dataset.labels)}
+    assert found["names"] == {str(place): label.name for place, label in enumerate(dataset.labels)}
     assert found["tensor"][0] == 3
     same_boxes(boxes_of(dataset), found["boxes"], 0.001)
