@@ -1,0 +1,89 @@
+"""The annotator's answers: one row a place, one column a look at it."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from benchmarks.experiment import ROOT
+
+__all__ = ["CONTROLS", "SEEN", "WORDS", "Control", "Seen", "read_controls", "read_seen"]
+
+SEEN: Final = ROOT / "data" / "gtsdb_signs_seen.csv"
+CONTROLS: Final = ROOT / "data" / "gtsdb_signs_controls.csv"
+WORDS: Final = ("", "unsure", "none", "other", "unread", "vehicle", "board")
+"""Answers beside label keys: not noted; cannot say; no sign; a sign that the label set lacks; a sign, but which one
+cannot be read; on a vehicle, a sticker or a lorry's board; a direction board, an advertisement or the like."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A place where a sign was suspected.
+
+    Attributes:
+        scene: stem of the picture, ``00001``.
+        box: shape (4,), rough, px.
+        cutouts: the answer when cut-outs of candidates were sorted; empty: not noted.
+        scenes: the answer when whole scenes were searched; empty: not noted.
+        close: the answer at a close look, made for every place but boards.
+        again: the answer when all signs were named anew in shuffled order; empty: not asked.
+        settled: the answer after a look at a disagreement; empty: there was none.
+    """
+
+    scene: str
+    box: tuple[float, float, float, float]
+    cutouts: str
+    scenes: str
+    close: str
+    again: str
+    settled: str
+
+    @property
+    def answer(self) -> str:
+        """What the place shows: settled, or agreed on; ``unread`` where two looks disagree."""
+        if self.settled:
+            return self.settled
+        return self.close if self.alike else "unread"
+
+    @property
+    def alike(self) -> bool:
+        """Nobody has named it otherwise. A cut-out does not show that it is on a vehicle."""
+        return self.again in ("", self.close) or (self.close, self.again) == ("vehicle", "unread")
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """A sign of ``gt.txt`` that was mixed among the others, to see how often the annotator errs.
+
+    Attributes:
+        truth: key of its label in ``gt.txt``.
+        again: the answer.
+    """
+
+    truth: str
+    again: str
+
+
+def read_seen(path: Path = SEEN) -> list[Seen]:
+    """All places, in the order of the file."""
+    return [
+        Seen(row["scene"], _box(row), *(row[name] for name in ("cutouts", "scenes", "close", "again", "settled")))
+        for row in _rows(path)
+    ]
+
+
+def read_controls(path: Path = CONTROLS) -> list[Control]:
+    """All controls."""
+    return [Control(row["truth"], row["again"]) for row in _rows(path)]
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def _box(row: dict[str, str]) -> tuple[float, float, float, float]:
+    x1, y1, x2, y2 = (float(row[name]) for name in ("x1", "y1", "x2", "y2"))
+    return x1, y1, x2, y2

@@ -1,0 +1,77 @@
+"""Pictures for the annotator: numbered cut-outs side by side, and scenes one under the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from benchmarks.contact_sheet import cut_square
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["cut", "scene_rows", "sheet"]
+
+STRIP: Final = 15
+"""Height of the line of text above a cut-out, px."""
+ROWS: Final = (190, 640)
+"""Rows of a scene that a view of it shows."""
+TICK: Final = 100
+BRIGHT: Final = 100.0
+"""A darker scene is brightened to this median."""
+LEAST_RANGE: Final = 40.0
+"""Grey steps from the darkest to the brightest of a cut-out, at least, before it is stretched to all of them."""
+_FRAME: Final = (255, 0, 255)
+
+
+def sheet(cells: Sequence[tuple[str, Any]], side: int, columns: int) -> Picture:
+    """Square cut-outs of ``side`` px in rows, each under its text."""
+    rows = -(-len(cells) // columns)
+    page = np.full((rows * (side + STRIP), columns * (side + 3), 3), 255, np.uint8)
+    for number, (text, view) in enumerate(cells):
+        row, column = divmod(number, columns)
+        top, left = row * (side + STRIP), column * (side + 3)
+        page[top + STRIP : top + STRIP + side, left : left + side] = view
+        cv2.putText(page, text, (left + 1, top + STRIP - 3), cv2.FONT_HERSHEY_SIMPLEX, 0.42, (0, 0, 0), 1, cv2.LINE_AA)
+    return page
+
+
+def cut(picture: Picture, box: FloatArray, side: int, margin: float) -> Picture:
+    """The square around a box with its contrast stretched, and nothing drawn on it."""
+    view = cut_square(picture, box, margin, side)
+    inner = view[side // 5 : -(side // 5), side // 5 : -(side // 5)]
+    low, high = np.percentile(inner, (1, 99))
+    stretched = (view.astype(np.float32) - low) * (255 / max(high - low, LEAST_RANGE))
+    return np.asarray(np.clip(stretched, 0, 255), dtype=np.uint8)
+
+
+def scene_rows(scenes: Sequence[tuple[str, Picture, FloatArray]]) -> Picture:
+    """The rows of scenes where signs are, one under the other; known boxes thin, each 100 px marked at the edges."""
+    views = []
+    for name, picture, known in scenes:
+        view = _brightened(picture).copy()
+        for x1, y1, x2, y2 in np.round(known).astype(int):
+            cv2.rectangle(view, (x1 - 2, y1 - 2), (x2 + 1, y2 + 1), _FRAME, 1)
+        view = view[ROWS[0] : ROWS[1]]
+        for x in range(TICK, view.shape[1], TICK):
+            _mark(view, str(x), (x, 0), (x, 6), (x - 12, 16))
+        for y in range(-(-ROWS[0] // TICK) * TICK, ROWS[1], TICK):
+            _mark(view, str(y), (0, y - ROWS[0]), (8, y - ROWS[0]), (10, y - ROWS[0] + 4))
+        cv2.putText(view, name, (2, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (0, 0, 255), 2, cv2.LINE_AA)
+        views.append(view)
+    return np.vstack(views)
+
+
+def _mark(view: Any, text: str, start: tuple[int, int], end: tuple[int, int], place: tuple[int, int]) -> None:
+    cv2.line(view, start, end, _FRAME, 1)
+    cv2.putText(view, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.35, _FRAME, 1, cv2.LINE_AA)
+
+
+def _brightened(picture: Picture) -> Picture:
+    median = float(np.median(picture))
+    if median >= BRIGHT:
+        return picture
+    power = max(np.log(BRIGHT / 255) / np.log(max(median, 1.0) / 255), 0.4)
+    steps = (255 * (np.arange(256) / 255) ** power).astype(np.uint8)
+    return np.asarray(cv2.LUT(picture, steps), dtype=np.uint8)
