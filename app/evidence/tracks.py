@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from app.evidence.clearest import clearest_frames
 from app.evidence.tables import FloatColumn, IntColumn, columns, tau_of
 from app.evidence.uncertainty import CLEAR_RATIO, Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
@@ -26,7 +27,7 @@ class TrackColumns(Model):
     frames: list[int]
     detected: list[int]
     clearest: list[int]
-    """Frame of the last detection, where a sign that a camera nears is largest; the first frame if there is none."""
+    """Frame in which the sign is seen best, largest of the sharp views that the picture does not cut."""
     first_box: list[tuple[float, float, float, float] | None]
     """Box in the first frame, px: a large one says that the sign was there before."""
     last_box: list[tuple[float, float, float, float] | None]
@@ -87,7 +88,7 @@ def no_tracks(tau: float) -> TrackColumns:
 
 
 def track_facts(reader: EvidenceReader) -> TrackFacts:
-    """Read the columns: a scan of ``gates`` and ``track_frames``, and one row of votes a track."""
+    """Read the columns: scans of ``gates`` and ``track_frames``, and one row of votes a track."""
     rows = reader.query(
         "SELECT track_id, first_frame, last_frame, frames, detected_frames, best_score, largest_side, class_id, share "
         "FROM tracks WHERE confirmed_frame IS NOT NULL ORDER BY track_id"
@@ -106,7 +107,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         last=last,
         frames=frames,
         detected=detected,
-        clearest=_clearest(reader, first),
+        clearest=clearest_frames(reader, first),
         first_box=_boxes(reader, "first_frame"),
         last_box=_boxes(reader, "last_frame"),
         score=table[5],
@@ -227,17 +228,6 @@ def track_columns(
         tau=facts.tau,
         complete=complete,
     )
-
-
-def _clearest(reader: EvidenceReader, first: IntColumn) -> IntColumn:
-    """Last detection of each confirmed track: one look into the index a track; its largest box asks for all rows."""
-    rows = reader.query(
-        "SELECT (SELECT f.frame FROM track_frames f WHERE f.track_id = t.track_id AND f.source = 'detected' "
-        "AND f.frame <= t.last_frame ORDER BY f.frame DESC LIMIT 1) "
-        "FROM tracks t WHERE t.confirmed_frame IS NOT NULL ORDER BY t.track_id"
-    )
-    found = columns(rows, 1)[0]
-    return np.where(np.isnan(found), first, found).astype(np.int64)
 
 
 def _boxes(reader: EvidenceReader, frame: Literal["first_frame", "last_frame"]) -> FloatColumn:

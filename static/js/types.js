@@ -145,7 +145,7 @@
  * @property {number[]} detected       frames with a detection
  * @property {(Box|null)[]} [first_box]   box in the first frame; servers before 0.2 do not send it
  * @property {(Box|null)[]} [last_box]    and in the last
- * @property {number[]} clearest       frame of the last detection, where a sign that a camera nears is largest
+ * @property {number[]} clearest       frame in which the sign is seen best: largest, sharp, not cut by the picture's edge
  * @property {(number|null)[]} class_id   label of the video's set; -1: the set lacks what the engine calls it
  * @property {(string|null)[]} [word]   what the engine calls it, where the set lacks that
  * @property {(number|null)[]} share   of the fused class in all votes

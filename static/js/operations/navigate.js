@@ -4,7 +4,8 @@
 import { endOfQueue, nextInQueue } from '../model/queue.js';
 import { playOrPause, seek, select, setPlaying, step } from '../store/actions/review.js';
 import { clearestFrame } from '../model/clearest.js';
-import { shownSpan, spanOf } from '../model/effective.js';
+import { spanOf } from '../model/effective.js';
+import { sizeOf } from '../model/geometry.js';
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
 import { trackName } from '../model/track_name.js';
@@ -24,19 +25,15 @@ const go = (app, frame) => {
 };
 
 /**
- * Show a track: select it, and go to where it is clearest unless the cursor is inside it.
- * @param {Pick<App, 'store'>} app
+ * Show a track: select it, and go to where it is clearest, wherever the cursor is.
+ * @param {Pick<import('../views/app.js').ViewApp, 'store'>} app
  * @param {string} key
  */
 export function openTrack(app, key) {
   const { review } = app.store.get();
   const doc = review && docOf(review, key);
-  const span = doc && shownSpan(doc, review.tracks);
-  app.store.dispatch((state) => {
-    const inside = span && state.review && span.first <= state.review.frame && state.review.frame <= span.last;
-    const clearest = doc && clearestFrame(doc, review.tracks);
-    return select(clearest !== null && !inside ? seek(state, clearest) : state, key);
-  });
+  const clearest = doc && clearestFrame(doc, review.tracks, sizeOf(review.video));
+  app.store.dispatch((state) => select(clearest === null ? state : seek(setPlaying(state, false), clearest), key));
 }
 
 /** @param {App} app @param {1|-1} direction */
