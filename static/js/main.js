@@ -21,14 +21,14 @@ import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
 import { createNoteDrafts } from './views/note_drafts.js';
-import { recall, rememberChoices, rememberedFewLabels, rememberedLayers, rememberedTheme } from './views/preferences.js';
+import { recall, rememberChoices, rememberedFewLabels, rememberedLanesView, rememberedLayers, rememberedTheme } from './views/preferences.js';
 import { createShell } from './views/shell.js';
 import { endToasts, toast } from './views/toasts.js';
 
 /** @typedef {import('./page-types.js').App} App */
 
 const ended = new AbortController();
-const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers(), fewLabels: rememberedFewLabels() });
+const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers(), fewLabels: rememberedFewLabels(), lanesView: rememberedLanesView() });
 rememberChoices(store);
 const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);

@@ -21,6 +21,8 @@
 
 /** @typedef {'detections'|'predictions'|'search'|'relocalisations'|'results'|'corrected'|'truth'|'second'} LayerName */
 
+/** @typedef {{folded: boolean, lane: string}} LanesView   folded: of the values behind a track only the lane of this id is shown */
+
 /**
  * The whole state of the page. Immutable: actions return a new one that shares what did not change.
  * @typedef {object} State
@@ -40,6 +42,7 @@
  * @property {'online'|'offline'} connection
  * @property {'light'|'dark'|'auto'} theme
  * @property {Record<LayerName, boolean>} layers   as a person left them
+ * @property {LanesView} lanesView    how the lanes are shown, as a person left it
  * @property {boolean} fewLabels      only the selected track and the one under the pointer are named in the picture; as a person left it
  * @property {Dialog|null} dialog
  */

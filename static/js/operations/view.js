@@ -5,7 +5,7 @@ import { sizeOf, zoomedTo } from '../model/geometry.js';
 import { formatRoute } from '../model/route.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { LAYERS } from '../store/initial.js';
-import { openDialog } from '../store/actions/page.js';
+import { changeLanesView, openDialog } from '../store/actions/page.js';
 import { setViewport, toggleFewLabels, toggleLayer } from '../store/actions/review.js';
 import { unsavedOf } from '../store/unsaved.js';
 import { toast } from '../views/toasts.js';
@@ -127,6 +127,10 @@ export const view = [
     id: 'few-labels', label: 'Fewer names in the picture', keys: ['H'], icon: 'eye', group: 'Picture',
     tooltip: 'Name only the selected track and the one under the pointer, or all again (H)',
     run: (app) => app.store.dispatch(toggleFewLabels),
+  }),
+  operation({
+    id: 'fold-lanes', label: 'All lanes, or only the chosen one', keys: ['Shift+L'], group: 'Picture',
+    run: (app) => app.store.dispatch((state) => changeLanesView(state, { folded: !state.lanesView.folded })),
   }),
   operation({
     id: 'what-if', label: 'What if …', keys: ['Shift+W'], icon: 'whatif', group: 'Engine', disabled: needsRun,

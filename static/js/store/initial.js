@@ -29,6 +29,7 @@ export const initialState = () => ({
   theme: 'auto',
   layers: USUAL_LAYERS,
   fewLabels: false,
+  lanesView: { folded: true, lane: 'gate' },
   dialog: null,
 });
 

@@ -11,7 +11,7 @@ import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '..
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { documentLane } from '../../../static/js/model/track_lane.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { paintDetail } from '../../../static/js/views/lanes/detail_painter.js';
+import { SUB_LANES, paintDetail, shownLanes } from '../../../static/js/views/lanes/detail_painter.js';
 import { drive, laneOf } from '../harness/synthetic.js';
 import { label } from '../labels.js';
 
@@ -162,7 +162,7 @@ test('votes are painted in the frames of the track only, not in the gap of a mer
   });
   const palette = { unit: 1, colour: {}, series: ['#000'], smallFont: '' };
   // ten px a frame
-  paintDetail(/** @type {any} */ (ctx), detailColumns(merged.lane), { width: 2000, span: { first: 0, last: 200 }, tau: 15 }, /** @type {any} */ (palette));
+  paintDetail(/** @type {any} */ (ctx), detailColumns(merged.lane), { width: 2000, span: { first: 0, last: 200 }, tau: 15, lanes: SUB_LANES }, /** @type {any} */ (palette));
   const frames = new Set(painted.flatMap(([left, right]) => [Math.floor(left / 10), Math.floor((right - 1) / 10)]));
   assert.deepEqual([...frames].sort((a, b) => a - b), merged.lane.frame);
 });
@@ -236,4 +236,10 @@ test('the first factor is explained with the run’s own floor', () => {
 test('hash bits, the highest first', () => {
   assert.deepEqual([...hashBits('8000000000000001')].flatMap((bit, i) => (bit ? [i] : [])), [0, 63]);
   assert.throws(() => hashBits('12'), RangeError);
+});
+
+test('folded lanes are the chosen one; of a name that no lane has any more the gate', () => {
+  assert.deepEqual(shownLanes({ folded: true, lane: 'votes' }).map(({ id }) => id), ['votes']);
+  assert.deepEqual(shownLanes({ folded: true, lane: 'gone' }).map(({ id }) => id), ['gate']);
+  assert.equal(shownLanes({ folded: false, lane: 'votes' }).length, SUB_LANES.length);
 });

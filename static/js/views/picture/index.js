@@ -35,10 +35,11 @@ export function createPicture(app) {
   const shot = h('canvas', { class: 'picture-shot' });
   const layers = h('canvas', { class: 'picture-layers' });
   const badge = h('div', { class: 'picture-badge', hidden: true });
+  const hint = h('div', { class: 'picture-hint truncate' });
   const stage = h('div', {
     class: 'picture-stage', tabIndex: 0, role: 'application', 'data-keys': 'picture',
     'aria-label': 'Picture. Tab goes through the tracks, arrows move the box, Alt and arrows resize it, Escape leaves.',
-  }, shot, layers, badge);
+  }, shot, layers, badge, hint);
   const where = h('span', { class: 'picture-where number' });
   const number = h('input', {
     class: 'input picture-frame number', type: 'text', inputmode: 'numeric', autocomplete: 'off', 'aria-label': 'Frame', title: 'Go to a frame (G)',
@@ -55,7 +56,6 @@ export function createPicture(app) {
   const setNumber = (frame) => {
     if (document.activeElement !== number && number.value !== String(frame)) number.value = String(frame);
   };
-  const hint = h('span', { class: 'picture-hint grow truncate' });
   const speed = h('select', { class: 'select picture-speed', 'aria-label': 'Playing speed', onchange: () => app.frames.setSpeed(Number(speed.value)) },
     ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)));
   const legend = createLegend(app);
@@ -63,7 +63,7 @@ export function createPicture(app) {
   const menu = createBoxMenu(app, stage, () => size, signal);
   stage.append(menu.element);
   const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
-  const foot = h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, hint, legend.element);
+  const foot = h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, legend.element);
   const element = h('div', { class: 'picture' }, stage, followBar.element, foot, spoken);
   leaveKeysToPicture(element);
   followFocus(foot);
