@@ -19,7 +19,7 @@
  * @typedef {import('./types.js').Video} Video
  */
 
-/** @typedef {'detections'|'predictions'|'search'|'relocalisations'|'results'|'corrected'|'truth'|'second'} LayerName */
+/** @typedef {'detections'|'predictions'|'search'|'relocalisations'|'results'|'corrected'|'truth'|'second'|'uncertainty'|'gate'} LayerName */
 
 /** @typedef {{folded: boolean, lane: string}} LanesView   folded: of the values behind a track only the lane of this id is shown */
 

@@ -106,7 +106,7 @@ function rejection(lane, i) {
   const probability = lane.probability[i];
   if (lane.source[i] === 2) {
     const sure = probability === null ? '' : ` (probability ${short(probability)})`;
-    return `prediction rejected, ${reason}; relocalised${sure}`;
+    return `prediction rejected, ${reason}; re-detected${sure}`;
   }
   const answer = lane.source[i] === 0 ? 'a detection took its place' : 'nothing better was found near it';
   return `prediction rejected, ${reason}; ${answer}`;

@@ -19,12 +19,17 @@ export const LAYER_NAMES = /** @type {const} */ ({
   detections: 'Offline detections',
   predictions: 'Kalman predictions',
   search: 'Search regions',
-  relocalisations: 'Online relocalisations',
+  relocalisations: 'Re-detected by the online detector',
   results: 'Results',
   corrected: 'Corrected annotation',
   truth: 'Ground truth',
   second: 'Second run',
+  uncertainty: 'Uncertainty box: the 1-sigma area of the predicted centre',
+  gate: 'Gate value of each track (lower is better)',
 });
+
+/** Key of a layer. @param {import('../state-types.js').LayerName} name */
+export const layerKey = (name) => (name === 'gate' ? 'Shift+9' : String(LAYERS.indexOf(name) + 1));
 
 /** What the legend has room for. */
 export const SHORT_NAMES = /** @type {const} */ ({
@@ -36,6 +41,8 @@ export const SHORT_NAMES = /** @type {const} */ ({
   corrected: 'Corrected',
   truth: 'Truth',
   second: 'Second run',
+  uncertainty: 'Uncertainty box',
+  gate: 'Gate value',
 });
 
 /**
@@ -98,9 +105,9 @@ export const view = [
       return from ? openDialog(state, { kind: 'adopted', data: { from, to: review.run, now: true } }) : state;
     }),
   }),
-  ...LAYERS.map((name, at) =>
+  ...LAYERS.map((name) =>
     operation({
-      id: `layer-${name}`, label: LAYER_NAMES[name], keys: [String(at + 1)], group: 'Layers', tooltip: `Show or hide: ${LAYER_NAMES[name]} (${at + 1})`,
+      id: `layer-${name}`, label: LAYER_NAMES[name], keys: [layerKey(name)], group: 'Layers', tooltip: `Show or hide: ${LAYER_NAMES[name]} (${layerKey(name)})`,
       run: (app) => app.store.dispatch((state) => switchLayer(state, name)),
     })),
   operation({

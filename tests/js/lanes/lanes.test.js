@@ -88,7 +88,7 @@ test('a verdict or a label leaves the bars where they are: the index is the one 
 
 test('every bar is named, also one without a class', () => {
   const labels = [label({ id: 14, name: 'stop' }), label({ id: 40_000, merged_into: 14 })];
-  assert.deepEqual([14, 3, -1, 40_000].map((id) => barName(labels, id)), ['stop', 'label 3', 'no label', 'stop']);
+  assert.deepEqual([14, 3, -1, 40_000].map((id) => barName(labels, id)), ['stop', 'label 3', 'unlabelled', 'stop']);
 });
 
 test('queue, lanes and inspector share one list of tracks', () => {

@@ -67,8 +67,8 @@ test('what people said of a frame is reported', () => {
     [15, 'The box lies on the line between a person’s boxes in frames 10 and 20.'],
     [20, 'A person put the box here. A person says that it is partly hidden.'],
     [25, 'A person says that it is partly hidden.'],
-    [30, 'A person says that it is out of sight.'],
-    [33, 'A person says that it is out of sight since frame 30.'],
+    [30, 'A person says that it is outside.'],
+    [33, 'A person says that it is outside since frame 30.'],
     [45, 'A person says that it is partly hidden.'],
     [55, null],
   ])) assert.equal(personAt(given, frame), text, `frame ${frame}`);

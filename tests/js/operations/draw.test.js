@@ -128,7 +128,7 @@ test('behind a track’s end there is nothing to delete and nothing to take out 
   await editor.settled();
   assert.deepEqual([server.log, review().unsaved, review().docs], [[], [], {}]);
   assert.deepEqual(toasts.slice(0, 2), [
-    'Track #1 shows nothing from frame 120 on. There is nothing to delete.', 'Track #1 shows nothing from frame 120 on. It is out of sight already.',
+    'Track #1 shows nothing from frame 120 on. There is nothing to delete.', 'Track #1 shows nothing from frame 120 on. It is outside already.',
   ]);
   assert.match(toasts[2], /nothing on one side of frame 120/);
   end();
