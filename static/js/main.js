@@ -111,7 +111,7 @@ addEventListener('beforeunload', (event) => {
   // the outbox keeps them, but only in this browser
   if (unsavedOf(store.get()).unsaved) event.preventDefault();
 }, { signal: ended.signal });
-listenToKeys(app, (reason) => toast(reason), () => shell.update(store.get()));
+listenToKeys(app, toast, () => shell.update(store.get()));
 const live = startLive(app, {
   onEvent: (event) => {
     const { review } = store.get();

@@ -60,7 +60,7 @@
 
 /** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'bulk-review'
  *   |'export'|'import'|'ground-truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
- *   |'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
+ *   |'palette'|'merge'|'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
 
 /**
  * @typedef {object} ReviewState

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { OPEN_END, blankDoc } from '../../../static/js/model/documents.js';
 import { boxAt } from '../../../static/js/model/effective.js';
 import { personAt } from '../../../static/js/model/persons_words.js';
-import { framesIn, framesInBoth, shownRuns } from '../../../static/js/model/shown_runs.js';
+import { commonRuns, framesIn, shownRuns } from '../../../static/js/model/shown_runs.js';
 import { random } from '../harness/synthetic.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
@@ -75,7 +75,7 @@ test('what people said of a frame is reported', () => {
 });
 
 test('frames in which two tracks show something', () => {
-  assert.equal(framesInBoth([[0, 9], [20, 29]], [[5, 24]]), 10);
-  assert.equal(framesInBoth([[0, 9]], [[10, 19]]), 0);
-  assert.equal(framesInBoth([], [[0, 5]]), 0);
+  assert.equal(framesIn(commonRuns([[0, 9], [20, 29]], [[5, 24]])), 10);
+  assert.deepEqual(commonRuns([[0, 9]], [[10, 19]]), []);
+  assert.deepEqual(commonRuns([], [[0, 5]]), []);
 });
