@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.review_desk import Desk, edited, state, wait
 from tests.e2e.screenshots import CHROMIUM, quiet
-from tests.e2e.test_little_room import UNTIDY, place
+from tests.e2e.test_little_room import OUT_OF_SIGHT, UNTIDY, place
 
 pytestmark = [
     pytest.mark.slow,
@@ -115,3 +115,29 @@ def test_a_key_a_click_and_a_verdict_lead_to_the_same_frame_of_a_track(desk: Des
         page, lambda s: s["selected"] == other and s["frame"] == tracks["clearest"][tracks["id"].index(int(other[1:]))]
     )
     edited(page, lambda: page.keyboard.press("Control+z"))
+
+
+LONG = """() => tsr.store.dispatch((state) => ({...state, labels: state.labels.map((label, i) => ({...label,
+  name: (i % 2 ? 'Donaudampfschifffahrt'.repeat(10) : 'a very long name of a label '.repeat(8)).slice(0, 200)}))}))"""
+"""Labels of 200 characters, with and without spaces."""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (640, 720), (480, 270), (320, 180)])
+def test_long_labels_and_400_percent_leave_everything_in_reach(page: Page, width: int, height: int) -> None:
+    to_track(page)
+    page.evaluate(LONG)
+    page.set_viewport_size({"width": width, "height": height})
+    for tab in ("Inspector", "Queue"):
+        page.get_by_role("tab", name=tab).focus()
+        page.get_by_role("tab", name=tab).press("Enter")
+        quiet(page)
+        assert page.evaluate(UNTIDY) == [], tab
+        assert page.evaluate(OUT_OF_SIGHT) == [], tab
+    stage = page.locator(".picture-stage")
+    assert place(stage)["width"] >= min(width, 380)
+    assert place(stage)["height"] >= 150
+    page.keyboard.press("Control+k")
+    page.locator("dialog[open] input:focus").wait_for()
+    page.keyboard.type("label")
+    quiet(page)
+    assert page.evaluate(UNTIDY) == [], "palette"

@@ -346,6 +346,7 @@ export function createLanes(app) {
       if (next.labels !== state?.labels) {
         names.clear();
         dirty.tracks = true;
+        later();
       }
       if (next.lanesView !== state?.lanesView) refreshLanes(next.lanesView);
       state = next;

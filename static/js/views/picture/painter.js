@@ -29,6 +29,10 @@ export const STYLES = /** @type {Record<LayerName, {dash: number[], width: numbe
   gate: { dash: [], width: 1 },
 });
 
+/** A name in the picture is cut where it takes more than this share of the width, but never below so many CSS px. */
+const NAME_SHARE = 0.3;
+const LEAST_NAME = 120;
+
 /**
  * @typedef {object} Inks
  * @property {(layer: LayerName) => string} colour
@@ -74,7 +78,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
 
   for (const { key, box, class_id } of secondShown(review)) {
     counts.second++;
-    if (on.second) pen.box('second', box, named(null, `${trackName(key, review.secondDocs[key])} ${nameOf(class_id)}`));
+    if (on.second) pen.box('second', box, named(null, `${trackName(key, review.secondDocs[key])} ${pen.cut(nameOf(class_id))}`));
   }
   for (const track of overlay?.tracks ?? []) {
     if (track.prediction) {
@@ -110,7 +114,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   }
   for (const { box, class_id } of review.truth[review.frame] ?? []) {
     counts.truth++;
-    if (on.truth) pen.box('truth', box, named(null, nameOf(class_id)));
+    if (on.truth) pen.box('truth', box, named(null, pen.cut(nameOf(class_id))));
   }
   for (const { relocalisation, prediction } of overlay?.tracks ?? []) {
     if (on.search && relocalisation) pen.box('search', relocalisation.search);
@@ -131,7 +135,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     const gateText = gate ? ` gate ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
     const proposed = shown.origin === 'proposed';
     const sure = proposed ? ` proposed ${Math.round(100 * (review.following?.proposals[review.frame]?.confidence ?? 0))} %` : '';
-    pen.box(layer, box, named(shown.key, `${shown.not_a_sign ? 'not a sign' : shown.word ?? nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight: chosen ? 2 : 1, thin: shown.origin === 'interpolated', dashed: proposed, guarded: chosen });
+    pen.box(layer, box, named(shown.key, `${pen.cut(shown.not_a_sign ? 'not a sign' : shown.word ?? nameOf(shown.class_id))}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight: chosen ? 2 : 1, thin: shown.origin === 'interpolated', dashed: proposed, guarded: chosen });
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
     if (chosen && review.mode !== 'merge') pen.handles(layer, box);
@@ -172,7 +176,21 @@ function createPen(ctx, view, screen, inks) {
     ctx.setLineDash([]);
   };
 
+  const widest = Math.max(LEAST_NAME * inks.unit, NAME_SHARE * screen.width);
+
   return {
+    /** A name that does not lie across the whole picture. @param {string} name */
+    cut(name) {
+      ctx.font = inks.font;
+      if (ctx.measureText(name).width <= widest) return name;
+      let [fits, long] = [0, name.length];
+      while (long - fits > 1) {
+        const middle = (fits + long) >> 1;
+        if (ctx.measureText(`${name.slice(0, middle)}…`).width <= widest) fits = middle;
+        else long = middle;
+      }
+      return `${name.slice(0, fits).trimEnd()}…`;
+    },
     /**
      * @param {LayerName} layer
      * @param {Box} box
