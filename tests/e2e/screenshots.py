@@ -1,7 +1,8 @@
 """Pictures of every screen, for people to look at: ``python -m tests.e2e.screenshots --out DIR``.
 
 A server is started on an empty data folder with the sample drives. Each screen is taken at 1280x720, 1440x900 and
-3840x2160, light and dark. axe-core (``node_modules``) looks at every screen too; what it finds is printed and is the exit code.
+3840x2160, light and dark. axe-core (``node_modules``) looks at every screen too; what it finds is printed and is the
+exit code.
 """
 
 from __future__ import annotations

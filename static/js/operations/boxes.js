@@ -128,7 +128,9 @@ export function setLackingKey(app, say = toast) {
   if (frame === null || !key || !state.review) return;
   const box = knownBox(state.review, key, frame);
   if (frame !== state.review.frame) app.store.dispatch((now) => seek(setPlaying(now, false), frame));
+  const why = needsBoxes(app.store.get());
   if (box) app.edit({ name: 'add_key', key, frame, box });
+  else if (why) say(`${why} Then press K.`, { topic: 'unseen' });
   else setKeyFrame(app, say);
 }
 

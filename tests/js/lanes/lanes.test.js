@@ -215,8 +215,8 @@ test('a frame says where its box comes from, and its verdict with all factors', 
   assert.equal(sourceAt(lane, 2), 'Score 4 = detector 4.5 - prior 0.5.');
   assert.equal(sourceAt(lane, 1), 'Re-detected by the online detector: f = 0.5, probability 0.63.');
   assert.equal(verdictAt(lane, 0), null);
-  assert.equal(verdictAt(lane, 1), 'Prediction rejected: L = 1.67 (symmetry) × 20 (bits of its look) × 0.547 (position) = 18.2 > 15.');
-  assert.equal(verdictAt(lane, 2), 'Prediction confident: L = 9 < 15, from 2 (symmetry), 4 (bits of its look), 0.5 (position).');
+  assert.equal(verdictAt(lane, 1), 'Prediction rejected: gate score 18.2 = 1.67 (symmetry) × 20 (appearance distance, bits) × 0.547 (position), > tau 15.');
+  assert.equal(verdictAt(lane, 2), 'Prediction confident: gate score 9 < tau 15, from 2 (symmetry), 4 (appearance distance, bits), 0.5 (position).');
 });
 
 test('the first factor is explained with the run’s own floor', () => {

@@ -1,10 +1,10 @@
 // @ts-check
 /** The command palette: every command with its key, every label, track and setting, found by typing. */
 
-import {findItems, prepared} from '../../model/palette.js';
 import {engineName, offeredLabels} from '../../model/labels.js';
+import {findItems, prepared} from '../../model/palette.js';
 import {trackEntries} from '../../model/track_entries.js';
-import {needsTrack} from '../../operations/helpers.js';
+import {needsTrack, onReview} from '../../operations/helpers.js';
 import {openTrack} from '../../operations/navigate.js';
 import {runOperation} from '../../operations/registry.js';
 import {giveLabel} from '../../operations/verdicts.js';
@@ -34,7 +34,7 @@ export function paletteItems(app, state) {
     return keys.map((key) => ({...common, id: `${id}-${key}`, text: `${label}: ${key.slice(-1)}`, key, run: () => runOperation(app, operation, toast, key)}));
   });
   const {review, labels} = state;
-  if (review === null) return commands;
+  if (review === null || !onReview(state)) return commands;
   const reason = needsTrack(state);
   const given = offeredLabels(labels).map((label) => ({
     id: `label-${label.id}`, text: label.name, also: [label.key, ...label.aliases, 'label relabel'].join(' '), kind: 'Label', key: label.pinned === null ? '' : `Ctrl+${label.pinned}`, reason,
