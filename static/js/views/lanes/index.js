@@ -16,7 +16,7 @@ import { trackName } from '../../model/track_name.js';
 import { changeLanesView } from '../../store/actions/page.js';
 import { framesOf } from '../../store/actions/review.js';
 import { dialog, mark, seek, select, setTau, show } from '../app.js';
-import { setAttribute, setText } from '../dom.js';
+import { leaveKeysToPicture, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
 import { createNoTracks } from '../no_tracks.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
@@ -43,6 +43,7 @@ export function createLanes(app) {
   parts.body.append(empty.element);
   const proposal = createFollowingStrip();
   parts.tracksPane.before(proposal.element);
+  leaveKeysToPicture(parts.element);
   const life = new AbortController();
   const { signal } = life;
   const slider = createTauSlider((tau) => setTau(app, tau), signal);
