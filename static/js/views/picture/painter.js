@@ -135,7 +135,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     const gateText = gate ? ` gate ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
     const proposed = shown.origin === 'proposed';
     const sure = proposed ? ` proposed ${Math.round(100 * (review.following?.proposals[review.frame]?.confidence ?? 0))} %` : '';
-    pen.box(layer, box, named(shown.key, `${pen.cut(shown.not_a_sign ? 'not a sign' : shown.word ?? nameOf(shown.class_id))}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight: chosen ? 2 : 1, thin: shown.origin === 'interpolated', dashed: proposed, guarded: chosen });
+    pen.box(layer, box, named(shown.key, `${pen.cut(shown.not_a_sign ? 'false positive' : shown.word ?? nameOf(shown.class_id))}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight: chosen ? 2 : 1, thin: shown.origin === 'interpolated', dashed: proposed, guarded: chosen });
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
     if (chosen && review.mode !== 'merge') pen.handles(layer, box);
