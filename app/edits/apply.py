@@ -174,8 +174,8 @@ def _follow(doc: TrackDoc, command: Any) -> TrackDoc:
     hides = next((k for k in doc.frames() if k <= last and doc.keys[str(k)].outside and _until(doc, k) > first), None)
     if hides is not None:
         raise CommandError(
-            f"Track {doc.key} is out of sight from frame {hides} on, as a person says. Follow up to there, or bring it "
-            "back into sight first."
+            f"Track {doc.key} is outside from frame {hides} on, as a person says. Follow up to there, or bring it "
+            "back first."
         )
     after = doc.last_key(last)
     line_goes_on = not doc.segments if after is None else doc.keys[str(after)].interpolate
@@ -209,7 +209,7 @@ def _set_occluded(doc: TrackDoc, command: Any) -> TrackDoc:
 def _set_outside(doc: TrackDoc, command: Any) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
     if command.value and not doc.shows_from(command.frame):
-        raise CommandError(f"{_shows_nothing(doc, command)} It is out of sight already.")
+        raise CommandError(f"{_shows_nothing(doc, command)} It is outside already.")
     after = doc.with_key(command.frame, outside=command.value, **({} if box is None else {"box": box}))
     if not command.value and not after.shows_from(command.frame):
         raise CommandError(f"{_shows_nothing(doc, command)} Nothing could come back into sight: draw a box.")

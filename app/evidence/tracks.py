@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from app.evidence.clearest import clearest_frames
 from app.evidence.tables import FloatColumn, IntColumn, tau_of
 from app.evidence.uncertainty import CLEAR_RATIO, Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
-from tsr_engine.evidence.columns import end_boxes, last_detections, read_columns, runners_up
+from tsr_engine.evidence.columns import end_boxes, read_columns, runners_up
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 
@@ -27,7 +28,7 @@ class TrackColumns(Model):
     detected: list[int]
     """Frames with a detection."""
     clearest: list[int]
-    """Frame of the last detection, where a sign that a camera nears is largest; the first frame if there is none."""
+    """Frame in which the sign is seen best, largest of the sharp views that the picture does not cut."""
     first_box: list[tuple[float, float, float, float] | None]
     """Box in the first frame, px: a large one says that the sign was there before."""
     last_box: list[tuple[float, float, float, float] | None]
@@ -103,21 +104,20 @@ _SUMMARY = (
 
 
 def track_facts(reader: EvidenceReader) -> TrackFacts:
-    """Read the columns: a scan of ``gates`` and ``track_frames``, and one row of votes a track."""
+    """Read the columns: scans of ``gates`` and ``track_frames``, and one row of votes a track."""
     rows = read_columns(reader, "tracks", *_SUMMARY, confirmed=True)
     ids, first, last = rows.ints("track_id"), rows.ints("first_frame"), rows.ints("last_frame")
     tau = tau_of(reader)
     gates = _gates(reader, ids, last, tau)
     sources = _sources(reader, ids)
     runner_up, runner_up_share = runners_up(reader)
-    clearest = last_detections(reader)
     return TrackFacts(
         id=ids,
         first=first,
         last=last,
         frames=rows.ints("frames"),
         detected=rows.ints("detected_frames"),
-        clearest=np.where(clearest < 0, first, clearest),
+        clearest=clearest_frames(reader, ids, first),
         first_box=end_boxes(reader, "first_frame"),
         last_box=end_boxes(reader, "last_frame"),
         score=rows.floats("best_score"),

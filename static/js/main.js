@@ -21,14 +21,14 @@ import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
 import { createNoteDrafts } from './views/note_drafts.js';
-import { recall, rememberChoices, rememberedFewLabels, rememberedLayers, rememberedTheme } from './views/preferences.js';
+import { recall, rememberChoices, rememberedFewLabels, rememberedLanesView, rememberedLayers, rememberedTheme } from './views/preferences.js';
 import { createShell } from './views/shell.js';
 import { endToasts, toast } from './views/toasts.js';
 
 /** @typedef {import('./page-types.js').App} App */
 
 const ended = new AbortController();
-const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers(), fewLabels: rememberedFewLabels() });
+const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers(), fewLabels: rememberedFewLabels(), lanesView: rememberedLanesView() });
 rememberChoices(store);
 const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);
@@ -111,7 +111,7 @@ addEventListener('beforeunload', (event) => {
   // the outbox keeps them, but only in this browser
   if (unsavedOf(store.get()).unsaved) event.preventDefault();
 }, { signal: ended.signal });
-listenToKeys(app, (reason) => toast(reason), () => shell.update(store.get()));
+listenToKeys(app, toast, () => shell.update(store.get()));
 const live = startLive(app, {
   onEvent: (event) => {
     const { review } = store.get();

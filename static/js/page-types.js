@@ -2,17 +2,20 @@
 /** What the parts of the page hand each other. Apart from types.js, because these touch the document. Types only. */
 
 /**
- * One thing that a person can do: the source of toolbar, keyboard and help.
+ * One thing that a person can do: the source of toolbar, menu, keyboard, palette and help.
  * @typedef {object} Operation
  * @property {string} id
  * @property {string} label
  * @property {string[]} keys           as shown: `F`, `Ctrl+Z`
+ * @property {string} [short]          where there is little room, as on a button
+ * @property {boolean} [each]          it does something else for each of its keys, and needs the one that was pressed
  * @property {string} group            heading in the help
  * @property {string} tooltip
  * @property {boolean} repeats         whether it happens again and again while its key is held
  * @property {string} [icon]           of views/icons.js
  * @property {(state: import('./state-types.js').State) => boolean} available
  * @property {(state: import('./state-types.js').State) => string|null} disabled   a sentence why not, or null
+ * @property {(app: App) => {label: string, run: () => void}|null} [remedy]   what makes it possible, where it is disabled
  * @property {(app: App, ...args: any[]) => unknown} run
  */
 

@@ -19,7 +19,9 @@
  * @typedef {import('./types.js').Video} Video
  */
 
-/** @typedef {'detections'|'predictions'|'search'|'relocalisations'|'results'|'corrected'|'truth'|'second'} LayerName */
+/** @typedef {'detections'|'predictions'|'search'|'relocalisations'|'results'|'corrected'|'truth'|'second'|'uncertainty'|'gate'} LayerName */
+
+/** @typedef {{folded: boolean, lane: string}} LanesView   folded: of the values behind a track only the lane of this id is shown */
 
 /**
  * The whole state of the page. Immutable: actions return a new one that shares what did not change.
@@ -40,6 +42,7 @@
  * @property {'online'|'offline'} connection
  * @property {'light'|'dark'|'auto'} theme
  * @property {Record<LayerName, boolean>} layers   as a person left them
+ * @property {LanesView} lanesView    how the lanes are shown, as a person left it
  * @property {boolean} fewLabels      only the selected track and the one under the pointer are named in the picture; as a person left it
  * @property {Dialog|null} dialog
  */
@@ -57,7 +60,7 @@
 
 /** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'bulk-review'
  *   |'export'|'import'|'ground-truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
- *   |'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
+ *   |'palette'|'merge'|'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
 
 /**
  * @typedef {object} ReviewState

@@ -1,7 +1,8 @@
 """Pictures of every screen, for people to look at: ``python -m tests.e2e.screenshots --out DIR``.
 
-A server is started on an empty data folder with the sample drives. Each screen is taken at 1280x720 and 3840x2160,
-light and dark. axe-core (``node_modules``) looks at every screen too; what it finds is printed and is the exit code.
+A server is started on an empty data folder with the sample drives. Each screen is taken at 1280x720, 1440x900 and
+3840x2160, light and dark. axe-core (``node_modules``) looks at every screen too; what it finds is printed and is the
+exit code.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ PATIENCE = 60_000
 """How long a scene may take on a slow machine, ms."""
 AXE = Path(__file__).resolve().parents[2] / "node_modules" / "axe-core" / "axe.min.js"
 DRAWN = [100, 120, 180, 200]
-SIZES = {"1280x720": (1280, 720), "3840x2160": (3840, 2160)}
+SIZES = {"1280x720": (1280, 720), "1440x900": (1440, 900), "3840x2160": (3840, 2160)}
 
 
 class Scene(NamedTuple):
@@ -92,7 +93,9 @@ def _review(page: Page, facts: dict[str, Any]) -> None:
 def _tab(name: str) -> Callable[[Page, dict[str, Any]], None]:
     def go(page: Page, facts: dict[str, Any]) -> None:
         _review(page, facts)
-        page.get_by_role("tab", name=name).click()
+        tab = page.get_by_role("tab", name=name)
+        if tab.count():  # where there is room both stand side by side
+            tab.click()
         quiet(page)
 
     return go
@@ -155,6 +158,15 @@ def _over(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Callab
         _open(page, {"kind": kind, "data": data(facts)})
 
     return go
+
+
+def _merge(page: Page, facts: dict[str, Any]) -> None:
+    """The track and the one with which it shares most frames, about to be merged."""
+    tracks = page.evaluate("tsr.store.get().review.tracks")
+    spans = {f"m{i}": (a, b) for i, a, b in zip(tracks["id"], tracks["first"], tracks["last"], strict=True)}
+    first, last = spans.pop(facts["track"])
+    other = max(spans, key=lambda key: min(last, spans[key][1]) - max(first, spans[key][0]))
+    _over("merge", lambda facts: {"marked": [facts["track"], other]})(page, facts)
 
 
 def _retrained(page: Page, facts: dict[str, Any]) -> None:
@@ -243,6 +255,8 @@ SCENES = (
     Scene("second-run", _over("second", lambda _: {})),
     Scene("conflict", _over("conflict", _conflict)),
     Scene("help", _over("help", lambda _: {})),
+    Scene("palette", _over("palette", lambda _: {})),
+    Scene("merge", _merge),
     Scene("export", _dealt),
     Scene("import", _over("import", lambda facts: {"video": facts["video"]})),
     Scene("import-refused", _refused),

@@ -62,8 +62,6 @@ def pick(page: Page, key: str) -> None:
 def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     to_picture(page)
     assert page.evaluate(FOCUSED)["seen"]
-    page.keyboard.press("End")  # a track that the cursor is inside of would open where it stands
-    wait(page, lambda s: s["frame"] > 0)
     now = to_long_track(page)
     key = now["selected"]
     start_at = now["tracks"]["first"][now["tracks"]["id"].index(int(key[1:]))]

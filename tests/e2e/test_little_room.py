@@ -99,6 +99,7 @@ def bottom(found: Locator) -> float:
 
 def test_bar_gate_and_votes_stand_under_a_usable_picture(desk: Desk) -> None:
     page = desk.page()
+    page.keyboard.press("Shift+L")
     selected = to_long_track(page)["selected"]
     page.locator(".lanes-detail").wait_for()
     quiet(page)
@@ -124,7 +125,7 @@ def test_bar_gate_and_votes_stand_under_a_usable_picture(desk: Desk) -> None:
 
 def test_where_the_lanes_begin_is_remembered(desk: Desk) -> None:
     page = desk.page()
-    line = page.get_by_role("separator", name="Height of the lanes")
+    line = page.get_by_role("separator", name="Height of the folded lanes")
     line.focus()
     before = place(page.locator(".lanes"))["height"]
     page.keyboard.press("Shift+ArrowUp")

@@ -237,7 +237,7 @@ def test_a_notice_does_not_follow_to_another_screen_but_a_failure_does(page: Pag
 
 def test_the_layer_of_the_second_run_asks_which_one(other: str, page: Page) -> None:
     layer = "() => tsr.store.get().review.layers.second"
-    chip = page.locator(".legend-item").last
+    chip = page.locator(".legend-item", has_text="Second run")
     expect(chip).to_have_attribute("aria-pressed", "false")
     page.keyboard.press("8")
     dialog = page.locator("dialog[open]")

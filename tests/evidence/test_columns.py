@@ -15,7 +15,6 @@ from tsr_engine.evidence.columns import (
     SOURCES,
     count,
     end_boxes,
-    last_detections,
     read_columns,
     runners_up,
     size_of,
@@ -60,13 +59,14 @@ def reader(folder: Path, header: RunHeader, frames: list[FrameEvidence]) -> Any:
 
 def test_columns_are_those_of_the_records(reader: EvidenceReader, frames: list[FrameEvidence]) -> None:
     names = ("frame", "track_id", "source", *BOX, "score", "gates.l_positive", "gates.confident", "recognitions.votes")
-    rows = read_columns(reader, "track_frames", *names, frames=(2, 7))
+    rows = read_columns(reader, "track_frames", *names, "frames.width", frames=(2, 7))
     tracks = [(frame.ordinal, track) for frame in frames[2:7] for track in frame.tracks]
     assert len(rows) == len(tracks) > 5
     assert rows.ints("frame").tolist() == [k for k, _ in tracks]
     assert rows.ints("track_id").tolist() == [t.track_id for _, t in tracks]
     assert [SOURCES[code] for code in rows.sources()] == rows.texts("source") == [t.source for _, t in tracks]
     np.testing.assert_array_equal(rows.boxes(), [t.box for _, t in tracks])
+    assert set(rows.ints("frames.width").tolist()) == {frames[0].width}
     np.testing.assert_array_equal(rows.floats("score"), [t.score for _, t in tracks])
     np.testing.assert_array_equal(
         rows.floats("gates.l_positive"), [np.nan if t.gate is None else t.gate.l_positive for _, t in tracks]
@@ -104,7 +104,7 @@ def test_what_the_schema_lacks_is_refused(reader: EvidenceReader) -> None:
         with pytest.raises(ValueError, match="docs/evidence.md"):
             read_columns(reader, table, name)
     with pytest.raises(ValueError, match="no key in common"):
-        read_columns(reader, "frames", "frame", "gates.confident")
+        read_columns(reader, "events", "frame", "gates.confident")
     with pytest.raises(ValueError, match="no table"):
         count(reader, "sqlite_master")
     with pytest.raises(KeyError):
@@ -113,7 +113,6 @@ def test_what_the_schema_lacks_is_refused(reader: EvidenceReader) -> None:
 
 def test_summaries_of_confirmed_tracks(reader: EvidenceReader, frames: list[FrameEvidence]) -> None:
     mine = [(f.ordinal, t) for f in frames for t in f.tracks if t.track_id == 1 and t.state != "dead"]
-    assert last_detections(reader).tolist() == [max((k for k, t in mine if t.source == "detected"), default=-1)]
     np.testing.assert_array_equal(end_boxes(reader, "first_frame"), [mine[0][1].box])
     np.testing.assert_array_equal(end_boxes(reader, "last_frame"), [mine[-1][1].box])
     (second,), (share,) = runners_up(reader)

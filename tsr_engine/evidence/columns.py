@@ -17,7 +17,7 @@ from tsr_engine.evidence.schema import BY_NAME
 from tsr_engine.records import FloatArray
 
 __all__ = [
-    "BOX", "SOURCES", "Columns", "count", "end_boxes", "last_detections", "read_columns", "runners_up", "size_of",
+    "BOX", "SOURCES", "Columns", "count", "end_boxes", "read_columns", "runners_up", "size_of",
     "spread_detections",
 ]  # fmt: skip
 
@@ -164,19 +164,6 @@ def size_of(reader: EvidenceReader, frame: int | None = None) -> tuple[int, int]
     return (int(rows.ints("width")[0]), int(rows.ints("height")[0])) if len(rows) else None
 
 
-def last_detections(reader: EvidenceReader) -> IntArray:
-    """Frame of the last detection of each confirmed track, by number, shape (n,); -1: it has none.
-
-    This is one look into the index a track, where reading the rows would be a scan of the run.
-    """
-    rows = reader.query(
-        "SELECT (SELECT f.frame FROM track_frames f WHERE f.track_id = t.track_id AND f.source = 'detected' "
-        "AND f.frame <= t.last_frame ORDER BY f.frame DESC LIMIT 1) "
-        "FROM tracks t WHERE t.confirmed_frame IS NOT NULL ORDER BY t.track_id"
-    )
-    return Columns(["frame"], rows).ints("frame")
-
-
 def end_boxes(reader: EvidenceReader, end: Literal["first_frame", "last_frame"]) -> FloatArray:
     """Box of each confirmed track at one of its ends, by number, shape (n, 4), px; NaN where there is none."""
     rows = reader.query(
@@ -243,6 +230,8 @@ def _join(table: str, other: str) -> str:
         return "detections.frame = track_frames.frame AND detections.row = track_frames.detection"
     if table in _OF_TRACKS and other in _OF_TRACKS:
         return f"{other}.frame = {table}.frame AND {other}.track_id = {table}.track_id"
+    if other == "frames":
+        return f"frames.frame = {table}.frame"
     if other == "tracks" and "track_id" in {name for name, _, _ in BY_NAME[table].columns}:
         return f"tracks.track_id = {table}.track_id"
     raise ValueError(f"{table} and {other} of evidence have no key in common.")

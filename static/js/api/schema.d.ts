@@ -1637,7 +1637,7 @@ export interface components {
             frames: number[];
             /** @description Frames with a detection. */
             detected: number[];
-            /** @description Frame of the last detection, where a sign that a camera nears is largest; the first frame if there is none. */
+            /** @description Frame in which the sign is seen best, largest of the sharp views that the picture does not cut. */
             clearest: number[];
             /** @description Box in the first frame, px: a large one says that the sign was there before. */
             first_box: ([

@@ -11,7 +11,7 @@ const FIELDS = 'input:not([type="checkbox"]), textarea, select, [contenteditable
 /** Where one writes: there the browser's own Ctrl+Z takes back letters, not corrections. */
 const WRITTEN = 'input:not([type="checkbox"], [type="radio"], [type="range"], [type="file"]), textarea, [contenteditable]';
 /** The keys that a field leaves to the page. */
-const NEVER_TEXT = new Set(['F1', 'Ctrl+S']);
+const NEVER_TEXT = new Set(['F1', 'Ctrl+S', 'Ctrl+K']);
 /** What space bar and Enter press. A list does nothing with them, nor does a tab that is open already. */
 const PRESSED = 'button:not([aria-selected="true"]), a, summary, input, [role="slider"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
 /** Keys that scroll what does not fit in its place, and the side that they scroll. */
@@ -62,7 +62,7 @@ function isItsOwn(target, name) {
 
 /**
  * @param {App} app
- * @param {(reason: string) => void} refuse
+ * @param {NonNullable<Parameters<typeof runOperation>[2]>} refuse
  * @param {() => void} [draw]   the page, now
  */
 export function listenToKeys(app, refuse, draw = () => {}) {

@@ -1,39 +1,67 @@
 // @ts-check
 /** Where a track is best looked at: a sign is recognised by its largest boxes, and a track begins with its smallest. Pure. */
 
-import { keyFramesOf, lastKey } from './documents.js';
+import { keyFramesOf } from './documents.js';
 import { shownSpan } from './effective.js';
 import { area } from './geometry.js';
+import { shownRuns } from './shown_runs.js';
+
+/** A box is cut by the picture where its edge is closer to the picture's than this share of its side; as in app/evidence/tracks.py. */
+const CUT = 0.05;
 
 /**
- * The last frame in which the engine detected the track, within the stretches that are still its own; of a track that a
- * person drew the key frame with the largest box.
+ * The frame in which the engine saw the sign best, or the nearest one that is still the track's; of a track that a person
+ * drew the key frame with the largest box that the picture does not cut.
  *
  * @param {import('../types.js').TrackDoc} doc
  * @param {import('../types.js').TrackColumns|null} tracks
+ * @param {import('./geometry.js').Size} [picture]   unset: nothing is cut
  * @returns {number|null} null: the track shows nothing
  */
-export function clearestFrame(doc, tracks) {
-  const placeOf = (/** @type {number} */ id) => tracks?.id.indexOf(id) ?? -1;
+export function clearestFrame(doc, tracks, picture = { width: Infinity, height: Infinity }) {
   const span = shownSpan(doc, tracks);
   if (span === null) return null;
-  const detected = doc.segments
-    .map(({ track, first, last }) => ({ frame: tracks?.clearest[placeOf(track)] ?? -1, first, last }))
-    .filter(({ frame, first, last }) => first <= frame && frame <= last && !isOutside(doc, frame))
-    .map(({ frame }) => frame);
-  if (detected.length > 0) return Math.max(...detected);
+  const views = tracks === null ? [] : engineViews(doc, tracks);
+  const own = best(views.filter(({ away }) => away === 0), ({ side }) => side);
+  if (own) return own.frame;
   const drawn = keyFramesOf(doc).filter((frame) => doc.keys[frame].box !== null && !doc.keys[frame].outside);
-  return drawn.reduce((/** @type {number|null} */ best, frame) => (best === null || sideOf(doc, frame) > sideOf(doc, best) ? frame : best), null) ?? span.first;
+  const largest = best(drawn, (frame) => rankOf(/** @type {import('../types.js').Box} */ (doc.keys[frame].box), picture));
+  return largest ?? best(views, ({ away }) => -away)?.frame ?? span.first;
 }
 
-/** @param {import('../types.js').TrackDoc} doc @param {number} frame */
-function isOutside(doc, frame) {
-  const before = lastKey(doc, frame);
-  return before !== null && doc.keys[before].outside;
+/**
+ * For each stretch of the engine's boxes that the track shows the frame nearest to where the engine saw the sign best.
+ * @param {import('../types.js').TrackDoc} doc
+ * @param {import('../types.js').TrackColumns} tracks
+ */
+function engineViews(doc, tracks) {
+  const runs = shownRuns(doc, (id) => tracks.last[tracks.id.indexOf(id)] ?? null);
+  return doc.segments.flatMap(({ track, first, last }) => {
+    const at = tracks.id.indexOf(track);
+    const clearest = tracks.clearest[at];
+    if (at < 0) return [];
+    return runs.filter(([from, to]) => from <= last && first <= to).map(([from, to]) => {
+      const frame = Math.min(Math.max(clearest, first, from), last, to);
+      return { frame, away: Math.abs(clearest - frame), side: tracks.side[at] };
+    });
+  });
 }
 
-/** @param {import('../types.js').TrackDoc} doc @param {number} frame */
-function sideOf(doc, frame) {
-  const { box } = doc.keys[frame];
-  return box === null ? 0 : area(box);
+/** Whole boxes before cut ones, then by size. @param {import('../types.js').Box} box @param {import('./geometry.js').Size} picture */
+function rankOf(box, { width, height }) {
+  const [x1, y1, x2, y2] = box;
+  const [wide, high] = [CUT * (x2 - x1), CUT * (y2 - y1)];
+  const whole = x1 > wide && y1 > high && x2 < width - wide && y2 < height - high;
+  return (whole ? 1e9 : 0) + area(box);
+}
+
+/**
+ * The first of those with the highest rank.
+ * @template T
+ * @param {readonly T[]} list
+ * @param {(one: T) => number} rank
+ * @returns {T|undefined}
+ */
+function best(list, rank) {
+  return list.reduce((/** @type {T|undefined} */ found, one) => (found === undefined || rank(one) > rank(found) ? one : found), undefined);
 }

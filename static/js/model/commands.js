@@ -236,7 +236,7 @@ const showsNothing = (doc, frame) => `Track ${doc.key} shows nothing from frame 
 function setOutside(doc, command) {
   const { frame } = command;
   const outside = command.value === true;
-  if (outside && !showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} It is out of sight already.`);
+  if (outside && !showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} It is outside already.`);
   const after = withKey(doc, frame, { outside, ...shown(doc, command) });
   if (!outside && !showsFrom(after, frame)) {
     throw new CommandError(`${showsNothing(doc, frame)} Nothing could come back into sight: draw a box.`);
@@ -288,7 +288,7 @@ function follow(doc, command) {
   const frames = keyFramesOf(doc);
   const hides = frames.find((k, at) => k <= last && doc.keys[k].outside && (frames[at + 1] ?? Infinity) > first);
   if (hides !== undefined) {
-    throw new CommandError(`Track ${doc.key} is out of sight from frame ${hides} on, as a person says. Follow up to there, or bring it back into sight first.`);
+    throw new CommandError(`Track ${doc.key} is outside from frame ${hides} on, as a person says. Follow up to there, or bring it back first.`);
   }
   /** @param {number} k */
   const inside = (k) => first <= k && k <= last;

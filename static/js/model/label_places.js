@@ -11,6 +11,7 @@
  * @property {number} wide
  * @property {number} high
  * @property {'above'|'below'} where    where it stands if nothing speaks against it
+ * @property {boolean} [guarded]          no label may lie on the box while there is another place
  */
 
 import { iou } from './geometry.js';
@@ -21,6 +22,8 @@ const GAP = 2;
 const BEARABLE = 0.15;
 /** Boxes that share so much of their area are of one sign: what several layers say of it. */
 const ONE_SIGN = 0.3;
+/** Nothing that is covered of a guarded box is bearable. */
+const GUARD = 100;
 /** A covered label cannot be read, a covered sign can still be seen. */
 const LABEL_WEIGHT = 5;
 /** How many lines away from its box a label may stand. */
@@ -47,7 +50,7 @@ export function placeLabels(wanted, screen) {
     [...near, ...further(label, screen)].some(([x, y], i) => {
       const place = /** @type {Box} */ ([x, y, x + wide, y + high]);
       let covered = 0;
-      for (const other of wanted) covered += shareOf(other.box, place) + strayed(label, place, other);
+      for (const other of wanted) covered += (other.guarded ? GUARD : 1) * shareOf(other.box, place) + strayed(label, place, other);
       for (const other of placed) covered += LABEL_WEIGHT * shareOf(other, place);
       if (covered < least) {
         best = i < near.length ? { x, y } : { x, y, apart: true };

@@ -60,7 +60,7 @@ export const offeredLabels = (labels) => labels.filter(({ hidden, merged_into })
  */
 export function className(labels, id) {
   if (id === NO_CLASS) return 'not in the set';
-  return labelFor(labels, id)?.name ?? (id === null || id === undefined ? 'no label' : `label ${id}`);
+  return labelFor(labels, id)?.name ?? (id === null || id === undefined ? 'unlabelled' : `label ${id}`);
 }
 
 /**

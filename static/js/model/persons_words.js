@@ -12,7 +12,7 @@ export function personAt(doc, frame) {
   const held = lastKey(doc, frame);
   if (held === null) return null;
   const state = doc.keys[held];
-  if (state.outside) return `A person says that it is out of sight${held === frame ? '' : ` since frame ${held}`}.`;
+  if (state.outside) return `A person says that it is outside${held === frame ? '' : ` since frame ${held}`}.`;
   const hidden = state.occluded ? ['A person says that it is partly hidden.'] : [];
   if (lineAt(doc, frame) === null) return hidden[0] ?? null;
   if (held === frame && state.box !== null) return ['A person put the box here.', ...hidden].join(' ');

@@ -47,13 +47,13 @@ export function verdictAt(lane, i) {
   const relation = lane.confident[i] ? '<' : above(likelihood, lane.tau);
   const verdict = lane.confident[i] ? 'Prediction confident' : 'Prediction rejected';
   const factors = [lane.symmetry[i], lane.hash_distance[i], lane.position_distance[i]];
-  const names = ['symmetry', 'bits of its look', 'position'];
+  const names = ['symmetry', 'appearance distance, bits', 'position'];
   const known = factors.map((value, k) => (value === null ? null : `${short(value)} (${names[k]})`)).filter((text) => text !== null);
   // parameters may shift a factor before it is multiplied: only a product that comes out is written as one
   const product = factors.reduce((/** @type {number} */ all, value) => all * (value ?? Number.NaN), 1);
   const whole = Math.abs(product - likelihood) <= 0.01 * Math.abs(likelihood);
-  const sum = whole ? `${known.join(' × ')} = ${short(likelihood)}` : short(likelihood);
-  return `${verdict}: L = ${sum} ${relation} ${short(lane.tau)}${whole || known.length === 0 ? '' : `, from ${known.join(', ')}`}.`;
+  const sum = whole ? `${short(likelihood)} = ${known.join(' × ')}` : short(likelihood);
+  return `${verdict}: gate score ${sum}${whole ? ',' : ''} ${relation} tau ${short(lane.tau)}${whole || known.length === 0 ? '' : `, from ${known.join(', ')}`}.`;
 }
 
 /**
@@ -106,7 +106,7 @@ function rejection(lane, i) {
   const probability = lane.probability[i];
   if (lane.source[i] === 2) {
     const sure = probability === null ? '' : ` (probability ${short(probability)})`;
-    return `prediction rejected, ${reason}; relocalised${sure}`;
+    return `prediction rejected, ${reason}; re-detected${sure}`;
   }
   const answer = lane.source[i] === 0 ? 'a detection took its place' : 'nothing better was found near it';
   return `prediction rejected, ${reason}; ${answer}`;

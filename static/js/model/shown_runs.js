@@ -39,5 +39,6 @@ function outOfSight(doc) {
 export const framesIn = (runs, first = 0, last = OPEN_END) =>
   runs.reduce((sum, [a, b]) => sum + Math.max(0, Math.min(b, last) - Math.max(a, first) + 1), 0);
 
-/** In how many frames both of two lists of stretches lie. @param {readonly Span[]} runs @param {readonly Span[]} others */
-export const framesInBoth = (runs, others) => others.reduce((sum, [first, last]) => sum + framesIn(runs, first, last), 0);
+/** The frames that lie in both of two lists of stretches. @param {readonly Span[]} runs @param {readonly Span[]} others @returns {Span[]} in the order of `others` */
+export const commonRuns = (runs, others) => others.flatMap(([first, last]) => runs.filter(([a, b]) => a <= last && first <= b)
+  .map(([a, b]) => /** @type {Span} */ ([Math.max(a, first), Math.min(b, last)])));

@@ -60,7 +60,7 @@ export function toggleAttribute(app, digit, say = toast) {
 /** @type {import('../page-types.js').Operation[]} */
 export const attributes = [
   operation({
-    id: 'attribute', label: 'Tick or clear a checkbox of the track', keys: DIGITS.map((digit) => `Alt+${digit}`), group: 'Verdict', disabled: needsTrack,
+    id: 'attribute', label: 'Tick or clear a checkbox of the track', keys: DIGITS.map((digit) => `Alt+${digit}`), group: 'Verdict', each: true, disabled: needsTrack,
     available: (state) => onReview(state) && state.labels.some(({ attributes: own }) => own.some(({ kind }) => kind === 'checkbox')),
     tooltip: 'The checkboxes of the label in the inspector, in their order (Alt+1) to (Alt+9)',
     run: (app, key) => toggleAttribute(app, Number(String(key).slice(-1))),

@@ -4,19 +4,18 @@
 import { docOf } from '../editing/revisions.js';
 import { deletedTracks } from '../model/deleted.js';
 import { keyFramesOf } from '../model/documents.js';
-import { labelOf } from '../model/effective.js';
+import { labelOf, shownSpan } from '../model/effective.js';
 import { nudged, settled, sizeOf } from '../model/geometry.js';
-import { without } from '../model/join.js';
-import { framesInBoth } from '../model/shown_runs.js';
-import { trackEntries } from '../model/track_entries.js';
 import { trackName } from '../model/track_name.js';
+import { knownBox } from '../review/known_box.js';
 import { nearestBox } from '../review/nearest_box.js';
 import { engineClass, shownTrack, shownTracks } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
-import { askForClass, select, setMode, toggleMarked } from '../store/actions/review.js';
-import { plural } from '../views/format.js';
+import { askForClass, seek, select, setMode, setPlaying, toggleMarked } from '../store/actions/review.js';
 import { toast } from '../views/toasts.js';
 import { editSelected, needsBox, needsBoxes, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
+import { merge } from './merge.js';
+import { editTelling } from './unseen.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -65,70 +64,74 @@ function around(state) {
 }
 
 /**
+ * Keep the box of the cursor's frame, or let it go. Out of the track's frames its nearest box is copied here, and told.
+ * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
+ * @param {import('./unseen.js').Say} [say]
+ */
+export function setKeyFrame(app, say = toast) {
+  const { review } = app.store.get();
+  if (!review?.selected) return;
+  const doc = docOf(review, review.selected);
+  const shown = shownTrack(review, review.selected);
+  const nearest = shown ? null : nearestBox(review, review.selected);
+  if (shown && doc?.keys[review.frame]) editSelected(app, { name: 'remove_key' });
+  else if (shown) editSelected(app, { name: 'add_key', box: shown.box });
+  else if (nearest) {
+    const box = settled(nearest.box, size(app.store.get()));
+    editTelling(app, review.selected, () => editSelected(app, { name: 'set_box', box }), { copied: nearest.frame, say });
+  }
+}
+
+/**
  * Lay boxes on a line between two key frames, or take them off it. A drawn track has such lines from the beginning, so what
  * has happened is said.
  *
- * @param {Pick<App, 'store'|'edit'>} app
- * @param {(text: string, options: import('../views/toasts.js').ToastOptions) => void} [say]
+ * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
+ * @param {import('./unseen.js').Say} [say]
  */
 export function interpolate(app, say = toast) {
   const state = app.store.get();
   const range = around(state);
-  const doc = state.review?.selected ? state.review.docs[state.review.selected] : undefined;
-  if (!range || !doc) return;
+  const key = state.review?.selected;
+  const doc = key ? state.review?.docs[key] : undefined;
+  if (!range || !key || !doc) return;
   const [first, last] = range;
   const value = !doc.keys[first].interpolate;
-  if (!editSelected(app, { name: 'interpolate', first, last, value })) return;
   const without = doc.segments.length ? 'The engine’s boxes stand again' : 'There are no boxes any more';
-  say(value ? `Boxes lie on a line between frames ${first} and ${last}.` : `${without} between frames ${first} and ${last}; press I again for the line.`, { topic: 'interpolate' });
+  const said = value ? `Boxes lie on a line between frames ${first} and ${last}.` : `${without} between frames ${first} and ${last}; press I again for the line.`;
+  editTelling(app, key, () => editSelected(app, { name: 'interpolate', first, last, value }), { said, say });
 }
 
 /**
- * What a merge hides: tracks of one sign have no box in the same frame, so who merges two signs is reported. What was added
- * before counts as well as the first one.
- *
- * @param {import('../state-types.js').ReviewState} review
- * @param {string} key
- * @param {readonly string[]} others   that become part of it, in this order
- * @returns {string} empty: nothing
+ * What a line between key frames lacks: a key frame here, or, where the only one is here, at the other end of the track.
+ * @param {State} state
+ * @returns {number|null} its frame; null: nothing is lacking, or there is no such frame
  */
-export function mergeWords(review, key, others) {
-  const runs = new Map(trackEntries(review.tracks, review.docs).map((entry) => [entry.key, entry.runs]));
-  const words = [];
-  const joined = [key];
-  /** Frames that have a box by now. @type {import('../model/join.js').Span[]} */
-  let covered = [...runs.get(key) ?? []];
-  for (const other of others) {
-    const own = [...runs.get(other) ?? []];
-    const frames = framesInBoth(covered, own);
-    if (frames > 0) {
-      const before = joined.filter((one) => framesInBoth(runs.get(one) ?? [], own) > 0).map((one) => trackName(one, review.docs[one]));
-      words.push(`Track ${trackName(other, review.docs[other])} has boxes in ${plural(frames, 'frame')} in which ${before.join(' or ')} has one too; there ${before.length > 1 ? 'what was marked first' : before[0]} counts.`);
-    }
-    covered = [...covered, ...without(own, covered)];
-    joined.push(other);
-  }
-  return words.join(' ');
+export function lackingKey(state) {
+  const { review } = state;
+  if (needsTrack(state) !== null || !review?.selected || around(state)) return null;
+  const doc = docOf(review, review.selected);
+  if (!doc?.keys[review.frame]?.box) return review.frame;
+  const span = shownSpan(doc, review.tracks);
+  return span === null || span.first === span.last ? null : review.frame < span.last ? span.last : span.first;
 }
 
-/** @param {App} app */
-function merge(app) {
-  const { review } = app.store.get();
-  if (!review) return;
-  if (review.mode !== 'merge') {
-    app.store.dispatch((state) => (state.review?.selected ? toggleMarked(setMode(state, 'merge'), state.review.selected) : setMode(state, 'merge')));
-    return;
-  }
-  const [key, ...others] = review.marked;
-  if (key && others.length) {
-    const both = mergeWords(review, key, others);
-    if (app.edit({ name: 'merge', frame: review.frame, key, others }) && both) toast(both);
-    app.store.dispatch((state) => select(setMode(state, 'select'), key));
-  } else if (key) {
-    toast('Mark a second track first: click it in the picture, in the lanes or in the queue. Escape leaves the merge.');
-  } else {
-    app.store.dispatch((state) => setMode(state, 'select'));
-  }
+/**
+ * Go to the frame that lacks a key frame and set it.
+ * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
+ * @param {import('./unseen.js').Say} [say]
+ */
+export function setLackingKey(app, say = toast) {
+  const state = app.store.get();
+  const frame = lackingKey(state);
+  const key = state.review?.selected;
+  if (frame === null || !key || !state.review) return;
+  const box = knownBox(state.review, key, frame);
+  if (frame !== state.review.frame) app.store.dispatch((now) => seek(setPlaying(now, false), frame));
+  const why = needsBoxes(app.store.get());
+  if (box) app.edit({ name: 'add_key', key, frame, box });
+  else if (why) say(`${why} Then press K.`, { topic: 'unseen' });
+  else setKeyFrame(app, say);
 }
 
 /**
@@ -159,10 +162,11 @@ function cycle(app, direction) {
  * @param {number} frame
  * @param {import('../types.js').Box} box
  * @param {string} [gesture]
+ * @param {import('./unseen.js').Say} [say]
  */
-export function putBox(app, key, frame, box, gesture) {
+export function putBox(app, key, frame, box, gesture, say = toast) {
   if (app.store.get().review?.following?.key === key) app.following.correct({ frame, box });
-  else app.edit({ name: 'set_box', frame, key, box }, undefined, gesture);
+  else editTelling(app, key, () => app.edit({ name: 'set_box', frame, key, box }, undefined, gesture), { say });
 }
 
 /** @param {App} app @param {number} dx @param {number} dy */
@@ -181,22 +185,28 @@ function grow(app, dx, dy) {
   putBox(app, shown.key, state.review.frame, settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)), 'resize');
 }
 
+/** @param {number|null} frame   that could be made one */
+export const needsKeys = (frame) => `Needs a key frame before and after.${frame === null ? '' : ` Set one at frame ${frame}?`}`;
+
+/** @param {App} app */
+export const keyRemedy = (app) => (lackingKey(app.store.get()) === null ? null : { label: 'Set key frame', run: () => setLackingKey(app) });
+
 const ARROWS = /** @type {const} */ ([['Left', -1, 0, '←'], ['Right', 1, 0, '→'], ['Up', 0, -1, '↑'], ['Down', 0, 1, '↓']]);
 
 /** @type {import('../page-types.js').Operation[]} */
 export const boxes = [
   operation({
-    id: 'select-mode', label: 'Select and change boxes', keys: ['Escape'], icon: 'select', group: GROUP,
+    id: 'select-mode', label: 'Select and change boxes', short: 'Select', keys: ['Escape'], icon: 'select', group: GROUP,
     run: (app) => app.store.dispatch((state) => (state.review?.mode === 'select' ? select(state, null) : setMode(state, 'select'))),
   }),
   operation({
-    id: 'draw', label: 'Draw a new track', keys: ['N'], icon: 'draw', group: GROUP, disabled: needsRun,
+    id: 'draw', label: 'Draw a new track', short: 'Draw', keys: ['N'], icon: 'draw', group: GROUP, disabled: needsRun,
     tooltip: 'Drag a box and choose its class; with Shift held it corrects the selected track (N)',
     run: (app) => app.store.dispatch((state) => setMode(state, state.review?.mode === 'draw' ? 'select' : 'draw')),
   }),
   operation({
-    id: 'merge', label: 'Merge tracks', keys: ['M'], icon: 'merge', group: GROUP, disabled: needsRun,
-    tooltip: 'Press M, click the tracks in the picture, the lanes or the queue, press M again (M)', run: merge,
+    id: 'merge', label: 'Merge tracks', short: 'Merge', keys: ['M'], icon: 'merge', group: GROUP, disabled: needsRun,
+    tooltip: 'Press M, click the tracks in the picture, the lanes or the queue, press M again (M)', run: (app) => merge(app),
   }),
   operation({
     id: 'mark', label: 'Mark the selected track for the merge', keys: ['Enter'], group: 'Box by keyboard',
@@ -205,7 +215,7 @@ export const boxes = [
     run: (app) => app.store.dispatch((state) => (state.review?.selected ? toggleMarked(state, state.review.selected) : state)),
   }),
   operation({
-    id: 'split', label: 'Split the track here', keys: ['Alt+M'], icon: 'split', group: GROUP, disabled: needsTrack,
+    id: 'split', label: 'Split the track here', short: 'Split', keys: ['Alt+M'], icon: 'split', group: GROUP, disabled: needsTrack,
     run: (app) => {
       const new_key = newKey();
       const { review } = app.store.get();
@@ -216,40 +226,33 @@ export const boxes = [
     },
   }),
   operation({
-    id: 'key-frame', label: 'Set or remove a key frame', keys: ['K'], icon: 'key', group: GROUP,
+    id: 'key-frame', label: 'Set or remove a key frame', short: 'Key frame', keys: ['K'], icon: 'key', group: GROUP,
     tooltip: 'Keep this box, or let it go; where the track has no box, its nearest one is carried here (K)', disabled: needsBoxes,
     run: (app) => {
-      const { review } = app.store.get();
-      if (!review?.selected) return;
-      const doc = docOf(review, review.selected);
-      const shown = shownTrack(review, review.selected);
-      // out of the track's frames its nearest box is carried here, as tracks go on in other tools
-      const carried = shown ? null : nearestBox(review, review.selected);
-      if (shown && doc?.keys[review.frame]) editSelected(app, { name: 'remove_key' });
-      else if (shown) editSelected(app, { name: 'add_key', box: shown.box });
-      else if (carried) editSelected(app, { name: 'set_box', box: settled(carried, size(app.store.get())) });
+      setKeyFrame(app);
     },
   }),
   operation({
-    id: 'interpolate', label: 'Interpolate between key frames', keys: ['I'], icon: 'interpolate', group: GROUP,
+    id: 'interpolate', label: 'Interpolate between key frames', short: 'Interpolate', keys: ['I'], icon: 'interpolate', group: GROUP,
     tooltip: 'Boxes on a straight line between the key frames around the cursor, or not any more (I)',
-    disabled: (state) => needsTrack(state) ?? (around(state) ? null : 'Correct the box in two frames first.'),
+    disabled: (state) => needsTrack(state) ?? (around(state) ? null : needsKeys(lackingKey(state))),
+    remedy: keyRemedy,
     run: (app) => interpolate(app),
   }),
   operation({
-    id: 'outside', label: 'Outside from here on', keys: ['O'], icon: 'outside', group: GROUP, disabled: needsTrack,
+    id: 'outside', label: 'Outside from here on', short: 'Outside', keys: ['O'], icon: 'outside', group: GROUP, disabled: needsTrack,
     run: (app) => toggle(app, 'set_outside', 'outside'),
   }),
   operation({
-    id: 'occluded', label: 'Occluded from here on', keys: ['Q'], icon: 'occluded', group: GROUP, disabled: needsBox,
+    id: 'occluded', label: 'Occluded from here on', short: 'Occluded', keys: ['Q'], icon: 'occluded', group: GROUP, disabled: needsBox,
     run: (app) => toggle(app, 'set_occluded', 'occluded'),
   }),
   operation({
-    id: 'delete-from', label: 'Delete from here on', keys: ['Del'], icon: 'cut', group: GROUP, disabled: needsTrack,
+    id: 'delete-from', label: 'Delete from here on', short: 'Delete on', keys: ['Del'], icon: 'cut', group: GROUP, disabled: needsTrack,
     run: (app) => editSelected(app, { name: 'delete_from' }),
   }),
   operation({
-    id: 'delete-track', label: 'Delete the whole track', keys: ['Shift+Del'], icon: 'delete', group: GROUP, disabled: needsTrack,
+    id: 'delete-track', label: 'Delete the whole track', short: 'Delete track', keys: ['Shift+Del'], icon: 'delete', group: GROUP, disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
       const key = review?.selected ?? '';
@@ -272,7 +275,7 @@ export const boxes = [
     operation({ id: `grow-${name.toLowerCase()}`, label: `Resize the box ${arrow}`, keys: [`Alt+Arrow${name}`], group: 'Box by keyboard', repeats: true, disabled: needsBox, run: (app) => grow(app, dx, dy) }),
   ]),
   operation({
-    id: 'new-box', label: 'New track in the middle of the view', keys: ['Shift+N'], icon: 'new_box', group: 'Box by keyboard', disabled: needsRun,
+    id: 'new-box', label: 'New track in the middle of the view', short: 'New box', keys: ['Shift+N'], icon: 'new_box', group: 'Box by keyboard', disabled: needsRun,
     run: (app) => {
       const { review } = app.store.get();
       if (!review) return;
@@ -284,12 +287,12 @@ export const boxes = [
   }),
 ];
 
-/** A box was drawn. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   the selected track instead of a new one */
-export function drawn(app, box, correct) {
+/** A box was drawn. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   the selected track instead of a new one @param {import('./unseen.js').Say} [say] */
+export function drawn(app, box, correct, say = toast) {
   const { review } = app.store.get();
   if (!review) return;
   if (correct && review.selected) {
-    putBox(app, review.selected, review.frame, box);
+    putBox(app, review.selected, review.frame, box, undefined, say);
     app.store.dispatch((state) => setMode(state, 'select'));
     return;
   }

@@ -30,26 +30,26 @@ const show = (app, dialog) => app.store.dispatch((state) => openDialog(state, di
 /** @type {import('../page-types.js').Operation[]} */
 export const exchange = [
   operation({
-    id: 'export', label: 'Export annotations …', keys: ['Shift+E'], icon: 'export', group: GROUP,
+    id: 'export', label: 'Export annotations …', short: 'Export', keys: ['Shift+E'], icon: 'export', group: GROUP,
     disabled: (state) => needsRun(state) ?? (state.review?.run?.state === 'complete' ? null : 'Wait until the run is complete.'),
     run: (app) => show(app, (state) => ({ kind: 'export', data: { runs: state.review?.run ? [state.review.run.id] : [] } })),
   }),
   operation({
-    id: 'import', label: 'Import annotations …', keys: ['Shift+I'], icon: 'import', group: GROUP,
+    id: 'import', label: 'Import annotations …', short: 'Import', keys: ['Shift+I'], icon: 'import', group: GROUP,
     run: (app) => show(app, (state) => ({ kind: 'import', data: { video: state.review?.video.id } })),
   }),
   operation({
-    id: 'ground-truths', label: 'Ground truths …', keys: ['Shift+G'], icon: 'truth', group: GROUP,
+    id: 'ground-truths', label: 'Ground truths …', short: 'Ground truth', keys: ['Shift+G'], icon: 'truth', group: GROUP,
     run: (app) => show(app, (state) => ({ kind: 'ground-truths', data: { video: state.review?.video.id } })),
   }),
-  operation({ id: 'record', label: 'Record frames …', keys: ['Shift+R'], icon: 'record', group: GROUP, disabled: needsFrames, run: (app) => show(app, () => ({ kind: 'record' })) }),
-  operation({ id: 'report-bug', label: 'Report a bug …', keys: ['Shift+B'], icon: 'bug', group: GROUP, disabled: needsReplayable, run: (app) => show(app, () => ({ kind: 'bundle' })) }),
+  operation({ id: 'record', label: 'Record frames …', short: 'Record', keys: ['Shift+R'], icon: 'record', group: GROUP, disabled: needsFrames, run: (app) => show(app, () => ({ kind: 'record' })) }),
+  operation({ id: 'report-bug', label: 'Report a bug …', short: 'Report bug', keys: ['Shift+B'], icon: 'bug', group: GROUP, disabled: needsReplayable, run: (app) => show(app, () => ({ kind: 'bundle' })) }),
   operation({
-    id: 'recording-view', label: 'Recording beside the picture', keys: ['Shift+V'], icon: 'film', group: GROUP, disabled: needsRun,
+    id: 'recording-view', label: 'Recording beside the picture', short: 'Recording', keys: ['Shift+V'], icon: 'film', group: GROUP, disabled: needsRun,
     run: (app) => app.store.dispatch((state) => toggleBeside(state, 'recording')),
   }),
   operation({
-    id: 'scene3d-view', label: '3-D view beside the picture', keys: ['Shift+D'], icon: 'cube', group: GROUP, disabled: needsRun,
+    id: 'scene3d-view', label: '3-D view beside the picture', short: '3-D', keys: ['Shift+D'], icon: 'cube', group: GROUP, disabled: needsRun,
     run: (app) => app.store.dispatch((state) => toggleBeside(state, 'scene3d')),
   }),
 ];

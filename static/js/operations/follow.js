@@ -9,6 +9,7 @@ import { knownBox } from '../review/known_box.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { cutFollowing, seek, setPlaying } from '../store/actions/review.js';
 import { toast } from '../views/toasts.js';
+import { keyRemedy, lackingKey, needsKeys } from './boxes.js';
 import { needsBox, needsTrack, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -123,15 +124,15 @@ export const following = [
   operation({
     id: 'follow-between', label: 'Follow between two key frames', keys: ['Alt+T'], group: GROUP,
     tooltip: 'Follow between the corrected boxes before and after the cursor (Alt+T)',
-    disabled: (state) => needsTrack(state) ?? (around(state) ? null : 'Correct the box in a frame before and in one after this.'), run: between,
+    disabled: (state) => needsTrack(state) ?? (around(state) ? null : needsKeys(lackingKey(state))), remedy: keyRemedy, run: between,
   }),
   operation({
-    id: 'extend-first', label: 'Extend to its first sight', keys: [','], icon: 'extend_first', group: GROUP,
+    id: 'extend-first', label: 'Extend to its first sight', short: 'Extend back', keys: [','], icon: 'extend_first', group: GROUP,
     tooltip: 'Follow the track backwards from its first frame (,)',
     disabled: (state) => cannotExtend(state, 'first'), run: (app) => extend(app, 'first'),
   }),
   operation({
-    id: 'extend-last', label: 'Extend to its last sight', keys: ['.'], icon: 'extend_last', group: GROUP,
+    id: 'extend-last', label: 'Extend to its last sight', short: 'Extend on', keys: ['.'], icon: 'extend_last', group: GROUP,
     tooltip: 'Follow the track forwards from its last frame (.)',
     disabled: (state) => cannotExtend(state, 'last'), run: (app) => extend(app, 'last'),
   }),

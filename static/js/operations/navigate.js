@@ -4,7 +4,8 @@
 import { endOfQueue, nextInQueue } from '../model/queue.js';
 import { playOrPause, seek, select, setPlaying, step } from '../store/actions/review.js';
 import { clearestFrame } from '../model/clearest.js';
-import { shownSpan, spanOf } from '../model/effective.js';
+import { spanOf } from '../model/effective.js';
+import { sizeOf } from '../model/geometry.js';
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
 import { trackName } from '../model/track_name.js';
@@ -24,19 +25,15 @@ const go = (app, frame) => {
 };
 
 /**
- * Show a track: select it, and go to where it is clearest unless the cursor is inside it.
- * @param {Pick<App, 'store'>} app
+ * Show a track: select it, and go to where it is clearest, wherever the cursor is.
+ * @param {Pick<import('../views/app.js').ViewApp, 'store'>} app
  * @param {string} key
  */
 export function openTrack(app, key) {
   const { review } = app.store.get();
   const doc = review && docOf(review, key);
-  const span = doc && shownSpan(doc, review.tracks);
-  app.store.dispatch((state) => {
-    const inside = span && state.review && span.first <= state.review.frame && state.review.frame <= span.last;
-    const clearest = doc && clearestFrame(doc, review.tracks);
-    return select(clearest !== null && !inside ? seek(state, clearest) : state, key);
-  });
+  const clearest = doc && clearestFrame(doc, review.tracks, sizeOf(review.video));
+  app.store.dispatch((state) => select(clearest === null ? state : seek(setPlaying(state, false), clearest), key));
 }
 
 /** @param {App} app @param {1|-1} direction */
@@ -70,23 +67,27 @@ export function keyStep(app, direction, say = toast) {
 
 /** @type {import('../page-types.js').Operation[]} */
 export const navigation = [
-  operation({ id: 'previous-frame', label: 'Previous frame', keys: ['D'], icon: 'step_back', group: GROUP, repeats: true, run: (app) => move(app, -1) }),
-  operation({ id: 'play', label: 'Play or pause', keys: ['Space'], icon: 'play', group: GROUP, run: (app) => app.store.dispatch(playOrPause) }),
-  operation({ id: 'next-frame', label: 'Next frame', keys: ['F'], icon: 'step_forward', group: GROUP, repeats: true, run: (app) => move(app, 1) }),
+  operation({ id: 'previous-frame', label: 'Previous frame', short: 'Back', keys: ['D'], icon: 'step_back', group: GROUP, repeats: true, run: (app) => move(app, -1) }),
+  operation({ id: 'play', label: 'Play or pause', short: 'Play', keys: ['Space'], icon: 'play', group: GROUP, run: (app) => app.store.dispatch(playOrPause) }),
+  operation({ id: 'next-frame', label: 'Next frame', short: 'Next', keys: ['F'], icon: 'step_forward', group: GROUP, repeats: true, run: (app) => move(app, 1) }),
   operation({ id: 'back-10', label: 'Back 10', keys: ['C'], icon: 'skip_back', group: GROUP, repeats: true, run: (app) => move(app, -10) }),
-  operation({ id: 'on-10', label: 'Forward 10', keys: ['V'], icon: 'skip_forward', group: GROUP, repeats: true, run: (app) => move(app, 10) }),
-  operation({ id: 'next-key', label: 'Next key frame', keys: ['R'], tooltip: 'Next key frame of the selected track; without a selection, of the video (R)', icon: 'key_forward', group: GROUP, repeats: true, run: (app) => keyStep(app, 1) }),
-  operation({ id: 'previous-key', label: 'Previous key frame', keys: ['E'], tooltip: 'Previous key frame of the selected track; without a selection, of the video (E)', icon: 'key_back', group: GROUP, repeats: true, run: (app) => keyStep(app, -1) }),
-  operation({ id: 'first-frame', label: 'First frame', keys: ['Home'], icon: 'previous', group: GROUP, run: (app) => go(app, 0) }),
-  operation({ id: 'last-frame', label: 'Last frame', keys: ['End'], icon: 'next', group: GROUP, run: (app) => go(app, (app.store.get().review?.timebase?.frames ?? 1) - 1) }),
+  operation({ id: 'on-10', label: 'Forward 10', short: 'On 10', keys: ['V'], icon: 'skip_forward', group: GROUP, repeats: true, run: (app) => move(app, 10) }),
+  operation({ id: 'next-key', label: 'Next key frame', short: 'Key next', keys: ['R'], tooltip: 'Next key frame of the selected track; without a selection, of the video (R)', icon: 'key_forward', group: GROUP, repeats: true, run: (app) => keyStep(app, 1) }),
+  operation({ id: 'previous-key', label: 'Previous key frame', short: 'Key back', keys: ['E'], tooltip: 'Previous key frame of the selected track; without a selection, of the video (E)', icon: 'key_back', group: GROUP, repeats: true, run: (app) => keyStep(app, -1) }),
+  operation({ id: 'first-frame', label: 'First frame', short: 'First', keys: ['Home'], icon: 'previous', group: GROUP, run: (app) => go(app, 0) }),
+  operation({ id: 'last-frame', label: 'Last frame', short: 'Last', keys: ['End'], icon: 'next', group: GROUP, run: (app) => go(app, (app.store.get().review?.timebase?.frames ?? 1) - 1) }),
   operation({
     id: 'go-to-frame', label: 'Go to a frame by its number', keys: ['G'], group: GROUP,
     run: () => /** @type {HTMLInputElement|null} */ (document.querySelector('.picture-frame'))?.focus(),
   }),
-  operation({ id: 'next-in-queue', label: 'Next undecided track', keys: ['J'], icon: 'down', group: 'Queue', repeats: true, run: (app) => queueStep(app, 1) }),
-  operation({ id: 'previous-in-queue', label: 'Previous in the queue', keys: ['Shift+J'], icon: 'up', group: 'Queue', repeats: true, run: (app) => queueStep(app, -1) }),
   operation({
-    id: 'to-track', label: 'Go to the start of the track', keys: ['B'], icon: 'to_start', group: 'Queue', disabled: needsTrack,
+    id: 'speed', label: 'Playing speed', keys: [], group: GROUP,
+    run: () => /** @type {HTMLSelectElement|null} */ (document.querySelector('.picture-speed'))?.focus(),
+  }),
+  operation({ id: 'next-in-queue', label: 'Next undecided track', short: 'Next', keys: ['J'], icon: 'down', group: 'Queue', repeats: true, run: (app) => queueStep(app, 1) }),
+  operation({ id: 'previous-in-queue', label: 'Previous in the queue', short: 'Previous', keys: ['Shift+J'], icon: 'up', group: 'Queue', repeats: true, run: (app) => queueStep(app, -1) }),
+  operation({
+    id: 'to-track', label: 'Go to the start of the track', short: 'Start', keys: ['B'], icon: 'to_start', group: 'Queue', disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
       const doc = review?.selected ? docOf(review, review.selected) : null;

@@ -1,22 +1,23 @@
 // @ts-check
-/** Everything a person can do: the one source of toolbar, keyboard and help. */
+/** Everything a person can do: the one source of toolbar, menu, keyboard, palette and help. */
 
 import { attributes } from './attributes.js';
 import { boxes } from './boxes.js';
 import { exchange } from './exchange.js';
 import { following } from './follow.js';
 import { navigation } from './navigate.js';
+import { page } from './page.js';
 import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...attributes, ...exchange, ...view];
+export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...attributes, ...exchange, ...view, ...page];
 
 /**
  * Run an operation if it can be run now.
  * @param {import('../page-types.js').App} app
  * @param {import('../page-types.js').Operation} operation
- * @param {(reason: string) => void} [refuse]   told why not
+ * @param {(reason: string, options: {action?: {label: string, run: () => void}}) => void} [refuse]   told why not, with what helps
  * @param {string} [key]   that was pressed, as in its `keys`
  * @returns {boolean} whether it ran
  */
@@ -25,7 +26,7 @@ export function runOperation(app, operation, refuse, key) {
   if (!operation.available(state)) return false;
   const reason = operation.disabled(state);
   if (reason !== null) {
-    refuse?.(reason);
+    refuse?.(reason, { action: operation.remedy?.(app) ?? undefined });
     return false;
   }
   operation.run(app, key);

@@ -33,23 +33,30 @@ export function giveVerdict(app, review, key, verdict) {
 }
 
 /**
+ * Give the selected track a label.
+ * @param {Pick<App, 'store'|'edit'>} app
+ * @param {import('../types.js').Label} label
+ * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} [say]
+ */
+export function giveLabel(app, label, say = toast) {
+  const { review } = app.store.get();
+  if (!review?.selected) return;
+  const doc = docOf(review, review.selected);
+  const name = `Track ${trackName(review.selected, review.docs[review.selected])}`;
+  if (doc && doc.class_id === label.id && labelAt(doc, review.frame, (track) => engineClass(review, track)) === label.id) say(`${name} is ${label.name} already.`, { topic: 'label' });
+  else if (editSelected(app, { name: 'relabel_track', class_id: label.id })) say(`${name}: ${label.name}`, { topic: 'label' });
+}
+
+/**
  * Give the selected track the label that is pinned to a digit.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {string} digit
  * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} [say]
  */
 export function givePinned(app, digit, say = toast) {
-  const { review, labels } = app.store.get();
-  const label = offeredLabels(labels).find(({ pinned }) => String(pinned) === digit);
-  if (!review?.selected) return;
-  if (!label) {
-    say(`No label is pinned to ${digit}. Pin one on the Labels page.`, { topic: 'pinned' });
-    return;
-  }
-  const doc = docOf(review, review.selected);
-  const name = `Track ${trackName(review.selected, review.docs[review.selected])}`;
-  if (doc && doc.class_id === label.id && labelAt(doc, review.frame, (track) => engineClass(review, track)) === label.id) say(`${name} is ${label.name} already.`, { topic: 'pinned' });
-  else if (editSelected(app, { name: 'relabel_track', class_id: label.id })) say(`${name}: ${label.name}`, { topic: 'pinned' });
+  const label = offeredLabels(app.store.get().labels).find(({ pinned }) => String(pinned) === digit);
+  if (label) giveLabel(app, label, say);
+  else say(`No label is pinned to ${digit}. Pin one on the Labels page.`, { topic: 'label' });
 }
 
 /**
@@ -75,10 +82,10 @@ export function judge(app, review, say = toast) {
 
 /** @type {import('../page-types.js').Operation[]} */
 export const verdicts = [
-  operation({ id: 'accept', label: 'Accept the track and go to the next', keys: ['A'], icon: 'accept', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'accepted') }),
-  operation({ id: 'reject', label: 'False positive, go to the next', keys: ['X'],
+  operation({ id: 'accept', label: 'Accept the track and go to the next', short: 'Accept', keys: ['A'], icon: 'accept', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'accepted') }),
+  operation({ id: 'reject', label: 'False positive, go to the next', short: 'False positive', keys: ['X'],
     tooltip: 'The track is no sign: it counts nowhere, and a retraining takes its places for background. Then the next (X)', icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
-  operation({ id: 'needs-work', label: 'The track needs work, go to the next', keys: ['W'], icon: 'needs_work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
+  operation({ id: 'needs-work', label: 'The track needs work, go to the next', short: 'Needs work', keys: ['W'], icon: 'needs_work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
   operation({
     id: 'judge-shown', label: 'Bulk review shown tracks …', keys: ['Shift+A'], group: GROUP, disabled: needsRun,
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'bulk-review' })),
@@ -93,11 +100,11 @@ export const verdicts = [
     },
   }),
   operation({
-    id: 'pinned-label', label: 'Give a pinned label', keys: DIGITS.map((digit) => `Ctrl+${digit}`), group: GROUP, disabled: needsTrack,
+    id: 'pinned-label', label: 'Give a pinned label', keys: DIGITS.map((digit) => `Ctrl+${digit}`), group: GROUP, each: true, disabled: needsTrack,
     run: (app, key) => givePinned(app, String(key).slice(-1)),
   }),
   operation({
-    id: 'ignore', label: 'Ignore the track, or no longer', keys: ['U'], icon: 'ignore', group: GROUP, disabled: needsTrack,
+    id: 'ignore', label: 'Ignore the track, or no longer', short: 'Ignore', keys: ['U'], icon: 'ignore', group: GROUP, disabled: needsTrack,
     tooltip: 'Neither a sign nor background: comparisons leave the track out, and no training learns from it (U)',
     run: (app) => {
       const { review } = app.store.get();
@@ -105,7 +112,7 @@ export const verdicts = [
     },
   }),
   operation({
-    id: 'note', label: 'Pin a note to this frame', keys: ['P'], icon: 'note', group: GROUP, disabled: needsTrack,
+    id: 'note', label: 'Pin a note to this frame', short: 'Note', keys: ['P'], icon: 'note', group: GROUP, disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
       app.store.dispatch((state) => openDialog(state, { kind: 'note', data: { key: review?.selected, frame: review?.frame } }));

@@ -1,13 +1,14 @@
 // @ts-check
-/** Layers, zoom, history, help. */
+/** Layers, zoom, history. */
 
 import { sizeOf, zoomedTo } from '../model/geometry.js';
 import { formatRoute } from '../model/route.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { LAYERS } from '../store/initial.js';
-import { openDialog } from '../store/actions/page.js';
+import { changeLanesView, openDialog } from '../store/actions/page.js';
 import { setViewport, toggleFewLabels, toggleLayer } from '../store/actions/review.js';
 import { unsavedOf } from '../store/unsaved.js';
+import { SUB_LANES } from '../views/lanes/detail_painter.js';
 import { toast } from '../views/toasts.js';
 import { needsBox, needsRun, onReview, operation } from './helpers.js';
 
@@ -19,12 +20,17 @@ export const LAYER_NAMES = /** @type {const} */ ({
   detections: 'Offline detections',
   predictions: 'Kalman predictions',
   search: 'Search regions',
-  relocalisations: 'Online relocalisations',
+  relocalisations: 'Re-detected by the online detector',
   results: 'Results',
   corrected: 'Corrected annotation',
   truth: 'Ground truth',
   second: 'Second run',
+  uncertainty: 'Uncertainty box: the 1-sigma area of the predicted centre',
+  gate: 'Gate value of each track (lower is better)',
 });
+
+/** Key of a layer. @param {import('../state-types.js').LayerName} name */
+export const layerKey = (name) => (name === 'gate' ? 'Shift+9' : String(LAYERS.indexOf(name) + 1));
 
 /** What the legend has room for. */
 export const SHORT_NAMES = /** @type {const} */ ({
@@ -36,6 +42,8 @@ export const SHORT_NAMES = /** @type {const} */ ({
   corrected: 'Corrected',
   truth: 'Truth',
   second: 'Second run',
+  uncertainty: 'Uncertainty box',
+  gate: 'Gate value',
 });
 
 /**
@@ -98,9 +106,9 @@ export const view = [
       return from ? openDialog(state, { kind: 'adopted', data: { from, to: review.run, now: true } }) : state;
     }),
   }),
-  ...LAYERS.map((name, at) =>
+  ...LAYERS.map((name) =>
     operation({
-      id: `layer-${name}`, label: LAYER_NAMES[name], keys: [String(at + 1)], group: 'Layers', tooltip: `Show or hide: ${LAYER_NAMES[name]} (${at + 1})`,
+      id: `layer-${name}`, label: LAYER_NAMES[name], keys: [layerKey(name)], group: 'Layers', tooltip: `Show or hide: ${LAYER_NAMES[name]} (${layerKey(name)})`,
       run: (app) => app.store.dispatch((state) => switchLayer(state, name)),
     })),
   operation({
@@ -108,15 +116,15 @@ export const view = [
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
   }),
   operation({
-    id: 'fit', label: 'Whole picture', keys: ['0'], icon: 'fit', group: 'Picture',
+    id: 'fit', label: 'Whole picture', short: 'Fit', keys: ['0'], icon: 'fit', group: 'Picture',
     run: (app) => app.store.dispatch((state) => setViewport(state, { zoom: 0, x: 0, y: 0 })),
   }),
   operation({
-    id: 'actual-size', label: 'One to one', keys: ['Shift+0'], icon: 'one_to_one', group: 'Picture',
+    id: 'actual-size', label: 'One to one', short: '1:1', keys: ['Shift+0'], icon: 'one_to_one', group: 'Picture',
     run: (app) => app.store.dispatch((state) => (state.review ? setViewport(state, { ...state.review.viewport, zoom: 1 / (globalThis.devicePixelRatio || 1) }) : state)),
   }),
   operation({
-    id: 'zoom-track', label: 'Zoom to the track', keys: ['Z'], icon: 'zoom_in', group: 'Picture', disabled: needsBox,
+    id: 'zoom-track', label: 'Zoom to the track', short: 'Zoom', keys: ['Z'], icon: 'zoom_in', group: 'Picture', disabled: needsBox,
     tooltip: 'Zoom to the selected track; the next ones of the queue then come to the middle (Z)',
     run: (app) => app.store.dispatch((state) => {
       const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
@@ -124,17 +132,21 @@ export const view = [
     }),
   }),
   operation({
-    id: 'few-labels', label: 'Fewer names in the picture', keys: ['H'], icon: 'eye', group: 'Picture',
+    id: 'few-labels', label: 'Fewer names in the picture', short: 'Fewer names', keys: ['H'], icon: 'eye', group: 'Picture',
     tooltip: 'Name only the selected track and the one under the pointer, or all again (H)',
     run: (app) => app.store.dispatch(toggleFewLabels),
   }),
   operation({
-    id: 'what-if', label: 'What if …', keys: ['Shift+W'], icon: 'whatif', group: 'Engine', disabled: needsRun,
+    id: 'fold-lanes', label: 'All lanes, or only the chosen one', keys: ['Shift+L'], group: 'Lanes',
+    run: (app) => app.store.dispatch((state) => changeLanesView(state, { folded: !state.lanesView.folded })),
+  }),
+  ...SUB_LANES.map(({ id, label, hint }) => operation({
+    id: `lane-${id}`, label: `Lane: ${label}`, keys: [], group: 'Lanes', tooltip: hint,
+    run: (app) => app.store.dispatch((state) => changeLanesView(state, { folded: true, lane: id })),
+  })),
+  operation({
+    id: 'what-if', label: 'What if …', short: 'What if', keys: ['Shift+W'], icon: 'whatif', group: 'Engine', disabled: needsRun,
     tooltip: 'Replay the run with other parameters and see what would change (Shift+W)',
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'whatif', data: { run: state.review?.run?.id } })),
-  }),
-  operation({
-    id: 'help', label: 'Help and keys', keys: ['F1', '?'], icon: 'help', group: 'Help', available: () => true,
-    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'help' })),
   }),
 ];

@@ -10,18 +10,17 @@
  * @param {ReviewState} review
  * @param {string} key
  * @param {number} [frame]   unset: the cursor's
- * @returns {Box|null} null: nothing of the track is known in any frame; of the engine's frames only those of lanes at hand count
+ * @returns {{frame: number, box: Box}|null} null: nothing of the track is known in any frame; of the engine's frames only those of lanes at hand count
  */
 export function nearestBox(review, key, frame = review.frame) {
   const doc = review.docs[key];
   const id = key.startsWith('m') ? Number(key.slice(1)) : null;
   const lanes = doc ? doc.segments : id === null ? [] : [{ track: id, first: 0, last: Infinity }];
-  let away = Infinity;
-  /** @type {Box|null} */
+  /** @type {{frame: number, box: Box}|null} */
   let best = null;
   /** @param {number} at @param {Box|null} box */
   const offer = (at, box) => {
-    if (box !== null && Math.abs(at - frame) < away) [away, best] = [Math.abs(at - frame), box];
+    if (box !== null && (best === null || Math.abs(at - frame) < Math.abs(best.frame - frame))) best = { frame: at, box };
   };
   for (const [at, { box }] of Object.entries(doc?.keys ?? {})) offer(Number(at), box);
   for (const { track, first, last } of lanes) {

@@ -8,7 +8,7 @@ import { NO_FILTER } from '../model/queue.js';
 
 /** Which layers a first visit shows. @type {ReviewState['layers']} */
 export const USUAL_LAYERS = Object.freeze({
-  detections: false, predictions: true, search: false, relocalisations: true, results: true, corrected: true, truth: false, second: true,
+  detections: false, predictions: true, search: false, relocalisations: true, results: true, corrected: true, truth: false, second: true, uncertainty: false, gate: false,
 });
 
 /** @returns {State} */
@@ -29,12 +29,13 @@ export const initialState = () => ({
   theme: 'auto',
   layers: USUAL_LAYERS,
   fewLabels: false,
+  lanesView: { folded: true, lane: 'gate' },
   dialog: null,
 });
 
-/** Layers in the order of their keys 1 to 8. */
+/** Layers in the order of their keys: 1 to 9, then Shift+9. */
 export const LAYERS = /** @type {const} */ ([
-  'detections', 'predictions', 'search', 'relocalisations', 'results', 'corrected', 'truth', 'second',
+  'detections', 'predictions', 'search', 'relocalisations', 'results', 'corrected', 'truth', 'second', 'uncertainty', 'gate',
 ]);
 
 /**

@@ -96,6 +96,33 @@ export function followFocus(row) {
 }
 
 /**
+ * Make controls one tab stop, as the ARIA practices have it for toolbars: arrows go from one to the next, Home and End to
+ * the first and the last. The stop is where the focus was last.
+ *
+ * @param {HTMLElement} bar
+ * @param {readonly HTMLElement[]} controls   with `tabIndex` -1
+ */
+export function roveFocus(bar, controls) {
+  let stop = controls[0];
+  stop.tabIndex = 0;
+  bar.addEventListener('focusin', ({ target }) => {
+    const next = controls.find((control) => control === target);
+    if (!next) return;
+    stop.tabIndex = -1;
+    stop = next;
+    stop.tabIndex = 0;
+  });
+  bar.addEventListener('keydown', (event) => {
+    if (event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return;
+    const at = controls.indexOf(stop);
+    const next = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: controls.length - 1 }[event.key];
+    if (next === undefined) return;
+    event.preventDefault();
+    controls[(next + controls.length) % controls.length].focus();
+  });
+}
+
+/**
  * Append children as `h` takes them.
  *
  * @param {Element} element

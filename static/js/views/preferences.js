@@ -40,6 +40,9 @@ export function rememberedLayers() {
 /** @returns {boolean} */
 export const rememberedFewLabels = () => recall('labels') === 'few';
 
+/** @returns {import('../state-types.js').State['lanesView']} */
+export const rememberedLanesView = () => ({folded: recall('lanes') !== 'all', lane: recall('lane') ?? 'gate'});
+
 /** @returns {'light'|'dark'|'auto'} */
 export function rememberedTheme() {
   const value = recall('theme');
@@ -47,17 +50,21 @@ export function rememberedTheme() {
 }
 
 /**
- * Remember theme, layers and labels when they are chosen, not with the next drawing: a reload may come before that.
+ * Remember theme, layers, labels and lanes when they are chosen, not with the next drawing: a reload may come before that.
  *
  * @param {import('../state-types.js').Store} store
  */
 export function rememberChoices(store) {
-  let {theme, layers, fewLabels} = store.get();
+  let {theme, layers, fewLabels, lanesView} = store.get();
   store.subscribe((state) => {
     if (state.theme !== theme) remember('theme', state.theme);
     if (state.layers !== layers) remember('layers', LAYERS.filter((name) => state.layers[name]).join(' '));
     if (state.fewLabels !== fewLabels) remember('labels', state.fewLabels ? 'few' : 'all');
-    ({theme, layers, fewLabels} = state);
+    if (state.lanesView !== lanesView) {
+      remember('lanes', state.lanesView.folded ? 'folded' : 'all');
+      remember('lane', state.lanesView.lane);
+    }
+    ({theme, layers, fewLabels, lanesView} = state);
   });
 }
 

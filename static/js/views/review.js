@@ -30,7 +30,7 @@ export function createReview(app) {
   const picture = createPicture(app);
   const lanes = createLanes(app);
   const side = createTabs({
-    label: 'Track details and queue', name: 'review.tab',
+    label: 'Track details and queue', name: 'review.tab', beside: '(min-width: 1600px)',
     tabs: [
       {id: 'queue', label: 'Queue', view: createQueue(app)},
       {id: 'inspector', label: 'Inspector', view: createInspector(app)},
@@ -41,13 +41,22 @@ export function createReview(app) {
   const pictures = h('div', {class: 'review-pictures'});
   const beside = createBeside(app, (large) => grid.classList.toggle('beside-large', large));
   const between = splitter({label: 'Width of the view beside the picture', orientation: 'vertical', container: pictures, variable: '--beside', name: 'review.beside', initial: 55, low: 25, high: 80});
+  // two columns need another width than one: each is remembered
+  const sideLines = [
+    splitter({label: 'Width of the right column', orientation: 'vertical', container: top, variable: '--side-one', name: 'review.side', initial: 28, low: 18, high: 50}),
+    splitter({label: 'Width of queue and inspector', orientation: 'vertical', container: top, variable: '--side-two', name: 'review.side.two', initial: 36, low: 24, high: 60}),
+  ];
+  sideLines.forEach((line, at) => line.classList.add(at === 0 ? 'line-one' : 'line-two'));
   pictures.append(h('section', {class: 'review-picture', 'aria-label': 'Picture'}, picture.element), between, beside.element);
   top.append(
     pictures,
-    splitter({label: 'Width of the right column', orientation: 'vertical', container: top, variable: '--side', name: 'review.side', initial: 28, low: 18, high: 50}),
+    ...sideLines,
     h('section', {class: 'review-side', 'aria-label': 'Track details and queue'}, side.element));
-  grid.append(top,
+  const linesOfLanes = [
+    splitter({label: 'Height of the folded lanes', orientation: 'horizontal', container: grid, variable: '--lanes-folded', name: 'review.lanes.folded', initial: 27, low: 12, high: 65}),
     splitter({label: 'Height of the lanes', orientation: 'horizontal', container: grid, variable: '--lanes', name: 'review.lanes', initial: innerHeight <= LOW ? 43 : 38, low: 12, high: 65}),
+  ];
+  grid.append(top, ...linesOfLanes,
     h('section', {class: 'review-lanes', 'aria-label': 'Time lanes'}, lanes.element));
   const notice = h('div', {class: 'review-notice'}, waiting('The review is opened', {signal: ended.signal}));
   const element = h('div', {class: 'review'}, h('h1', {class: 'visually-hidden'}, 'Review'), toolbar.element, grid, notice,
@@ -91,6 +100,11 @@ export function createReview(app) {
     update(state) {
       notify(state);
       between.hidden = !state.review?.beside;
+      const {folded} = state.lanesView;
+      grid.classList.toggle('review-folded', folded);
+      linesOfLanes.forEach((line, at) => {
+        line.hidden = folded !== (at === 0);
+      });
       for (const part of parts) part.update(state);
     },
     destroy() {

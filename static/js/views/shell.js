@@ -11,6 +11,7 @@ import {createLibrary} from './library.js';
 import {createModels} from './models.js';
 import {createReview} from './review.js';
 import {createToasts} from './toasts.js';
+import {createTooltip} from './tooltip.js';
 import {createTopBar} from './topbar.js';
 import {applyTheme} from './preferences.js';
 
@@ -38,7 +39,7 @@ export function createShell(app) {
   const dialogs = createDialogs(app);
   const toasts = createToasts(app);
   const main = h('main', {class: 'screen', id: 'main', tabIndex: -1});
-  const element = h('div', {class: 'shell'}, bar.element, banners.element, main, dialogs.element, toasts.element);
+  const element = h('div', {class: 'shell'}, bar.element, banners.element, main, dialogs.element, toasts.element, createTooltip(app.signal));
   /** @type {{name: string, view: View}|null} */
   let screen = null;
   /** @type {State['theme']|null} */

@@ -1,17 +1,22 @@
 // @ts-check
-/** Tabs as the ARIA practices have them: arrows move, Home and End jump; only the open panel is updated. */
+/**
+ * Tabs as the ARIA practices have them: arrows move, Home and End jump; only the open panel is updated. Where there is
+ * room the panels stand side by side instead.
+ */
 
-import {h} from './dom.js';
+import {h, setProps} from './dom.js';
 import {recall, remember} from './preferences.js';
+import {splitter} from './splitter.js';
 
 /**
  * @param {object} options
  * @param {string} options.label
  * @param {string} options.name    under which the open tab is remembered
- * @param {{id: string, label: string, view: import('../page-types.js').View}[]} options.tabs
+ * @param {string} options.beside   media query for where all panels stand side by side
+ * @param {{id: string, label: string, view: import('../page-types.js').View}[]} options.tabs   two
  * @returns {import('../page-types.js').View & {open: (id: string) => void}}
  */
-export function createTabs({label, name, tabs}) {
+export function createTabs({label, name, beside, tabs}) {
   let open = tabs.find(({id}) => id === recall(name))?.id ?? tabs[0].id;
   /** @type {import('../state-types.js').State|null} */
   let last = null;
@@ -23,10 +28,15 @@ export function createTabs({label, name, tabs}) {
     },
   }, tab.label));
   const panels = tabs.map((tab) => h('div', {
-    class: 'tab-panel', role: 'tabpanel', id: `panel-${tab.id}`, 'aria-labelledby': `tab-${tab.id}`,
+    class: 'tab-panel', id: `panel-${tab.id}`,
   }, tab.view.element));
   const list = h('div', {class: 'tab-list', role: 'tablist', 'aria-label': label}, ...buttons);
-  const element = h('div', {class: 'tabs'}, list, ...panels);
+  const element = h('div', {class: 'tabs'});
+  const line = splitter({label: `Width of the ${tabs[1].label.toLowerCase()}`, orientation: 'vertical', container: element, variable: '--second', name: `${name}.beside`, initial: 50, low: 25, high: 75});
+  element.append(list, panels[0], line, panels[1]);
+  const room = matchMedia(beside);
+  const ended = new AbortController();
+  room.addEventListener('change', arrange, {signal: ended.signal});
 
   list.addEventListener('keydown', (event) => {
     const at = tabs.findIndex(({id}) => id === open);
@@ -43,23 +53,35 @@ export function createTabs({label, name, tabs}) {
   function show(id) {
     open = id;
     remember(name, id);
+    arrange();
+  }
+
+  function arrange() {
+    const both = room.matches;
+    element.classList.toggle('tabs-beside', both);
+    list.hidden = both;
+    line.hidden = !both;
     tabs.forEach((tab, at) => {
       const on = tab.id === open;
       buttons[at].setAttribute('aria-selected', String(on));
       buttons[at].tabIndex = on ? 0 : -1;
-      panels[at].hidden = !on;
-      if (on && last) tab.view.update(last);
+      setProps(panels[at], {role: both ? 'region' : 'tabpanel', 'aria-labelledby': both ? null : `tab-${tab.id}`, 'aria-label': both ? tab.label : null});
+      panels[at].hidden = !on && !both;
+      if (!panels[at].hidden && last) tab.view.update(last);
     });
   }
-  show(open);
+  arrange();
 
   return {
     element,
     open: show,
     update(state) {
       last = state;
-      tabs.find(({id}) => id === open)?.view.update(state);
+      tabs.forEach(({view}, at) => panels[at].hidden || view.update(state));
     },
-    destroy: () => tabs.forEach(({view}) => view.destroy()),
+    destroy() {
+      ended.abort();
+      tabs.forEach(({view}) => view.destroy());
+    },
   };
 }

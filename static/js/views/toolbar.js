@@ -3,30 +3,33 @@
 
 import { verdictOf } from '../model/documents.js';
 import { runOperation } from '../operations/registry.js';
-import { followFocus, h, leaveKeysToPicture } from './dom.js';
+import { followFocus, h, leaveKeysToPicture, roveFocus } from './dom.js';
 import { icon, isIcon } from './icons.js';
 import { toast } from './toasts.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../page-types.js').Operation} Operation */
 
-/** Groups and what of them stands in the bar; the rest has its button where it belongs: layers, queue, top bar. */
+/**
+ * Groups and what of them stands in the bar; the rest has its button where it belongs: layers, queue, top bar.
+ * @type {readonly [string, readonly string[]][]}
+ */
 const BAR = [
-  ['first-frame', 'back-10', 'previous-frame', 'play', 'next-frame', 'on-10', 'last-frame'],
-  ['previous-key', 'next-key'],
-  ['undo', 'redo'],
-  ['select-mode', 'draw', 'new-box', 'merge', 'split', 'key-frame', 'interpolate'],
-  ['follow', 'extend-first', 'extend-last'],
-  ['occluded', 'outside', 'delete-from', 'delete-track'],
-  ['relabel', 'ignore', 'note'],
-  ['accept', 'reject', 'needs-work'],
-  ['previous-in-queue', 'next-in-queue', 'to-track'],
-  ['fit', 'actual-size', 'zoom-track', 'few-labels', 'what-if'],
-  ['export', 'import', 'ground-truths', 'record', 'report-bug'],
-  ['recording-view', 'scene3d-view'],
+  ['Frames', ['first-frame', 'back-10', 'previous-frame', 'play', 'next-frame', 'on-10', 'last-frame']],
+  ['Key frames', ['previous-key', 'next-key']],
+  ['History', ['undo', 'redo']],
+  ['Boxes and tracks', ['select-mode', 'draw', 'new-box', 'merge', 'split', 'key-frame', 'interpolate']],
+  ['Follow', ['follow', 'extend-first', 'extend-last']],
+  ['Visibility', ['occluded', 'outside', 'delete-from', 'delete-track']],
+  ['Label', ['relabel', 'ignore', 'note']],
+  ['Verdict', ['accept', 'reject', 'needs-work']],
+  ['Queue', ['previous-in-queue', 'next-in-queue', 'to-track']],
+  ['View', ['fit', 'actual-size', 'zoom-track', 'few-labels', 'what-if']],
+  ['Files', ['export', 'import', 'ground-truths', 'record', 'report-bug']],
+  ['Beside the picture', ['recording-view', 'scene3d-view']],
 ];
-/** Buttons that carry their name. */
-const NAMED = new Set(['accept', 'reject', 'needs-work', 'relabel', 'what-if']);
+/** Groups whose buttons carry their names first where there is room. */
+const NAMED_FIRST = ['Verdict', 'Label', 'Boxes and tracks', 'Follow', 'Visibility', 'View', 'Queue', 'Files', 'History', 'Beside the picture', 'Key frames', 'Frames'];
 /** @type {Record<string, (review: import('../state-types.js').ReviewState) => boolean>} */
 const PRESSED = {
   play: (review) => review.playing,
@@ -57,22 +60,20 @@ export function createToolbar(app) {
   const element = h('div', { class: 'toolbar', role: 'toolbar', 'aria-label': 'Operations' });
   /** @type {[Operation, HTMLButtonElement][]} */
   const buttons = [];
-  for (const ids of BAR) {
-    const group = h('div', { class: 'toolbar-group', role: 'group' });
-    for (const id of ids) {
-      const operation = app.operations.find((candidate) => candidate.id === id);
-      if (!operation) continue;
-      const named = NAMED.has(id) || !operation.icon || !isIcon(operation.icon);
-      const button = h('button', {
-        class: `btn btn-quiet ${named ? '' : 'btn-icon'}`, type: 'button', 'aria-label': operation.label,
-        onclick: () => runOperation(app, operation, (reason) => toast(reason)),
-      }, operation.icon && isIcon(operation.icon) ? icon(operation.icon) : null, named ? h('span', null, short(operation)) : null);
-      button.dataset.operation = id;
-      buttons.push([operation, button]);
-      group.append(button);
-    }
-    element.append(group);
-  }
+  const groups = BAR.map(([name, ids]) => h('div', { class: 'toolbar-group', role: 'group', 'aria-label': name }, ids.flatMap((id) => {
+    const operation = app.operations.find((candidate) => candidate.id === id);
+    if (!operation?.icon || !isIcon(operation.icon)) return [];
+    const button = h('button', {
+      class: 'btn btn-quiet', type: 'button', tabIndex: -1, 'aria-label': operation.label, dataset: { operation: id },
+      onclick: () => runOperation(app, operation, toast),
+    }, icon(operation.icon), h('span', null, operation.short ?? operation.label));
+    buttons.push([operation, button]);
+    return [button];
+  })));
+  element.append(...groups);
+  roveFocus(element, buttons.map(([, button]) => button));
+  const observer = new ResizeObserver(() => nameButtons(element, groups));
+  observer.observe(element);
   leaveKeysToPicture(element);
   followFocus(element);
   /** @type {import('../state-types.js').State|null} */
@@ -94,14 +95,33 @@ export function createToolbar(app) {
           const value = String(pressed(state.review));
           if (button.getAttribute('aria-pressed') !== value) {
             button.setAttribute('aria-pressed', value);
-            if (operation.id === 'play') button.replaceChildren(icon(value === 'true' ? 'pause' : 'play'));
+            if (operation.id === 'play') button.firstElementChild?.replaceWith(icon(value === 'true' ? 'pause' : 'play'));
           }
         }
       }
     },
-    destroy: () => element.remove(),
+    destroy() {
+      observer.disconnect();
+      element.remove();
+    },
   };
 }
 
-/** @param {Operation} operation */
-const short = (operation) => ({ accept: 'Accept', reject: 'False positive', 'needs-work': 'Needs work', 'what-if': 'What if' })[operation.id] ?? operation.label;
+/**
+ * Show names on the buttons of as many groups as fit into one row.
+ * @param {HTMLElement} bar
+ * @param {readonly HTMLElement[]} groups   in the order of `BAR`
+ */
+function nameButtons(bar, groups) {
+  const order = NAMED_FIRST.map((name) => groups[BAR.findIndex(([one]) => one === name)]);
+  /** @param {HTMLElement} group @param {boolean} named */
+  const name = (group, named) => {
+    for (const button of group.children) button.classList.toggle('btn-icon', !named);
+  };
+  const fits = () => bar.scrollWidth <= bar.clientWidth && groups.every(({ offsetTop }) => offsetTop === groups[0].offsetTop);
+  for (const group of groups) name(group, false);
+  for (const group of order) {
+    name(group, true);
+    if (!fits()) name(group, false);
+  }
+}

@@ -8,7 +8,7 @@ import {unsavedOf} from '../store/unsaved.js';
 import {isActive} from './output-words.js';
 import {runOperation} from '../operations/registry.js';
 import {fill, h, leaveKeysToPicture, setAttribute, setText} from './dom.js';
-import {icon} from './icons.js';
+import {icon, isIcon} from './icons.js';
 import {modelsTag} from './model-words.js';
 import {runTitle} from './run-words.js';
 import {toast} from './toasts.js';
@@ -41,19 +41,12 @@ export function createTopBar(app) {
   }}, icon('compare'), h('span', {class: 'topbar-words'}, 'Compare'));
   const chooser = h('div', {class: 'topbar-chooser row', hidden: true}, videos, runs, manage, compare);
   const save = app.operations.find(({id}) => id === 'save');
-  const saved = h('button', {class: 'btn btn-quiet saved', type: 'button', title: save?.tooltip, onclick: () => save && runOperation(app, save, (reason) => toast(reason))});
+  const saved = h('button', {class: 'btn btn-quiet saved', type: 'button', title: save?.tooltip, onclick: () => save && runOperation(app, save, toast)});
   leaveKeysToPicture(saved);
   // what stands in a button is not told when it changes
   const spoken = h('span', {class: 'visually-hidden', role: 'status'});
   const theme = h('button', {class: 'btn btn-quiet btn-icon', type: 'button', onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0]))});
-  const help = h('button', {
-    class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Help and keys (F1)', title: 'Help and keys (F1)',
-    onclick: () => store.dispatch((state) => openDialog(state, {kind: 'help'})),
-  }, icon('help'));
-  const settings = h('button', {
-    class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Preferences', title: 'Preferences: your name, theme',
-    onclick: () => store.dispatch((state) => openDialog(state, {kind: 'settings'})),
-  }, icon('settings'));
+  const [palette, settings, help] = ['palette', 'preferences', 'help'].map((id) => pageButton(app, id));
   const making = h('span', {class: 'nav-count', hidden: true});
   const links = [
     h('a', {class: 'nav-link', href: '#/', dataset: {screen: 'library'}}, 'Library'),
@@ -66,7 +59,7 @@ export function createTopBar(app) {
       h('img', {class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20}), h('span', {class: 'topbar-words'}, 'tsr review')),
     h('nav', {class: 'topbar-nav', 'aria-label': 'Screens'}, ...links),
     chooser,
-    h('div', {class: 'grow'}), saved, spoken, theme, settings, help);
+    h('div', {class: 'grow'}), saved, spoken, palette, theme, settings, help);
   /** @type {Partial<State>} */
   let last = {};
 
@@ -93,6 +86,13 @@ export function createTopBar(app) {
     },
     destroy: () => element.remove(),
   };
+}
+
+/** A button for an operation of the whole page. @param {App} app @param {string} id */
+function pageButton(app, id) {
+  const operation = app.operations.find((one) => one.id === id);
+  if (!operation?.icon || !isIcon(operation.icon)) throw new RangeError(`There is no operation ${id} with an icon.`);
+  return h('button', {class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': operation.label, title: operation.tooltip, onclick: () => runOperation(app, operation)}, icon(operation.icon));
 }
 
 /**

@@ -135,7 +135,7 @@ def test_a_half_without_a_piece_of_the_engines_keeps_the_class_that_was_shown() 
     ("command", "why"),
     [
         ({"name": "delete_from"}, "There is nothing to delete"),
-        ({"name": "set_outside", "value": True}, "out of sight already"),
+        ({"name": "set_outside", "value": True}, "outside already"),
         ({"name": "set_outside", "value": False}, "Nothing could come back into sight"),
     ],
 )

@@ -11,7 +11,7 @@ import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '..
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { documentLane } from '../../../static/js/model/track_lane.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { paintDetail } from '../../../static/js/views/lanes/detail_painter.js';
+import { SUB_LANES, paintDetail, shownLanes } from '../../../static/js/views/lanes/detail_painter.js';
 import { drive, laneOf } from '../harness/synthetic.js';
 import { label } from '../labels.js';
 
@@ -88,7 +88,7 @@ test('a verdict or a label leaves the bars where they are: the index is the one 
 
 test('every bar is named, also one without a class', () => {
   const labels = [label({ id: 14, name: 'stop' }), label({ id: 40_000, merged_into: 14 })];
-  assert.deepEqual([14, 3, -1, 40_000].map((id) => barName(labels, id)), ['stop', 'label 3', 'no label', 'stop']);
+  assert.deepEqual([14, 3, -1, 40_000].map((id) => barName(labels, id)), ['stop', 'label 3', 'unlabelled', 'stop']);
 });
 
 test('queue, lanes and inspector share one list of tracks', () => {
@@ -162,7 +162,7 @@ test('votes are painted in the frames of the track only, not in the gap of a mer
   });
   const palette = { unit: 1, colour: {}, series: ['#000'], smallFont: '' };
   // ten px a frame
-  paintDetail(/** @type {any} */ (ctx), detailColumns(merged.lane), { width: 2000, span: { first: 0, last: 200 }, tau: 15 }, /** @type {any} */ (palette));
+  paintDetail(/** @type {any} */ (ctx), detailColumns(merged.lane), { width: 2000, span: { first: 0, last: 200 }, tau: 15, lanes: SUB_LANES }, /** @type {any} */ (palette));
   const frames = new Set(painted.flatMap(([left, right]) => [Math.floor(left / 10), Math.floor((right - 1) / 10)]));
   assert.deepEqual([...frames].sort((a, b) => a - b), merged.lane.frame);
 });
@@ -215,8 +215,8 @@ test('a frame says where its box comes from, and its verdict with all factors', 
   assert.equal(sourceAt(lane, 2), 'Score 4 = detector 4.5 - prior 0.5.');
   assert.equal(sourceAt(lane, 1), 'Re-detected by the online detector: f = 0.5, probability 0.63.');
   assert.equal(verdictAt(lane, 0), null);
-  assert.equal(verdictAt(lane, 1), 'Prediction rejected: L = 1.67 (symmetry) × 20 (bits of its look) × 0.547 (position) = 18.2 > 15.');
-  assert.equal(verdictAt(lane, 2), 'Prediction confident: L = 9 < 15, from 2 (symmetry), 4 (bits of its look), 0.5 (position).');
+  assert.equal(verdictAt(lane, 1), 'Prediction rejected: gate score 18.2 = 1.67 (symmetry) × 20 (appearance distance, bits) × 0.547 (position), > tau 15.');
+  assert.equal(verdictAt(lane, 2), 'Prediction confident: gate score 9 < tau 15, from 2 (symmetry), 4 (appearance distance, bits), 0.5 (position).');
 });
 
 test('the first factor is explained with the run’s own floor', () => {
@@ -236,4 +236,10 @@ test('the first factor is explained with the run’s own floor', () => {
 test('hash bits, the highest first', () => {
   assert.deepEqual([...hashBits('8000000000000001')].flatMap((bit, i) => (bit ? [i] : [])), [0, 63]);
   assert.throws(() => hashBits('12'), RangeError);
+});
+
+test('folded lanes are the chosen one; of a name that no lane has any more the gate', () => {
+  assert.deepEqual(shownLanes({ folded: true, lane: 'votes' }).map(({ id }) => id), ['votes']);
+  assert.deepEqual(shownLanes({ folded: true, lane: 'gone' }).map(({ id }) => id), ['gate']);
+  assert.equal(shownLanes({ folded: false, lane: 'votes' }).length, SUB_LANES.length);
 });

@@ -6,26 +6,31 @@ import { clearestFrame } from '../../../static/js/model/clearest.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { drive } from '../harness/synthetic.js';
 
-const tracks = { ...drive(1000, 2).tracks, id: [1, 2], first: [10, 50], last: [40, 90], clearest: [36, 90] };
+const tracks = { ...drive(1000, 2).tracks, id: [1, 2], first: [10, 50], last: [40, 90], clearest: [36, 90], side: [80, 60] };
 const whole = { track: 1, first: 10, last: 40 };
 const key = { box: null, occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
 
-test('a track of the engine: its last detection', () => {
+test('a track of the engine: where it saw the sign best', () => {
   assert.equal(clearestFrame(emptyDoc(whole), tracks), 36);
   assert.equal(clearestFrame({ ...emptyDoc(whole), gone: true }, tracks), null);
   assert.equal(clearestFrame(emptyDoc(whole), null), 10, 'nothing is known of it yet');
 });
 
-test('where a person has cut it off, or taken it out of sight, that frame is not its own', () => {
-  assert.equal(clearestFrame(emptyDoc({ ...whole, last: 30 }), tracks), 10);
-  assert.equal(clearestFrame({ ...emptyDoc(whole), keys: { 20: { ...key, outside: true } } }, tracks), 10);
+test('where a person has cut it off, or taken it out of sight, the nearest frame that is still its own', () => {
+  assert.equal(clearestFrame(emptyDoc({ ...whole, last: 30 }), tracks), 30);
+  assert.equal(clearestFrame({ ...emptyDoc(whole), keys: { 20: { ...key, outside: true } } }, tracks), 19);
+  assert.equal(clearestFrame(emptyDoc({ ...whole, first: 38 }), tracks), 38);
 });
 
-test('merged tracks: the later one', () => {
-  assert.equal(clearestFrame({ ...emptyDoc(whole), segments: [whole, { track: 2, first: 50, last: 90 }] }, tracks), 90);
+test('merged tracks: the part that was larger, wherever it lies', () => {
+  const merged = { ...emptyDoc(whole), segments: [whole, { track: 2, first: 50, last: 90 }] };
+  assert.equal(clearestFrame(merged, tracks), 36);
+  assert.equal(clearestFrame(merged, { ...tracks, side: [60, 80] }), 90);
 });
 
-test('a drawn track: the largest of its boxes', () => {
-  const doc = { ...blankDoc('hab'), keys: { 5: { ...key, box: [0, 0, 9, 9] }, 8: { ...key, box: [0, 0, 12, 12] }, 9: { ...key, outside: true } } };
-  assert.equal(clearestFrame(/** @type {any} */ (doc), tracks), 8);
+test('a drawn track: the largest of its boxes that the picture does not cut', () => {
+  const doc = /** @type {any} */ ({ ...blankDoc('hab'), keys: { 5: { ...key, box: [10, 10, 19, 19] }, 8: { ...key, box: [10, 10, 22, 22] }, 9: { ...key, box: [80, 10, 100, 40] }, 12: { ...key, outside: true } } });
+  assert.equal(clearestFrame(doc, tracks), 9);
+  assert.equal(clearestFrame(doc, tracks, { width: 100, height: 60 }), 8);
+  assert.equal(clearestFrame(doc, tracks, { width: 22, height: 22 }), 5, 'the one that the picture does not cut');
 });

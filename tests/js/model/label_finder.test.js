@@ -28,7 +28,7 @@ test('a label that was merged is the one that stands for it, also by way of othe
   assert.deepEqual([44, 47, 46, NO_CLASS, 999].map((id) => resolved(SET, id)), [43, 45, 46, NO_CLASS, 999]);
   assert.equal(resolved(SET, null), null);
   assert.equal(labelFor(SET, 44)?.name, 'no parking');
-  assert.deepEqual([44, NO_CLASS, null, 999].map((id) => className(SET, id)), ['no parking', 'not in the set', 'no label', 'label 999']);
+  assert.deepEqual([44, NO_CLASS, null, 999].map((id) => className(SET, id)), ['no parking', 'not in the set', 'unlabelled', 'label 999']);
   assert.deepEqual(offeredLabels(SET).map(({ id }) => id), [0, 14, 13, 40, 43, 46, 48]);
   const circle = [label({ id: 1, merged_into: 2 }), label({ id: 2, merged_into: 1 }), label({ id: 3, merged_into: 9 })];
   assert.equal(circle.map(({ id }) => resolved(circle, id)).length, 3);

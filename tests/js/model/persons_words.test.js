@@ -14,7 +14,7 @@ const bare = emptyDoc({ track: 7, first: 0, last: 99 });
 const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
 
 test('no word, not in the set and a number that no label has are distinguished', () => {
-  assert.deepEqual([null, NO_CLASS, 1, 40].map((id) => className(labels, id)), ['no label', 'not in the set', 'yield', 'label 40']);
+  assert.deepEqual([null, NO_CLASS, 1, 40].map((id) => className(labels, id)), ['unlabelled', 'not in the set', 'yield', 'label 40']);
 });
 
 test('whose label it is, and what the engine says', () => {

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { OPEN_END, blankDoc } from '../../../static/js/model/documents.js';
 import { boxAt } from '../../../static/js/model/effective.js';
 import { personAt } from '../../../static/js/model/persons_words.js';
-import { framesIn, framesInBoth, shownRuns } from '../../../static/js/model/shown_runs.js';
+import { commonRuns, framesIn, shownRuns } from '../../../static/js/model/shown_runs.js';
 import { random } from '../harness/synthetic.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
@@ -67,15 +67,15 @@ test('what people said of a frame is reported', () => {
     [15, 'The box lies on the line between a person’s boxes in frames 10 and 20.'],
     [20, 'A person put the box here. A person says that it is partly hidden.'],
     [25, 'A person says that it is partly hidden.'],
-    [30, 'A person says that it is out of sight.'],
-    [33, 'A person says that it is out of sight since frame 30.'],
+    [30, 'A person says that it is outside.'],
+    [33, 'A person says that it is outside since frame 30.'],
     [45, 'A person says that it is partly hidden.'],
     [55, null],
   ])) assert.equal(personAt(given, frame), text, `frame ${frame}`);
 });
 
 test('frames in which two tracks show something', () => {
-  assert.equal(framesInBoth([[0, 9], [20, 29]], [[5, 24]]), 10);
-  assert.equal(framesInBoth([[0, 9]], [[10, 19]]), 0);
-  assert.equal(framesInBoth([], [[0, 5]]), 0);
+  assert.equal(framesIn(commonRuns([[0, 9], [20, 29]], [[5, 24]])), 10);
+  assert.deepEqual(commonRuns([[0, 9]], [[10, 19]]), []);
+  assert.deepEqual(commonRuns([], [[0, 5]]), []);
 });

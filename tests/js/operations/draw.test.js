@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { boxes, create, drawn, interpolate, mergeWords } from '../../../static/js/operations/boxes.js';
+import { boxes, create, drawn, interpolate, setKeyFrame, setLackingKey } from '../../../static/js/operations/boxes.js';
 import { closeDialog } from '../../../static/js/store/actions/page.js';
 import { askForClass, changeReview, draftOf, setMode } from '../../../static/js/store/actions/review.js';
 import { createWorld } from '../editing/world.js';
@@ -87,17 +87,6 @@ test('asking for a class changes no document', () => {
   assert.equal(draftOf({ ...asked, dialog: { kind: 'relabel', data: { key: 'm1' } } }), null);
 });
 
-test('who merges two signs that are seen at once is informed what is hidden', () => {
-  /** @param {string} key @param {number} first @param {number} last */
-  const track = (key, first, last) => ({ ...blankDoc(key), keys: { [first]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null, followed: false }, [last]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null } } });
-  const docs = { h00000001: track('h00000001', 10, 20), h00000002: track('h00000002', 19, 30), h00000003: track('h00000003', 31, 40), h00000004: track('h00000004', 20, 22) };
-  const review = /** @type {any} */ ({ tracks: null, docs });
-  assert.equal(mergeWords(review, 'h00000001', ['h00000003']), '');
-  assert.equal(mergeWords(review, 'h00000001', ['h00000003', 'h00000002', 'h00000004']),
-    'Track drawn at 19 has boxes in 2 frames in which drawn at 10 has one too; there drawn at 10 counts. Track drawn at 20 has boxes in 3 frames in which drawn at 10 or drawn at 19 has one too; there what was marked first counts.');
-  assert.equal(mergeWords(review, 'h00000003', ['h00000001', 'h00000004']), 'Track drawn at 20 has boxes in 1 frame in which drawn at 10 has one too; there drawn at 10 counts.', 'two that were added, not the first one');
-});
-
 for (const [id, what] of /** @type {const} */ ([['occluded', 'occluded'], ['outside', 'outside']])) {
   test(`a box of the engine stays the engine's when it is marked ${what}; one on a line of people's is pinned`, async () => {
     const { store, editor, review, end } = await createWorld();
@@ -128,7 +117,7 @@ test('behind a track’s end there is nothing to delete and nothing to take out 
   await editor.settled();
   assert.deepEqual([server.log, review().unsaved, review().docs], [[], [], {}]);
   assert.deepEqual(toasts.slice(0, 2), [
-    'Track #1 shows nothing from frame 120 on. There is nothing to delete.', 'Track #1 shows nothing from frame 120 on. It is out of sight already.',
+    'Track #1 shows nothing from frame 120 on. There is nothing to delete.', 'Track #1 shows nothing from frame 120 on. It is outside already.',
   ]);
   assert.match(toasts[2], /nothing on one side of frame 120/);
   end();
@@ -139,19 +128,62 @@ test('I says which way it went: a drawn track has its lines from the beginning',
   /** @type {string[]} */
   const said = [];
   const app = { store, edit: editor.edit, following: NOTHING };
-  const press = () => interpolate(app, (text) => said.push(text));
+  const say = (/** @type {string} */ text) => void said.push(text);
+  const press = () => interpolate(app, say);
   create(app, { key: 'h1', frame: 0, box: BOX }, 14);
   store.dispatch((state) => changeReview(state, { selected: 'h1', frame: 20 }));
   press();
   assert.deepEqual(said, [], 'one key frame has nothing to lie between');
-  drawn(app, [20, 20, 50, 60], true);
+  drawn(app, [20, 20, 50, 60], true, say);
   press();
   press();
   await editor.settled();
   assert.equal(review().docs.h1.keys[0].interpolate, true);
+  const line = 'In 19 frames (1–19) the box lies on a line between key frames; nobody saw the sign there.';
   assert.deepEqual(said, [
+    line,
     'There are no boxes any more between frames 0 and 20; press I again for the line.',
-    'Boxes lie on a line between frames 0 and 20.',
+    `Boxes lie on a line between frames 0 and 20. ${line}`,
   ]);
+  end();
+});
+
+test('a key frame out of the track’s frames says which box it copied; within them nothing is to be told', async () => {
+  const { store, editor, review, end } = await createWorld();
+  /** @type {[string, any][]} */
+  const said = [];
+  const app = { store, edit: editor.edit };
+  const say = (/** @type {string} */ text, /** @type {any} */ options) => void said.push([text, options]);
+  editor.edit({ name: 'set_box', key: 'm1', frame: 98, box: BOX });
+  store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 120 }));
+  setKeyFrame(app, say);
+  await editor.settled();
+  assert.deepEqual(review().docs.m1.keys[120].box, BOX);
+  assert.equal(said[0][0], 'Track #1 had no box in frame 120: that of frame 98 was copied here. Move it onto the sign.');
+  assert.equal(said[0][1].action.label, 'Undo');
+  setKeyFrame(app, say);
+  await editor.settled();
+  assert.equal(said.length, 1, 'taken back');
+  end();
+});
+
+test('a line that lacks a key frame offers to set one, here or at the other end of the track', async () => {
+  const { store, editor, review, end } = await createWorld();
+  const app = /** @type {any} */ ({ store, edit: editor.edit });
+  const line = boxes.find(({ id }) => id === 'interpolate');
+  const tracks = /** @type {any} */ ({ ...review().tracks, class_id: [14, 14] });
+  const overlays = Object.fromEntries([40, 99].map((frame) => [frame, { frame, detections: [], tracks: [{ id: 1, state: 'confirmed', source: 0, box: BOX, class_id: 14 }] }]));
+  store.dispatch((state) => changeReview(state, { tracks, selected: 'm1', frame: 40, overlays: /** @type {any} */ (overlays) }));
+  assert.equal(line?.disabled(store.get()), 'Needs a key frame before and after. Set one at frame 40?');
+  const remedy = line?.remedy?.(app);
+  assert.equal(remedy?.label, 'Set key frame');
+  remedy?.run();
+  assert.deepEqual(review().docs.m1.keys[40].box, BOX);
+  assert.equal(line?.disabled(store.get()), 'Needs a key frame before and after. Set one at frame 99?');
+  setLackingKey(app, () => {});
+  await editor.settled();
+  assert.equal(review().frame, 99);
+  assert.deepEqual(Object.keys(review().docs.m1.keys), ['40', '99']);
+  assert.equal(line?.disabled(store.get()), null);
   end();
 });

@@ -7,7 +7,7 @@ import { initialState } from '../../../static/js/store/initial.js';
 
 const operations = allOperations();
 /** Keys that the product promises. */
-const PROMISED = ['F', 'D', 'V', 'C', 'Space', 'R', 'E', 'N', 'M', 'Alt+M', 'K', 'O', 'Q', 'Del', 'Shift+Del', 'Ctrl+Z', 'Ctrl+Shift+Z', '1', '2', '3', '4', '5', '6', '7', '8', 'J', 'Shift+J', 'T', 'Shift+T', 'Alt+T', '[', ']', 'A', 'X', 'L', 'Ctrl+S', 'F1'];
+const PROMISED = ['F', 'D', 'V', 'C', 'Space', 'R', 'E', 'N', 'M', 'Alt+M', 'K', 'O', 'Q', 'Del', 'Shift+Del', 'Ctrl+Z', 'Ctrl+Shift+Z', '1', '2', '3', '4', '5', '6', '7', '8', 'J', 'Shift+J', 'T', 'Shift+T', 'Alt+T', '[', ']', 'A', 'X', 'L', 'Ctrl+S', 'F1', 'Ctrl+K', 'Shift+L', '9', 'Shift+9'];
 
 test('every promised key does something, and no key does two things but Enter and Escape, which are about proposals while there are any', () => {
   const keys = operations.flatMap((operation) => operation.keys);
@@ -27,8 +27,10 @@ test('names are unique; every operation says what it does', () => {
   for (const { id, label, tooltip, group } of operations) assert.ok(label && tooltip && group, id);
 });
 
-test('outside the review screen only help can be had', () => {
-  assert.deepEqual(operations.filter((operation) => operation.available(initialState())).map(({ id }) => id), ['help']);
+test('outside the review screen only what belongs to the whole page can be had', () => {
+  assert.deepEqual(operations.filter((operation) => operation.available(initialState())).map(({ id }) => id), [
+    'palette', 'help', 'preferences', 'theme-auto', 'theme-light', 'theme-dark', 'screen-library', 'screen-files', 'screen-labels', 'screen-models',
+  ]);
 });
 
 test('keys that move may be held; one that judges, cuts, marks or opens something happens once for each press', () => {

@@ -12,6 +12,6 @@ const review = /** @type {any} */ ({ frame: 0, docs: { m7: doc, h1: { segments: 
 
 test('the nearest box is a corrected one, or one of the engine in the pieces that are left', () => {
   for (const [key, frame, found] of /** @type {[string, number, number|null][]} */ ([['m7', 0, 10], ['m7', 13, 11], ['m7', 25, 30], ['m7', 90, 30], ['m8', 20, 12], ['m9', 3, null], ['h1', 3, null]])) {
-    assert.deepEqual(nearestBox(review, key, frame), found === null ? null : box(found), `${key} at ${frame}`);
+    assert.deepEqual(nearestBox(review, key, frame)?.box ?? null, found === null ? null : box(found), `${key} at ${frame}`);
   }
 });

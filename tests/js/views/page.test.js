@@ -240,7 +240,7 @@ test('what a replay changed is said in words, with the frame to open', () => {
   }}});
   assert.deepEqual(changesOf(run, 'gained', LABELS).map(({text, frame, own}) => [text, frame, own]), [['stop, frames 10–30', 10, true]]);
   assert.match(changesOf(run, 'switched', LABELS)[0].text, /2 parts at frame 44/);
-  assert.equal(changesOf(run, 'relabelled', LABELS)[0].text, 'no label → speed limit 20 km/h');
+  assert.equal(changesOf(run, 'relabelled', LABELS)[0].text, 'unlabelled → speed limit 20 km/h');
   assert.deepEqual(changesOf(run, 'lost', LABELS), []);
 });
 

@@ -79,6 +79,9 @@ export const closeDialog = (state) => (state.dialog === null ? state : {...state
 /** @param {State} state @param {'light'|'dark'|'auto'} theme @returns {State} */
 export const setTheme = (state, theme) => ({...state, theme});
 
+/** How the lanes are shown. @param {State} state @param {Partial<State['lanesView']>} change @returns {State} */
+export const changeLanesView = (state, change) => ({...state, lanesView: {...state.lanesView, ...change}});
+
 /** @param {State} state @param {'online'|'offline'} connection @returns {State} */
 export const setConnection = (state, connection) => (state.connection === connection ? state : {...state, connection});
 

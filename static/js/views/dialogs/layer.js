@@ -4,7 +4,7 @@
  * the focus goes back to where it was.
  *
  * What `Dialog.data` holds, by kind:
- * - help, add-video, deleted, bulk-review: nothing
+ * - help, palette, add-video, deleted, bulk-review: nothing
  * - confirm: `{title, text, note?, confirm, danger?, run}`; `run` may return a promise, its error is shown
  * - relabel: `{key?, frame?, scope?: 'track'|'box'}` of a track, or `{draft}`: a drawn box that becomes a track with its class
  * - note: `{key?, frame?, note_id?, text?}`
@@ -13,6 +13,7 @@
  * - export: `{runs?}`; import: `{video, file?, as?}`; ground-truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
  * - label: `{set, labels, label?}`: the one that is changed, else a new one; label-merge: `{set, labels, label, usage}`;
  *   label-files, label-history: `{set}`
+ * - merge: `{marked}`: keys of tracks
  * - record, bundle, second, settings: nothing
  * - run: `{video}`; whatif: `{run}`; compare: `{video, run?, reference?, candidate?}`
  */
@@ -36,7 +37,9 @@ import {labelDialog} from './label.js';
 import {labelFilesDialog} from './label-files.js';
 import {labelHistoryDialog} from './label-history.js';
 import {labelMergeDialog} from './label-merge.js';
+import {mergeDialog} from './merge.js';
 import {noteDialog} from './note.js';
+import {paletteDialog} from './palette.js';
 import {recordDialog} from './record.js';
 import {relabelDialog} from './relabel.js';
 import {retrainDialog} from './retrain.js';
@@ -87,7 +90,9 @@ const KINDS = {
   'label-files': labelFilesDialog,
   'label-history': labelHistoryDialog,
   'label-merge': labelMergeDialog,
+  merge: mergeDialog,
   note: noteDialog,
+  palette: paletteDialog,
   record: recordDialog,
   relabel: relabelDialog,
   retrain: retrainDialog,
@@ -129,7 +134,7 @@ export function createDialogs(app) {
     node.addEventListener('keydown', (event) => event.stopPropagation());
     node.addEventListener('close', close);
     node.addEventListener('pointerdown', (event) => {
-      if (event.target === node && dialog.kind === 'help') close();
+      if (event.target === node && ['help', 'palette'].includes(dialog.kind)) close();
     });
     element.append(node);
     node.showModal();

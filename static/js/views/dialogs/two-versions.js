@@ -18,23 +18,37 @@ import {count} from '../format.js';
 export function twoVersions(app, review, saved, mine) {
   const video = review?.video;
   if (!review || !video?.width || !video.height) return null;
-  const {width, height} = video;
   /** @param {number} track @param {number} frame */
   const engineBox = (track, frame) => review.overlays[frame]?.tracks.find(({id}) => id === track)?.box ?? null;
   const found = differences(saved, mine, engineBox, review.frame);
   if (found.length === 0) return null;
   return h('div', {class: 'stack'},
     h('div', {class: 'row two-versions'}, ...found.map(({frame, saved: theirs, mine: own}) => {
-      const boxes = [theirs, own].filter((box) => box !== null);
-      const part = partAround(boxes, width, height);
-      return h('figure', {class: 'two-versions-frame'},
-        s('svg', {class: 'two-versions-picture', viewBox: `${part.x} ${part.y} ${part.width} ${part.height}`, role: 'img', 'aria-label': `Frame ${count(frame)} with ${theirs && own ? 'both boxes' : theirs ? 'the saved box' : 'the box with your change'}`},
-          s('image', {href: app.api.frameUrl(video.id, frame), width, height, preserveAspectRatio: 'none'}),
-          ...rectangles(theirs, 'saved'), ...rectangles(own, 'mine')),
-        h('figcaption', {class: 'muted small'}, `Frame ${count(frame)}`));
+      const both = /** @type {const} */ ([{box: theirs, whose: 'saved'}, {box: own, whose: 'mine'}]);
+      return partOfFrame(app, video, frame, both, `Frame ${count(frame)} with ${theirs && own ? 'both boxes' : theirs ? 'the saved box' : 'the box with your change'}`, `Frame ${count(frame)}`);
     })),
     h('p', {class: 'row small two-versions-legend'},
       h('span', {class: 'two-versions-key two-versions-key-saved'}), 'saved', h('span', {class: 'two-versions-key two-versions-key-mine'}), 'with your change'));
+}
+
+/**
+ * The part of a frame around boxes.
+ * @param {Pick<import('../../page-types.js').App, 'api'>} app
+ * @param {import('../../types.js').Video} video
+ * @param {number} frame
+ * @param {readonly {box: import('../../types.js').Box|null, whose: 'saved'|'mine'}[]} boxes   null: not known, and not drawn
+ * @param {string} words       what is seen there
+ * @param {string} [caption]   unset: the words
+ */
+export function partOfFrame(app, video, frame, boxes, words, caption = words) {
+  const [width, height] = [video.width ?? 1, video.height ?? 1];
+  const known = boxes.flatMap(({box}) => (box === null ? [] : [box]));
+  const part = known.length ? partAround(known, width, height) : {x: 0, y: 0, width, height};
+  return h('figure', {class: 'two-versions-frame'},
+    s('svg', {class: 'two-versions-picture', viewBox: `${part.x} ${part.y} ${part.width} ${part.height}`, role: 'img', 'aria-label': words},
+      s('image', {href: app.api.frameUrl(video.id, frame), width, height, preserveAspectRatio: 'none'}),
+      ...boxes.flatMap(({box, whose}) => rectangles(box, whose))),
+    h('figcaption', {class: 'muted small'}, caption));
 }
 
 /** @param {import('../../types.js').Box|null} box @param {'saved'|'mine'} whose */

@@ -91,7 +91,7 @@ export function createCrops(app, signal) {
         visible = runs;
         for (const [i, cell] of shown) mark(cell, frames[i]);
         const hidden = frames.length - frames.filter(isShown).length;
-        setText(total, `${plural(frames.length, 'frame')}${hidden ? `, ${hidden} out of sight` : ''}`);
+        setText(total, `${plural(frames.length, 'frame')}${hidden ? `, ${hidden} outside` : ''}`);
       }
       const at = placeAt(frames, review.frame);
       const place = at >= 0 && frames[at] === review.frame ? at : -1;

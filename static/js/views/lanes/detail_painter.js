@@ -24,23 +24,26 @@ export const SUB_LANES = [
   { id: 'weight', label: 'Weight w', hint: 'Weight of each frame’s vote in the fusion', height: 32, kind: 'line', series: ['weight'] },
 ];
 
-/** @param {number} unit @returns {number} px of all sub-lanes */
-export function detailHeight(unit) {
-  return SUB_LANES.reduce((sum, lane) => sum + Math.round(lane.height * unit), 0);
+/** Those that are shown. @param {import('../../state-types.js').LanesView} view @returns {readonly SubLane[]} */
+export const shownLanes = ({ folded, lane }) => (folded ? SUB_LANES.filter(({ id }) => id === (SUB_LANES.some((one) => one.id === lane) ? lane : 'gate')) : SUB_LANES);
+
+/** @param {number} unit @param {readonly SubLane[]} lanes @returns {number} px of the lanes */
+export function detailHeight(unit, lanes) {
+  return lanes.reduce((sum, lane) => sum + Math.round(lane.height * unit), 0);
 }
 
 /**
  * @param {CanvasRenderingContext2D} ctx
  * @param {DetailColumns} columns
- * @param {{width: number, span: Span, tau: number}} view
+ * @param {{width: number, span: Span, tau: number, lanes: readonly SubLane[]}} view
  * @param {Palette} palette
  */
 export function paintDetail(ctx, columns, view, palette) {
-  const { width, span, tau } = view;
+  const { width, span, tau, lanes } = view;
   const from = Math.max(0, placeAt(columns.frame, Math.floor(span.first)));
   const to = Math.min(columns.count, placeAt(columns.frame, Math.ceil(span.last)) + 2);
   let top = 0;
-  for (const lane of SUB_LANES) {
+  for (const lane of lanes) {
     const height = Math.round(lane.height * palette.unit);
     ctx.fillStyle = palette.colour.line;
     ctx.fillRect(0, top + height - 1, width, 1);

@@ -3,7 +3,7 @@
 
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { SUB_LANES, detailHeight } from './detail_painter.js';
+import { SUB_LANES } from './detail_painter.js';
 import { SOURCES } from './palette.js';
 
 const NAMES = { detected: 'Detected', predicted: 'Predicted', relocalised: 'Re-detected', corrected: 'Corrected' };
@@ -32,6 +32,8 @@ export function createFrame() {
     zoomIn: button('zoom_in', 'Zoom in (wheel)'),
     fit: button('fit', 'Show the whole drive'),
     toTrack: h('button', { class: 'btn btn-small btn-quiet', type: 'button', title: 'Show the selected track from its first to its last frame' }, 'Fit track'),
+    fold: h('button', { class: 'btn btn-small btn-quiet', type: 'button', title: 'All lanes, or only the chosen one (Shift+L)' }, 'All lanes'),
+    chosen: h('select', { class: 'select lanes-chosen', 'aria-label': 'Lane', title: 'The value of the selected track that is shown below its bar' }, SUB_LANES.map(({ id, label }) => h('option', { value: id }, label))),
     reset: h('button', { class: 'btn btn-small btn-quiet', type: 'button', title: 'Back to the tau of the run' }, 'Reset'),
     whatIf: h('button', { class: 'btn btn-small', type: 'button' }, icon('whatif'), h('span', null, 'What if tau = …')),
   };
@@ -50,12 +52,12 @@ export function createFrame() {
   const tracksPane = h('div', { class: 'lanes-pane lanes-tracks', tabindex: '0', role: 'group', 'aria-label': 'Tracks over time; the queue lists them for the keyboard' },
     h('div', { class: 'lanes-gutter' }), tracksPlot, parts.spacer);
   const detailPlot = h('div', { class: 'lanes-plot' }, parts.detail);
-  const detailPane = h('div', { class: 'lanes-pane lanes-detail', tabindex: '0', style: { '--lanes-full': String(detailHeight(1)) }, role: 'group', 'aria-label': 'Why: values of the selected track over time' }, gutter, detailPlot);
+  const detailPane = h('div', { class: 'lanes-pane lanes-detail', tabindex: '0', role: 'group', 'aria-label': 'Why: values of the selected track over time' }, gutter, detailPlot);
   const head = h('div', { class: 'lanes-head' },
     h('h2', { class: 'lanes-title' }, 'Timeline'),
     h('ul', { class: 'lanes-legend' }, SOURCES.map((name) => h('li', null, h('span', { class: `lanes-swatch lanes-swatch-${name}` }), NAMES[name]))),
-    parts.readout, h('span', { class: 'grow' }), parts.zoomOut, parts.zoomIn, parts.fit);
-  const detailHead = h('div', { class: 'lanes-detail-head' }, parts.detailName, h('span', { class: 'grow' }), parts.reset, parts.whatIf, parts.toTrack);
+    parts.readout, h('span', { class: 'grow' }), parts.fold, parts.zoomOut, parts.zoomIn, parts.fit);
+  const detailHead = h('div', { class: 'lanes-detail-head' }, parts.detailName, h('span', { class: 'grow' }), parts.chosen, parts.reset, parts.whatIf, parts.toTrack);
   const body = h('div', { class: 'lanes-body' },
     h('div', { class: 'lanes-strip lanes-overview' }, h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Drive')), overviewPlot),
     h('div', { class: 'lanes-strip lanes-axis' }, h('div', { class: 'lanes-gutter' }, parts.count), axisPlot),

@@ -13,13 +13,14 @@ import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '
 import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
+import { changeLanesView } from '../../store/actions/page.js';
 import { framesOf } from '../../store/actions/review.js';
 import { dialog, mark, seek, select, setTau, show } from '../app.js';
-import { setAttribute, setText } from '../dom.js';
+import { leaveKeysToPicture, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
 import { createNoTracks } from '../no_tracks.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
-import { SUB_LANES, detailHeight, paintDetail } from './detail_painter.js';
+import { SUB_LANES, detailHeight, paintDetail, shownLanes } from './detail_painter.js';
 import { createDriveFlips } from './drive_flips.js';
 import { createFollowingStrip } from './following_strip.js';
 import { createFrame, fillLegend } from './frame.js';
@@ -42,6 +43,7 @@ export function createLanes(app) {
   parts.body.append(empty.element);
   const proposal = createFollowingStrip();
   parts.tracksPane.before(proposal.element);
+  leaveKeysToPicture(parts.element);
   const life = new AbortController();
   const { signal } = life;
   const slider = createTauSlider((tau) => setTau(app, tau), signal);
@@ -62,6 +64,7 @@ export function createLanes(app) {
   /** @type {number|null} */ let hovered = null;
   let scheduled = 0;
   /** A selected track whose row has not come into view yet. @type {string|null} */ let awaited = null;
+  let lanes = shownLanes({ folded: false, lane: '' });
   /** @type {Map<number, {text: string, width: number}>} */ const names = new Map();
   const dirty = { overview: true, tracks: true, detail: true };
 
@@ -138,6 +141,8 @@ export function createLanes(app) {
     const bar = index.barOf.get(review()?.selected ?? '');
     if (bar !== undefined) changeSpan((_, __, frames) => spanAround(index.first[bar], index.last[bar], frames));
   }, { signal });
+  parts.fold.addEventListener('click', () => app.store.dispatch((now) => changeLanesView(now, { folded: !now.lanesView.folded })), { signal });
+  parts.chosen.addEventListener('change', () => app.store.dispatch((now) => changeLanesView(now, { lane: parts.chosen.value })), { signal });
   parts.reset.addEventListener('click', () => setTau(app, null), { signal });
   parts.whatIf.addEventListener('click', () => {
     const r = review();
@@ -211,8 +216,8 @@ export function createLanes(app) {
       if (ctx) paintTracks(ctx, index, view, palette, label);
     }
     if (dirty.detail && columns && lane) {
-      const ctx = prepare(parts.detail, width, detailHeight(palette.unit), ratio);
-      if (ctx) paintDetail(ctx, columns, { width, span, tau: r.tau ?? lane.tau }, palette);
+      const ctx = prepare(parts.detail, width, detailHeight(palette.unit, lanes), ratio);
+      if (ctx) paintDetail(ctx, columns, { width, span, tau: r.tau ?? lane.tau, lanes }, palette);
     }
     if (old?.following || !proposal.element.hidden) proposal.paint(r.following, width, span, palette);
     dirty.overview = dirty.tracks = dirty.detail = false;
@@ -263,6 +268,21 @@ export function createLanes(app) {
     parts.flips.classList.toggle('lanes-flipping', flips.total > 0);
     const unit = palette.unit;
     slider.update({ tau, domain: columns.domain, top: 4 * unit, height: SUB_LANES[0].height * unit - 8 * unit, dragged: r.tau !== null, flips });
+  }
+
+  /** @param {State['lanesView']} view */
+  function refreshLanes(view) {
+    lanes = shownLanes(view);
+    SUB_LANES.forEach((sub, i) => {
+      parts.names[i].hidden = !lanes.includes(sub);
+    });
+    slider.element.hidden = !lanes.includes(SUB_LANES[0]);
+    parts.chosen.hidden = !view.folded;
+    parts.chosen.value = lanes[0].id;
+    setText(parts.fold, view.folded ? 'All lanes' : 'Fold lanes');
+    parts.element.classList.toggle('lanes-folded', view.folded);
+    parts.element.style.setProperty('--lanes-full', String(detailHeight(1, lanes)));
+    measure();
   }
 
   /** @param {ReviewState} r */
@@ -327,7 +347,9 @@ export function createLanes(app) {
       if (next.labels !== state?.labels) {
         names.clear();
         dirty.tracks = true;
+        later();
       }
+      if (next.lanesView !== state?.lanesView) refreshLanes(next.lanesView);
       state = next;
       const r = next.review;
       if (r === null || r === old) return;

@@ -13,9 +13,9 @@ import { h } from '../dom.js';
 import { icon, isIcon } from '../icons.js';
 import { toast } from '../toasts.js';
 
-/** Operations by group; what a version does not have is left out. */
+/** Operations by group. */
 const MENU = [
-  ['relabel', 'accept', 'not-a-sign', 'needs-work', 'ignore'],
+  ['relabel', 'accept', 'reject', 'needs-work', 'ignore'],
   ['follow', 'follow-forward', 'extend-first', 'extend-last'],
   ['key-frame', 'interpolate', 'occluded', 'outside'],
   ['split', 'merge', 'delete-from', 'delete-track'],
@@ -79,7 +79,7 @@ export function createBoxMenu(app, stage, screen, signal) {
       'aria-disabled': reason === null ? null : 'true', 'data-operation': operation.id,
       onclick: () => {
         close(true);
-        runOperation(app, operation, (why) => toast(why));
+        runOperation(app, operation, toast);
       },
     },
     operation.icon && isIcon(operation.icon) ? icon(operation.icon) : h('span', { class: 'box-menu-blank' }),

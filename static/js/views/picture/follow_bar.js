@@ -18,7 +18,7 @@ export function createFollowBar(app) {
   const buttons = BUTTONS.map(([id, text, tone]) => {
     const operation = app.operations.find((one) => one.id === id);
     const picture = operation?.icon && isIcon(operation.icon) ? icon(operation.icon) : null;
-    const button = h('button', { class: `btn btn-small ${tone}`, type: 'button', title: operation?.tooltip ?? text, onclick: () => operation && runOperation(app, operation, (why) => toast(why)) }, picture, h('span', null, text));
+    const button = h('button', { class: `btn btn-small ${tone}`, type: 'button', title: operation?.tooltip ?? text, onclick: () => operation && runOperation(app, operation, toast) }, picture, h('span', null, text));
     return { operation, button };
   });
   const element = h('div', { class: 'follow-bar', hidden: true, role: 'group', 'aria-label': 'Proposed boxes' }, words, ...buttons.map(({ button }) => button));

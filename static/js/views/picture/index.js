@@ -7,7 +7,7 @@ import { className } from '../../model/labels.js';
 import { NO_RUN } from '../../model/no_tracks.js';
 import { whyNoBox } from '../../model/no_box.js';
 import { listed, trackName } from '../../model/track_name.js';
-import { LAYER_NAMES, SHORT_NAMES, switchLayer } from '../../operations/view.js';
+import { LAYER_NAMES, SHORT_NAMES, layerKey, switchLayer } from '../../operations/view.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport } from '../../store/actions/review.js';
 import { openDialog } from '../../store/actions/page.js';
@@ -35,10 +35,11 @@ export function createPicture(app) {
   const shot = h('canvas', { class: 'picture-shot' });
   const layers = h('canvas', { class: 'picture-layers' });
   const badge = h('div', { class: 'picture-badge', hidden: true });
+  const hint = h('div', { class: 'picture-hint truncate' });
   const stage = h('div', {
     class: 'picture-stage', tabIndex: 0, role: 'application', 'data-keys': 'picture',
     'aria-label': 'Picture. Tab goes through the tracks, arrows move the box, Alt and arrows resize it, Escape leaves.',
-  }, shot, layers, badge);
+  }, shot, layers, badge, hint);
   const where = h('span', { class: 'picture-where number' });
   const number = h('input', {
     class: 'input picture-frame number', type: 'text', inputmode: 'numeric', autocomplete: 'off', 'aria-label': 'Frame', title: 'Go to a frame (G)',
@@ -55,7 +56,6 @@ export function createPicture(app) {
   const setNumber = (frame) => {
     if (document.activeElement !== number && number.value !== String(frame)) number.value = String(frame);
   };
-  const hint = h('span', { class: 'picture-hint grow truncate' });
   const speed = h('select', { class: 'select picture-speed', 'aria-label': 'Playing speed', onchange: () => app.frames.setSpeed(Number(speed.value)) },
     ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)));
   const legend = createLegend(app);
@@ -63,7 +63,7 @@ export function createPicture(app) {
   const menu = createBoxMenu(app, stage, () => size, signal);
   stage.append(menu.element);
   const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
-  const foot = h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, hint, legend.element);
+  const foot = h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, legend.element);
   const element = h('div', { class: 'picture' }, stage, followBar.element, foot, spoken);
   leaveKeysToPicture(element);
   followFocus(foot);
@@ -146,7 +146,7 @@ export function createPicture(app) {
     ctx.clearRect(0, 0, size.width, size.height);
     // the layers belong to the cursor's frame: they are drawn only while that very picture is on screen
     if (review.shown !== review.frame || review.viewport.zoom === 0) return;
-    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? 'no label' : names.get(id) ?? String(id)));
+    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? 'unlabelled' : names.get(id) ?? String(id)));
     legend.update(review, counts);
   }
 
@@ -176,7 +176,7 @@ export function createPicture(app) {
     }
     setText(hint, text);
     if (hint.title !== text) hint.title = text;
-    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.word ?? (shown.class_id === null ? 'no label' : names.get(shown.class_id))}` : absent ? ', no box here' : ''}` : ''}`;
+    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.word ?? (shown.class_id === null ? 'unlabelled' : names.get(shown.class_id))}` : absent ? ', no box here' : ''}` : ''}`;
     if (words !== said) setText(spoken, (said = words));
   }
 
@@ -247,15 +247,15 @@ function createLegend(app) {
   /** @type {Map<import('../../state-types.js').LayerName, {button: HTMLElement, count: HTMLElement}>} */
   const rows = new Map();
   const element = h('div', { class: 'legend', role: 'group', 'aria-label': 'Layers' });
-  LAYERS.forEach((name, at) => {
+  LAYERS.forEach((name) => {
     const count = h('span', { class: 'legend-count number' }, '0');
-    const swatch = h('kbd', { class: 'legend-swatch' }, String(at + 1));
+    const swatch = h('kbd', { class: 'legend-swatch' }, layerKey(name).replace('Shift+', '⇧'));
     swatch.dataset.layer = name;
     swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
     const button = h('button', {
-      class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${at + 1})`,
+      class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${layerKey(name)})`,
       onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
-    }, swatch, h('span', { class: 'legend-name' }, SHORT_NAMES[name]), count);
+    }, swatch, h('span', { class: 'legend-name truncate' }, SHORT_NAMES[name]), count);
     rows.set(name, { button, count });
     element.append(button);
     if (name === 'second') {
@@ -268,7 +268,7 @@ function createLegend(app) {
 
   /** Whose boxes a layer shows. @param {'truth'|'second'} name @param {string|null} whose */
   function entitle(name, whose) {
-    const title = `${LAYER_NAMES[name]}${whose === null ? '' : `: ${whose}`} (${LAYERS.indexOf(name) + 1})`;
+    const title = `${LAYER_NAMES[name]}${whose === null ? '' : `: ${whose}`} (${layerKey(name)})`;
     const button = rows.get(name)?.button;
     if (button && button.title !== title) button.title = title;
   }

@@ -25,7 +25,13 @@ export const STYLES = /** @type {Record<LayerName, {dash: number[], width: numbe
   corrected: { dash: [], width: 2.5 },
   truth: { dash: [3, 3], width: 1.5 },
   second: { dash: [12, 4], width: 1.5 },
+  uncertainty: { dash: [2, 2], width: 1 },
+  gate: { dash: [], width: 1 },
 });
+
+/** A name in the picture is cut where it takes more than this share of the width, but never below so many CSS px. */
+const NAME_SHARE = 0.3;
+const LEAST_NAME = 120;
 
 /**
  * @typedef {object} Inks
@@ -62,7 +68,7 @@ export function readInks(element) {
  * @returns {Record<LayerName, number>} how many of each layer are in the frame
  */
 export function paintLayers(ctx, review, view, screen, inks, nameOf) {
-  const counts = /** @type {Record<LayerName, number>} */ ({ detections: 0, predictions: 0, search: 0, relocalisations: 0, results: 0, corrected: 0, truth: 0, second: 0 });
+  const counts = /** @type {Record<LayerName, number>} */ ({ detections: 0, predictions: 0, search: 0, relocalisations: 0, results: 0, corrected: 0, truth: 0, second: 0, uncertainty: 0, gate: 0 });
   const pen = createPen(ctx, view, screen, inks);
   const overlay = review.overlays[review.frame];
   const on = review.layers;
@@ -70,56 +76,69 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   /** What stands at a box; where few are named, only at the selected track and the one under the pointer. @param {string|null} key @param {string} text */
   const named = (key, text) => (!review.fewLabels || (key !== null && (key === review.selected || key === review.hovered)) ? text : '');
 
-  for (const { box, score, raw, track } of overlay?.detections ?? []) {
-    counts.detections++;
-    if (on.detections) pen.box('detections', box, named(track === null ? null : `m${track}`, `${raw.toFixed(1)} → ${score.toFixed(1)}`));
-  }
   for (const { key, box, class_id } of secondShown(review)) {
     counts.second++;
-    if (on.second) pen.box('second', box, named(null, `${trackName(key, review.secondDocs[key])} ${nameOf(class_id)}`));
-  }
-  for (const { box, class_id } of review.truth[review.frame] ?? []) {
-    counts.truth++;
-    if (on.truth) pen.box('truth', box, named(null, nameOf(class_id)));
+    if (on.second) pen.box('second', box, named(null, `${trackName(key, review.secondDocs[key])} ${pen.cut(nameOf(class_id))}`));
   }
   for (const track of overlay?.tracks ?? []) {
     if (track.prediction) {
       counts.predictions++;
+      counts.uncertainty++;
       if (on.predictions && (track.source !== 0 || review.selected === `m${track.id}` || track.gate?.confident === false)) {
         pen.box('predictions', track.prediction.box);
-        pen.innovation(track.prediction.box, track.prediction.sigma);
         if (focus && track.source !== 0 && review.selected === `m${track.id}`) pen.ray(focus, track.prediction.box);
       }
     }
+    if (track.gate) counts.gate++;
     if (track.relocalisation) {
       counts.search++;
       counts.relocalisations++;
-      if (on.search) pen.box('search', track.relocalisation.search);
       if (on.relocalisations) {
         pen.box('relocalisations', track.relocalisation.box, named(`m${track.id}`, `f ${track.relocalisation.decision.toFixed(2)}`));
         pen.cross('relocalisations', track.relocalisation.runner_up);
       }
     }
   }
-  for (const shown of shownTracks(review)) {
+  const tracks = shownTracks(review);
+  for (const shown of tracks) {
     const layer = shown.edited ? 'corrected' : 'results';
     counts[layer]++;
-    const dragged = review.drag?.key === shown.key;
-    if (!on[layer] || dragged) continue;
-    const box = shown.box;
-    const gate = shown.engine?.gate;
-    const gateText = gate ? ` L ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
-    const weight = review.selected === shown.key ? 2 : 1;
-    const proposed = shown.origin === 'proposed';
-    const sure = proposed ? ` proposed ${Math.round(100 * (review.following?.proposals[review.frame]?.confidence ?? 0))} %` : '';
-    pen.box(layer, box, named(shown.key, `${shown.not_a_sign ? 'not a sign' : shown.word ?? nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight, thin: shown.origin === 'interpolated', dashed: proposed });
-    if (shown.origin === 'corrected') pen.diamond(layer, box);
-    if (review.marked.includes(shown.key)) pen.mark(box);
-    if (review.selected === shown.key && review.mode !== 'merge') pen.handles(layer, box);
+    if (on[layer] && shown.key !== review.selected) paintTrack(shown, layer);
   }
+  const selected = tracks.find(({ key }) => key === review.selected);
+  // what one judges is the sign in the selected box: nothing lies over it but what one has asked for
+  if (selected) pen.clear(selected.box);
+  for (const { box, score, raw, track } of overlay?.detections ?? []) {
+    counts.detections++;
+    if (on.detections) pen.box('detections', box, named(track === null ? null : `m${track}`, `${raw.toFixed(1)} → ${score.toFixed(1)}`));
+  }
+  for (const { box, class_id } of review.truth[review.frame] ?? []) {
+    counts.truth++;
+    if (on.truth) pen.box('truth', box, named(null, pen.cut(nameOf(class_id))));
+  }
+  for (const { relocalisation, prediction } of overlay?.tracks ?? []) {
+    if (on.search && relocalisation) pen.box('search', relocalisation.search);
+    if (on.uncertainty && prediction) pen.innovation(prediction.box, prediction.sigma);
+  }
+  if (selected && on[selected.edited ? 'corrected' : 'results']) paintTrack(selected, selected.edited ? 'corrected' : 'results');
   if (review.drag) {
     pen.box('corrected', review.drag.box, `${(review.drag.box[2] - review.drag.box[0]).toFixed(0)} × ${(review.drag.box[3] - review.drag.box[1]).toFixed(0)}`, { where: 'above', weight: 3 });
     pen.handles('corrected', review.drag.box);
+  }
+
+  /** @param {import('../../review/shown_tracks.js').ShownTrack} shown @param {LayerName} layer */
+  function paintTrack(shown, layer) {
+    if (review.drag?.key === shown.key) return;
+    const { box } = shown;
+    const chosen = review.selected === shown.key;
+    const gate = on.gate ? shown.engine?.gate : null;
+    const gateText = gate ? ` gate ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
+    const proposed = shown.origin === 'proposed';
+    const sure = proposed ? ` proposed ${Math.round(100 * (review.following?.proposals[review.frame]?.confidence ?? 0))} %` : '';
+    pen.box(layer, box, named(shown.key, `${pen.cut(shown.not_a_sign ? 'false positive' : shown.word ?? nameOf(shown.class_id))}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight: chosen ? 2 : 1, thin: shown.origin === 'interpolated', dashed: proposed, guarded: chosen });
+    if (shown.origin === 'corrected') pen.diamond(layer, box);
+    if (review.marked.includes(shown.key)) pen.mark(box);
+    if (chosen && review.mode !== 'merge') pen.handles(layer, box);
   }
   pen.labels();
   return counts;
@@ -157,21 +176,36 @@ function createPen(ctx, view, screen, inks) {
     ctx.setLineDash([]);
   };
 
+  const widest = Math.max(LEAST_NAME * inks.unit, NAME_SHARE * screen.width);
+
   return {
+    /** A name that does not lie across the whole picture. @param {string} name */
+    cut(name) {
+      ctx.font = inks.font;
+      if (ctx.measureText(name).width <= widest) return name;
+      let [fits, long] = [0, name.length];
+      while (long - fits > 1) {
+        const middle = (fits + long) >> 1;
+        if (ctx.measureText(`${name.slice(0, middle)}…`).width <= widest) fits = middle;
+        else long = middle;
+      }
+      return `${name.slice(0, fits).trimEnd()}…`;
+    },
     /**
      * @param {LayerName} layer
      * @param {Box} box
      * @param {string} [text]   stands there once `labels` is called
-     * @param {{where?: 'above'|'below', weight?: number, thin?: boolean, dashed?: boolean}} [how]   heavier labels choose their place first
+     * @param {{where?: 'above'|'below', weight?: number, thin?: boolean, dashed?: boolean, guarded?: boolean}} [how]   heavier labels choose their place first;
+     *   guarded: no label may lie on the box
      */
-    box(layer, box, text, { where = 'below', weight = 0, thin = false, dashed = false } = {}) {
+    box(layer, box, text, { where = 'below', weight = 0, thin = false, dashed = false, guarded = false } = {}) {
       const [x1, y1, x2, y2] = place(box);
       const { dash, width } = STYLES[layer];
       const scaled = (thin ? [4, 2] : dashed ? [7, 5] : dash).map((part) => part * inks.unit);
       stroke(inks.colour(layer), (thin ? width - 1 : width) * inks.unit, scaled, () => ctx.rect(x1, y1, x2 - x1, y2 - y1));
       if (!text) return;
       ctx.font = inks.font;
-      texts.push({ layer, text, weight, box: [x1, y1, x2, y2], wide: ctx.measureText(text).width + 8 * inks.unit, high: 16 * inks.unit, where });
+      texts.push({ layer, text, weight, box: [x1, y1, x2, y2], wide: ctx.measureText(text).width + 8 * inks.unit, high: 16 * inks.unit, where, guarded });
     },
     /** All texts, over all boxes. */
     labels() {
@@ -199,12 +233,17 @@ function createPen(ctx, view, screen, inks) {
         ctx.fillText(text, at.x + 6 * inks.unit, at.y + high / 2 + 0.5);
       });
     },
+    /** Take away what is drawn in a box. @param {Box} box */
+    clear(box) {
+      const [x1, y1, x2, y2] = place(box);
+      ctx.clearRect(x1, y1, x2 - x1, y2 - y1);
+    },
     /** The 1-sigma box of the centre. @param {Box} box @param {[number, number, number, number]} sigma */
     innovation(box, [sx, sy]) {
       const cx = (box[0] + box[2]) / 2;
       const cy = (box[1] + box[3]) / 2;
       const [x1, y1, x2, y2] = place([cx - sx, cy - sy, cx + sx, cy + sy]);
-      stroke(inks.colour('predictions'), inks.unit, [2 * inks.unit, 2 * inks.unit], () => {
+      stroke(inks.colour('uncertainty'), inks.unit, [2 * inks.unit, 2 * inks.unit], () => {
         ctx.rect(x1, y1, x2 - x1, y2 - y1);
       });
     },
@@ -253,11 +292,11 @@ function createPen(ctx, view, screen, inks) {
       ctx.strokeStyle = inks.casing;
       ctx.stroke();
     },
-    /** Marked for a merge. @param {Box} box */
+    /** Marked for a merge: a frame around the box. @param {Box} box */
     mark(box) {
       const [x1, y1, x2, y2] = place(box);
-      ctx.fillStyle = 'rgb(240 228 66 / 0.35)';
-      ctx.fillRect(x1, y1, x2 - x1, y2 - y1);
+      const away = 4 * inks.unit;
+      stroke('rgb(240 228 66)', 3 * inks.unit, [], () => ctx.rect(x1 - away, y1 - away, x2 - x1 + 2 * away, y2 - y1 + 2 * away));
     },
     /** @param {LayerName} layer @param {Box} box */
     handles(layer, box) {

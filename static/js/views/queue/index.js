@@ -6,7 +6,8 @@ import { trackEntries } from '../../model/track_entries.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
 import { extendHint } from '../../model/extend_hints.js';
 import { framesOf } from '../../store/actions/review.js';
-import { dialog, mark, seek, select } from '../app.js';
+import { openTrack } from '../../operations/navigate.js';
+import { dialog, mark } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
 import { createNoTracks } from '../no_tracks.js';
@@ -45,17 +46,9 @@ export function createQueue(app) {
   let scheduled = 0;
   let wanting = true;
 
-  /** @param {string} key */
-  const choose = (key) => {
-    const entry = order.find((one) => one.key === key);
-    if (!entry) return;
-    const frame = app.store.get().review?.frame ?? 0;
-    select(app, key);
-    if (frame < entry.first || frame > entry.last) seek(app, entry.first);
-  };
   list.addEventListener('click', (event) => {
     const row = /** @type {HTMLElement} */ (event.target).closest('[data-key]');
-    if (row instanceof HTMLElement && row.dataset.key && !mark(app, row.dataset.key)) choose(row.dataset.key);
+    if (row instanceof HTMLElement && row.dataset.key && !mark(app, row.dataset.key)) openTrack(app, row.dataset.key);
   }, { signal });
   scroller.addEventListener('keydown', (event) => {
     const page = Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1);
@@ -67,7 +60,7 @@ export function createQueue(app) {
     event.preventDefault();
     event.stopPropagation();
     const at = order.findIndex((entry) => entry.key === state?.review?.selected);
-    choose(order[at < 0 ? 0 : Math.min(order.length - 1, Math.max(0, at + step))].key);
+    openTrack(app, order[at < 0 ? 0 : Math.min(order.length - 1, Math.max(0, at + step))].key);
   }, { signal });
   scroller.addEventListener('scroll', later, { signal, passive: true });
   const observer = new ResizeObserver(later);

@@ -1,0 +1,46 @@
+"""Where a track is best looked at: the largest sharp view of its sign that the picture does not cut."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.evidence.tables import IntColumn
+from tsr_engine.evidence.columns import BOX, SOURCES, read_columns
+from tsr_engine.evidence.reader import EvidenceReader
+
+__all__ = ["clearest_frames"]
+
+_CUT = 0.05
+"""A box is cut by the picture where its edge is closer to the picture's than this share of its side."""
+_SHARP = 3.0
+"""A view counts as sharp where its score is at least half of the track's best, or this much below it, in log-odds."""
+
+
+def clearest_frames(reader: EvidenceReader, ids: IntColumn, first: IntColumn) -> IntColumn:
+    """Frame of each confirmed track in which its sign is seen best.
+
+    Of its detections those count first that lie whole in the picture, then those with a high score: blur, glare and
+    what stands before a sign lower it. Of these the largest box is taken.
+
+    Args:
+        reader: evidence of the run.
+        ids: the confirmed tracks, ascending, shape (n,).
+        first: first frame of each, for those that were never detected.
+
+    Returns:
+        One frame a track, shape (n,).
+    """
+    names = ("track_id", "frame", *BOX, "source", "score", "tracks.best_score", "frames.width", "frames.height")
+    rows = read_columns(reader, "track_frames", *names, alive=True, confirmed=True, order="any")
+    frame, boxes, best = rows.ints("frame"), rows.boxes(), rows.floats("tracks.best_score")
+    sides = boxes[:, 2:] - boxes[:, :2]
+    picture = np.stack([rows.floats("frames.width"), rows.floats("frames.height")], axis=1)
+    whole = ((boxes[:, :2] > _CUT * sides) & (boxes[:, 2:] < picture - _CUT * sides)).all(axis=1)
+    sharp = ~(rows.floats("score") < np.minimum(best / 2, best - _SHARP))
+    detected = np.flatnonzero(rows.sources() == SOURCES.index("detected"))
+    keys = (frame, -sides.prod(axis=1), ~sharp, ~whole, rows.ints("track_id"))  # the last one sorts first
+    order = detected[np.lexsort(tuple(key[detected] for key in keys))]
+    tracks, place = np.unique(keys[-1][order], return_index=True)
+    found = first.copy()
+    found[np.searchsorted(ids, tracks)] = frame[order[place]]
+    return found

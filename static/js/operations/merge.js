@@ -1,0 +1,90 @@
+// @ts-check
+/** Making one track of several. Where they have boxes in the same frames, a person says which stay. */
+
+import { without } from '../model/join.js';
+import { commonRuns, framesIn } from '../model/shown_runs.js';
+import { trackEntries } from '../model/track_entries.js';
+import { trackName } from '../model/track_name.js';
+import { openDialog } from '../store/actions/page.js';
+import { select, setMode, toggleMarked } from '../store/actions/review.js';
+import { plural } from '../views/format.js';
+import { toast } from '../views/toasts.js';
+
+/**
+ * @typedef {import('../page-types.js').App} App
+ * @typedef {import('../state-types.js').ReviewState} ReviewState
+ * @typedef {import('../model/join.js').Span} Span
+ */
+
+/**
+ * Where tracks that are to be merged have boxes in the same frames: tracks of one sign have none. What was added before
+ * counts as well as the first one.
+ *
+ * @param {ReviewState} review
+ * @param {string} key
+ * @param {readonly string[]} others   that become part of it, in this order
+ * @returns {{key: string, stays: string[], runs: Span[]}[]} for each that shares frames: the tracks whose boxes stay there, and the frames
+ */
+export function sharedFrames(review, key, others) {
+  const runsOf = new Map(trackEntries(review.tracks, review.docs).map((entry) => [entry.key, entry.runs]));
+  const found = [];
+  const joined = [key];
+  /** Frames that have a box by now. @type {Span[]} */
+  let covered = [...runsOf.get(key) ?? []];
+  for (const other of others) {
+    const own = [...runsOf.get(other) ?? []];
+    const runs = commonRuns(covered, own);
+    if (runs.length > 0) found.push({ key: other, stays: joined.filter((one) => commonRuns(runsOf.get(one) ?? [], own).length > 0), runs });
+    covered = [...covered, ...without(own, covered)];
+    joined.push(other);
+  }
+  return found;
+}
+
+/**
+ * What of a merge is to be decided, in words.
+ * @param {ReviewState} review
+ * @param {ReturnType<typeof sharedFrames>[number]} shared
+ */
+export function sharedWords(review, { key, stays, runs }) {
+  const names = stays.map((one) => trackName(one, review.docs[one]));
+  return `Tracks ${names.join(', ')} and ${trackName(key, review.docs[key])} have boxes in ${plural(framesIn(runs), 'common frame')} (${runs[0][0]}–${/** @type {Span} */ (runs.at(-1))[1]}). One frame of a track has one box: `
+    + `there ${names.length > 1 ? 'what was marked first' : `that of ${names[0]}`} stays and that of ${trackName(key, review.docs[key])} goes.`;
+}
+
+/**
+ * Make one track of several, and select it.
+ * @param {Pick<App, 'store'|'edit'>} app
+ * @param {string} key
+ * @param {readonly string[]} others
+ * @returns {boolean} whether it is done
+ */
+export function mergeTracks(app, key, others) {
+  const { review } = app.store.get();
+  if (!review || !app.edit({ name: 'merge', frame: review.frame, key, others: [...others] })) return false;
+  app.store.dispatch((state) => select(setMode(state, 'select'), key));
+  return true;
+}
+
+/**
+ * The merge key: begin to mark, or merge what is marked. Tracks that share frames are shown first.
+ * @param {Pick<App, 'store'|'edit'>} app
+ * @param {(text: string) => void} [say]
+ */
+export function merge(app, say = toast) {
+  const { review } = app.store.get();
+  if (!review) return;
+  if (review.mode !== 'merge') {
+    app.store.dispatch((state) => (state.review?.selected ? toggleMarked(setMode(state, 'merge'), state.review.selected) : setMode(state, 'merge')));
+    return;
+  }
+  const [key, ...others] = review.marked;
+  if (key && others.length) {
+    if (sharedFrames(review, key, others).length > 0) app.store.dispatch((state) => openDialog(state, { kind: 'merge', data: { marked: review.marked } }));
+    else if (!mergeTracks(app, key, others)) app.store.dispatch((state) => select(setMode(state, 'select'), key));
+  } else if (key) {
+    say('Mark a second track first: click it in the picture, in the lanes or in the queue. Escape leaves the merge.');
+  } else {
+    app.store.dispatch((state) => setMode(state, 'select'));
+  }
+}

@@ -1,0 +1,143 @@
+"""The room of the review screen, and the frame in which a track is judged. On the engine's run of the sample."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Page, expect
+
+from tests.e2e.review_desk import Desk, edited, state, wait
+from tests.e2e.screenshots import CHROMIUM, quiet
+from tests.e2e.test_little_room import OUT_OF_SIGHT, UNTIDY, place
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+
+
+def to_track(page: Page) -> str:
+    """Open the first track of the queue; its key."""
+    page.keyboard.press("j")
+    now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    page.locator(".lanes-detail").wait_for()
+    return str(now["selected"])
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1440, 900)])
+def test_the_picture_takes_most_of_the_window_and_bars_and_one_lane_stand_below(
+    page: Page, width: int, height: int
+) -> None:
+    page.set_viewport_size({"width": width, "height": height})
+    to_track(page)
+    quiet(page)
+    assert place(page.locator(".picture-stage"))["height"] >= 0.6 * height
+    assert place(page.locator(".picture-foot"))["height"] <= 36, "one row"
+    bars, lane = place(page.locator(".lanes-tracks")), place(page.locator(".lanes-lane-gate"))
+    assert bars["height"] >= 24
+    assert lane["y"] + lane["height"] <= height + 1
+    expect(page.locator(".lanes-lane-name:visible")).to_have_count(1)
+    assert page.evaluate(UNTIDY) == []
+
+
+def test_the_chosen_lane_and_the_fold_are_remembered(page: Page) -> None:
+    to_track(page)
+    page.get_by_label("Lane", exact=True).select_option("votes")
+    expect(page.locator(".lanes-lane-votes")).to_be_visible()
+    expect(page.locator(".lanes-lane-gate")).to_be_hidden()
+    page.reload()
+    wait(page, lambda s: s["overlay"] is not None and s["selected"] is not None)
+    expect(page.locator(".lanes-lane-votes")).to_be_visible()
+    page.locator(".picture-stage").focus()
+    page.keyboard.press("Shift+L")
+    expect(page.locator(".lanes-lane-name:visible")).to_have_count(8)
+    expect(page.get_by_label("Lane", exact=True)).to_be_hidden()
+    page.reload()
+    wait(page, lambda s: s["overlay"] is not None and s["selected"] is not None)
+    expect(page.locator(".lanes-lane-gate")).to_be_visible()
+    page.get_by_role("button", name="Fold lanes").click()
+    expect(page.locator(".lanes-lane-name:visible")).to_have_count(1)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1600, 900), (1920, 1080), (3840, 2160)])
+def test_queue_and_inspector_stand_side_by_side_where_there_is_room(page: Page, width: int, height: int) -> None:
+    page.set_viewport_size({"width": width, "height": height})
+    key = to_track(page)
+    queue, inspector = page.get_by_role("region", name="Queue").first, page.locator(".inspector")
+    expect(queue).to_be_visible()
+    expect(inspector).to_contain_text(f"Track #{key[1:]}")
+    expect(page.get_by_role("tab")).to_have_count(0)
+    quiet(page)
+    assert place(page.locator(".queue"))["x"] + 240 < place(inspector)["x"]
+    stage = place(page.locator(".picture-stage"))
+    assert stage["height"] >= 0.6 * height
+    assert stage["width"] >= 0.6 * width
+    assert page.evaluate(UNTIDY) == []
+    font = page.evaluate("() => parseFloat(getComputedStyle(document.body).fontSize)")
+    assert font >= height / 100, "no tiny letters on a large screen"
+    page.set_viewport_size({"width": 1280, "height": 720})
+    expect(page.get_by_role("tab")).to_have_count(2)
+    expect(page.get_by_role("tabpanel")).to_have_count(1)
+
+
+def test_a_key_a_click_and_a_verdict_lead_to_the_same_frame_of_a_track(desk: Desk, page: Page) -> None:
+    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+    key = to_track(page)
+    at = tracks["id"].index(int(key[1:]))
+    clearest, first = tracks["clearest"][at], tracks["first"][at]
+    assert first < clearest
+    assert state(page)["frame"] == clearest
+
+    def inside() -> None:
+        """The cursor in the first frame of the track."""
+        page.locator(".picture-stage").focus()
+        page.keyboard.press("b")
+        wait(page, lambda s: s["frame"] == first and s["selected"] == key)
+
+    inside()
+    page.locator(f"#queue-{key}").click()
+    wait(page, lambda s: s["frame"] == clearest and s["selected"] == key)
+    inside()
+    page.keyboard.press("Escape")
+    wait(page, lambda s: s["selected"] is None)
+    page.keyboard.press("j")
+    wait(page, lambda s: s["frame"] == clearest and s["selected"] == key)
+    page.keyboard.press("j")
+    other = wait(page, lambda s: s["selected"] not in (None, key))["selected"]
+    page.keyboard.press("Shift+J")
+    wait(page, lambda s: s["selected"] == key)
+    inside()
+    edited(page, lambda: page.keyboard.press("a"))
+    wait(
+        page, lambda s: s["selected"] == other and s["frame"] == tracks["clearest"][tracks["id"].index(int(other[1:]))]
+    )
+    edited(page, lambda: page.keyboard.press("Control+z"))
+
+
+LONG = """() => tsr.store.dispatch((state) => ({...state, labels: state.labels.map((label, i) => ({...label,
+  name: (i % 2 ? 'Donaudampfschifffahrt'.repeat(10) : 'a very long name of a label '.repeat(8)).slice(0, 200)}))}))"""
+"""Labels of 200 characters, with and without spaces."""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (640, 720), (480, 270), (320, 180)])
+def test_long_labels_and_400_percent_leave_everything_in_reach(page: Page, width: int, height: int) -> None:
+    to_track(page)
+    page.evaluate(LONG)
+    page.set_viewport_size({"width": width, "height": height})
+    for tab in ("Inspector", "Queue"):
+        page.get_by_role("tab", name=tab).focus()
+        page.get_by_role("tab", name=tab).press("Enter")
+        quiet(page)
+        assert page.evaluate(UNTIDY) == [], tab
+        assert page.evaluate(OUT_OF_SIGHT) == [], tab
+    stage = page.locator(".picture-stage")
+    assert place(stage)["width"] >= min(width, 380)
+    assert place(stage)["height"] >= 150
+    page.keyboard.press("Control+k")
+    page.locator("dialog[open] input:focus").wait_for()
+    page.keyboard.type("label")
+    quiet(page)
+    assert page.evaluate(UNTIDY) == [], "palette"

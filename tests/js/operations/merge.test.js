@@ -1,0 +1,54 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { blankDoc } from '../../../static/js/model/documents.js';
+import { merge, sharedFrames, sharedWords } from '../../../static/js/operations/merge.js';
+import { changeReview } from '../../../static/js/store/actions/review.js';
+import { nearestIn } from '../../../static/js/views/dialogs/merge.js';
+import { createWorld } from '../editing/world.js';
+import { drive } from '../harness/synthetic.js';
+
+const KEY = { box: [10, 10, 30, 30], occluded: false, outside: false, interpolate: true, class_id: null };
+/** @param {string} key @param {number} first @param {number} last */
+const track = (key, first, last) => ({ ...blankDoc(key), keys: { [first]: KEY, [last]: KEY } });
+const docs = { ha: track('ha', 10, 20), hb: track('hb', 19, 30), hc: track('hc', 31, 40), hd: track('hd', 20, 22) };
+const review = /** @type {any} */ ({ tracks: null, docs });
+
+test('tracks that are seen at once share frames, also with what was added before', () => {
+  assert.deepEqual(sharedFrames(review, 'ha', ['hc']), []);
+  assert.deepEqual(sharedFrames(review, 'ha', ['hc', 'hb', 'hd']), [
+    { key: 'hb', stays: ['ha'], runs: [[19, 20]] }, { key: 'hd', stays: ['ha', 'hb'], runs: [[20, 20], [21, 22]] },
+  ]);
+  assert.deepEqual(sharedFrames(review, 'hc', ['ha', 'hd']).map(({ stays }) => stays), [['ha']], 'two that were added, not the first one');
+});
+
+test('the words say how many frames, which, and whose box stays', () => {
+  const [one, several] = sharedFrames(review, 'ha', ['hb', 'hd']).map((shared) => sharedWords(review, shared));
+  assert.equal(one, 'Tracks drawn at 10 and drawn at 19 have boxes in 2 common frames (19–20). One frame of a track has one box: there that of drawn at 10 stays and that of drawn at 19 goes.');
+  assert.match(several, /^Tracks drawn at 10, drawn at 19 and drawn at 20 have boxes in 3 common frames \(20–22\)\. .*there what was marked first stays/);
+});
+
+test('a merge of tracks that share frames asks first and changes nothing yet; another is done at once', async () => {
+  const { store, editor, review: now, end } = await createWorld();
+  const app = { store, edit: editor.edit };
+  const tracks = { ...drive(200, 2).tracks, id: [1, 2], first: [0, 50], last: [99, 150] };
+  store.dispatch((state) => changeReview(state, { tracks }));
+  editor.edit({ name: 'split', key: 'm1', frame: 50, new_key: 'hlater', class_id: 14 });
+  store.dispatch((state) => changeReview(state, { mode: 'merge', marked: ['m1', 'hlater'] }));
+  merge(app, () => {});
+  await editor.settled();
+  assert.equal(now().docs.hlater.merged_into, 'm1');
+  assert.deepEqual([now().selected, now().mode, store.get().dialog], ['m1', 'select', null]);
+  editor.edit({ name: 'create_track', key: 'hother', frame: 20, box: [1, 1, 9, 9], class_id: 14 });
+  await editor.settled();
+  store.dispatch((state) => changeReview(state, { mode: 'merge', marked: ['m1', 'hother'] }));
+  merge(app, () => {});
+  assert.deepEqual(store.get().dialog, { kind: 'merge', data: { marked: ['m1', 'hother'] } });
+  assert.equal(now().docs.hother.gone, false);
+  end();
+});
+
+test('what is shown is the common frame nearest to the cursor', () => {
+  assert.deepEqual([0, 12, 18, 99].map((frame) => nearestIn([[10, 14], [20, 30]], frame)), [10, 12, 20, 30]);
+});
