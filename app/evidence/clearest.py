@@ -38,9 +38,9 @@ def clearest_frames(reader: EvidenceReader, ids: IntColumn, first: IntColumn) ->
     whole = ((boxes[:, :2] > _CUT * sides) & (boxes[:, 2:] < picture - _CUT * sides)).all(axis=1)
     sharp = ~(rows.floats("score") < np.minimum(best / 2, best - _SHARP))
     detected = np.flatnonzero(rows.sources() == SOURCES.index("detected"))
-    keys = (frame, -sides.prod(axis=1), ~sharp, ~whole, rows.ints("track_id"))  # the last one sorts first
-    order = detected[np.lexsort(tuple(key[detected] for key in keys))]
-    tracks, place = np.unique(keys[-1][order], return_index=True)
+    area, track = sides.prod(axis=1), rows.ints("track_id")
+    order = np.lexsort((frame[detected], -area[detected], ~sharp[detected], ~whole[detected], track[detected]))
+    tracks, place = np.unique(track[detected][order], return_index=True)
     found = first.copy()
-    found[np.searchsorted(ids, tracks)] = frame[order[place]]
+    found[np.searchsorted(ids, tracks)] = frame[detected][order][place]
     return found
