@@ -374,6 +374,14 @@
  */
 
 /**
+ * What an import is doing now.
+ * @typedef {object} ImportProgress
+ * @property {'waiting'|'reading'|'storing'} step
+ * @property {number} boxes            read so far
+ * @property {number} seconds          since its file has come
+ */
+
+/**
  * A set of model files.
  * @typedef {object} ModelVersion
  * @property {string} id               `shipped`: those of the engine
