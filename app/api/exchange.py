@@ -114,9 +114,9 @@ def get_import(name: ImportName, context: ContextDep) -> ImportProgress:
     return context.underway.progress(name)
 
 
-@router.post("/imports/{name}/cancel", operation_id="cancel_import", status_code=202, responses=failures(404))
+@router.post("/imports/{name}/cancel", operation_id="cancel_import", status_code=202, responses=failures(404, 409))
 def cancel_import(name: ImportName, context: ContextDep) -> None:
-    """End an import. Its own answer says what has become of it: one that is being stored may be done by then."""
+    """End an import, unless it is being stored. Its own answer says what has become of it."""
     context.underway.cancel(name)
 
 

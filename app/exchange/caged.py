@@ -101,7 +101,7 @@ class CagedImports:
             self._cages.run(read, incoming, onto, packed, limits=limits, stop=ended, tell=note)
             if ended():
                 raise CagesClosed("nobody waits for it any more")
-            underway.step = "storing"
+            underway.step = "storing"  # from here on it cannot be cancelled: it may be stored already
             if packed.stat().st_size <= _SMALL and (kind != "run" or onto.facts.frames <= _SHORT):
                 dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
                 return self._imports.store(video_id, onto, incoming, kind, run_id, dataset)
@@ -109,10 +109,11 @@ class CagedImports:
                 "app.exchange.caged:store_apart",
                 *(self._settings, video_id, onto, incoming, kind, run_id, packed),
                 limits=storing,
-                stop=ended,
+                stop=stop,
             )
         except CagesClosed as error:
-            raise Busy(f"The import was ended: {error}. Nothing was imported.") from None
+            stored = "It may be stored: look before you send it again." if underway.step == "storing" else None
+            raise Busy(f"The import was ended: {error}. {stored or 'Nothing was imported.'}") from None
         except CageError as error:
             raise TooLarge(
                 f"{incoming.path.name} was not imported: {error}. Split the file, or give imports more with "

@@ -83,12 +83,16 @@ class ImportsUnderway:
         return ImportProgress(step=found.step, boxes=found.boxes, seconds=round(time.monotonic() - found.began, 1))
 
     def cancel(self, name: str) -> None:
-        """End one. Its own answer says what has become of it: one that is being stored may be done by then.
+        """End one, unless it is being stored. Its own answer says what has become of it.
 
         Raises:
             NotFound: see ``progress``.
+            Conflict: it is being stored.
         """
-        self._of(name).cancelled.set()
+        found = self._of(name)
+        found.cancelled.set()
+        if found.step == "storing":
+            raise Conflict("The import is being stored already.")
 
     def _of(self, name: str) -> Import:
         with self._lock:

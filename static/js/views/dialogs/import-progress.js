@@ -27,9 +27,10 @@ export function createImportProgress({api}) {
       return;
     }
     try {
-      await api.cancelImport(now.name); // the import's own answer says whether it was stored already
+      await api.cancelImport(now.name); // the import's own answer says what has become of it
     } catch (thrown) {
-      if (!(thrown instanceof ApiError && thrown.status === 404)) cancel.disabled = false;
+      // it has ended, or is being stored, which cannot be taken back by half
+      if (!(thrown instanceof ApiError && [404, 409].includes(thrown.status))) cancel.disabled = false;
     }
   }
 
@@ -39,7 +40,8 @@ export function createImportProgress({api}) {
       try {
         const {step, boxes, seconds} = await api.importProgress(one.name, {signal: one.sending.signal});
         const since = `${count(Math.round(seconds))} s`;
-        if (!one.over && !cancel.disabled) setText(text, {waiting: `The server begins … ${since}`, reading: boxes ? `Reading: ${count(boxes)} boxes … ${since}` : `Reading and checking … ${since}`, storing: `Storing … ${since}`}[step]);
+        if (step === 'storing') cancel.disabled = true;
+        if (!one.over && (step === 'storing' || !cancel.disabled)) setText(text, {waiting: `The server begins … ${since}`, reading: boxes ? `Reading: ${count(boxes)} boxes … ${since}` : `Reading and checking … ${since}`, storing: `Storing … ${since}`}[step]);
       } catch {
         // it has just ended, or the server is away for a moment: the answer itself says what is wrong
       }
