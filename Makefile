@@ -50,8 +50,9 @@ test: $(VENV)/.installed $(VENV)/.tools ## all tests; TSR_DATA names the real da
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
 	$(PYTEST) --ignore tests/e2e
 
-attack: $(VENV)/.installed ## attack a server for hours: kills, damaged imports, full memory, clocks (KILLS, HOURS, SEED)
+attack: $(VENV)/.installed ## attack a server for hours: kills, damaged imports, full memory, disks, clocks (KILLS, HOURS, SEED)
 	$(BIN)/python -m tests.attack.campaign --kills $(KILLS) --hours $(HOURS) --seed $(SEED)
+	TSR_TREE=. $(BIN)/python -m pytest tests/attack/test_from_outside.py
 
 # The other libraries want versions of their own, so they get an environment of their own (2 GB with PyTorch).
 $(ORACLES)/.installed: tests/oracles/requirements.txt

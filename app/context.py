@@ -18,6 +18,7 @@ from app.evidence.service import EvidenceService
 from app.exchange.caged import CagedImports
 from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
+from app.exchange.underway import ImportsUnderway
 from app.follows.service import FollowService
 from app.ground_truths.service import GroundTruthService
 from app.jobs.queue import JobQueue
@@ -43,6 +44,7 @@ from app.videos.frames import FrameService
 from app.videos.service import VideoService
 from app.videos.uploads import Uploads
 from app.whatif.service import WhatIfService
+from tsr_engine.errors import StorageError
 
 __all__ = ["Context", "ContextDep", "build_context"]
 
@@ -73,6 +75,7 @@ class Context:
     exports: ExportService
     imports: ImportService
     caged_imports: CagedImports
+    underway: ImportsUnderway
     recordings: RecordingService
     viewer: ViewerFiles
     scene3d: Scene3dService
@@ -88,6 +91,7 @@ class Context:
         self.scene3d.close()
         self.frames.close()
         self.evidence.close()
+        self.servers.leave()
         self.database.close()
 
 
@@ -107,6 +111,11 @@ def build_context(settings: Settings) -> Context:
     jobs = JobQueue(events, KINDS)
     uploads = Uploads(settings.home, database)
     servers = Servers(database, settings.home)
+    try:
+        servers.enter()
+    except StorageError:
+        database.close()
+        raise
     videos = VideoService(settings, database, events, jobs, uploads, servers)
     evidence = EvidenceService(settings, database)
     edits = EditService(database, events, evidence, settings)
@@ -137,6 +146,7 @@ def build_context(settings: Settings) -> Context:
         exports=ExportService(settings, database, outputs),
         imports=imports,
         caged_imports=CagedImports(settings, imports, cages),
+        underway=ImportsUnderway(),
         recordings=RecordingService(database, evidence, outputs),
         viewer=ViewerFiles(settings.home),
         scene3d=Scene3dService(

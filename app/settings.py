@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, TypeAdapter, ValidationError, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from sqlalchemy import URL
 
@@ -53,7 +53,8 @@ class Settings(BaseSettings):
         (), description="further names that the Host header may carry, separated by commas"
     )
     roots: Annotated[tuple[Path, ...], NoDecode] = Field(
-        default_factory=lambda: (Path.cwd(),), description="folders that videos may be added from, separated by colons"
+        default_factory=lambda: (Path.cwd(),),
+        description="folders that videos may be added from, separated by colons; or a JSON array",
     )
     models: Path | None = Field(None, description="folder of model files; unset: those that ship with the engine")
     workers: int = Field(
@@ -85,7 +86,7 @@ class Settings(BaseSettings):
     @field_validator("roots", mode="before")
     @classmethod
     def _split_roots(cls, value: object) -> object:
-        return tuple(part for part in value.split(os.pathsep) if part) if isinstance(value, str) else value
+        return _parts(value, os.pathsep) if isinstance(value, str) else value
 
     @field_validator("roots", mode="after")
     @classmethod
@@ -95,7 +96,9 @@ class Settings(BaseSettings):
     @field_validator("allowed_hosts", mode="before")
     @classmethod
     def _split_hosts(cls, value: object) -> object:
-        return tuple(part.strip() for part in value.split(",") if part.strip()) if isinstance(value, str) else value
+        if not isinstance(value, str):
+            return value
+        return tuple(part.strip() for part in _parts(value, ",") if part.strip())
 
     @property
     def run_cores(self) -> int:
@@ -127,6 +130,13 @@ class Settings(BaseSettings):
     def database(self) -> str | URL:
         """SQLAlchemy address of the database; in home no text: a folder's name may hold ``?`` or ``%``."""
         return self.database_url or URL.create("sqlite", database=str(self.home / DATABASE_FILE))
+
+
+def _parts(text: str, separator: str) -> tuple[str, ...]:
+    """The values of a variable that holds several: a JSON array, or text between separators."""
+    if text == "[]" or text.startswith('["'):
+        return tuple(TypeAdapter(list[str]).validate_json(text))
+    return tuple(part for part in text.split(separator) if part)
 
 
 def load_settings(**values: object) -> Settings:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Path, Query, Request
 from pydantic import TypeAdapter, ValidationError
 
 from app.api.receiving import RAW_BODY, received, while_there
@@ -16,6 +16,7 @@ from app.errors import Invalid, bad_file
 from app.exchange.export import ExportRequest
 from app.exchange.formats import FormatView, format_view
 from app.exchange.imports import ImportKind, ImportResult, Incoming
+from app.exchange.underway import Import, ImportProgress
 from app.outputs.view import OutputView, output_view
 from app.shapes import PLAIN, Model
 from tsr_engine.errors import ImportFormatError
@@ -25,6 +26,8 @@ from tsr_engine.exchange.registry import FORMATS
 __all__ = ["router"]
 
 router = APIRouter(tags=["exchange"])
+
+ImportName = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="as it was named in its request")]
 
 _SWITCHES = TypeAdapter(dict[str, str])
 _LABELS = TypeAdapter(dict[str, int | str])
@@ -76,6 +79,9 @@ async def import_file(
         UnknownNames, Query(description="what becomes of names that no label has; `add`: they join the label set")
     ] = "refuse",
     author: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
+    progress: Annotated[
+        str | None, Query(pattern="^[0-9a-f]{32}$", description="a name for this import, to ask about it meanwhile")
+    ] = None,
 ) -> ImportResult:
     """Read a file or ZIP archive and lay it onto the video: all of it, or nothing.
 
@@ -96,14 +102,35 @@ async def import_file(
             author=author or context.settings.author,
             scratch=path.parent,
         )
-        return await while_there(request, lambda left: _bring_in(context, video_id, incoming, kind, run, left))
+        with context.underway.begun(progress) as underway:
+            return await while_there(
+                request, lambda left: _bring_in(context, video_id, incoming, kind, run, left, underway)
+            )
+
+
+@router.get("/imports/{name}", operation_id="get_import", responses=failures(404))
+def get_import(name: ImportName, context: ContextDep) -> ImportProgress:
+    """What an import is doing now; 404 once it has ended, whatever its own answer says."""
+    return context.underway.progress(name)
+
+
+@router.post("/imports/{name}/cancel", operation_id="cancel_import", status_code=202, responses=failures(404, 409))
+def cancel_import(name: ImportName, context: ContextDep) -> None:
+    """End an import, unless it is being stored. Its own answer says what has become of it."""
+    context.underway.cancel(name)
 
 
 def _bring_in(
-    context: Context, video_id: str, incoming: Incoming, kind: ImportKind, run: str | None, left: Callable[[], bool]
+    context: Context,
+    video_id: str,
+    incoming: Incoming,
+    kind: ImportKind,
+    run: str | None,
+    left: Callable[[], bool],
+    underway: Import,
 ) -> ImportResult:
     try:
-        return context.caged_imports.bring_in(video_id, incoming, kind, run, left)
+        return context.caged_imports.bring_in(video_id, incoming, kind, run, left, underway)
     except ImportFormatError as error:
         raise bad_file(str(error), error.kind) from None
 

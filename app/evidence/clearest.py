@@ -35,8 +35,8 @@ def clearest_frames(reader: EvidenceReader, ids: IntColumn, first: IntColumn) ->
     frame, boxes, best = rows.ints("frame"), rows.boxes(), rows.floats("tracks.best_score")
     sides = boxes[:, 2:] - boxes[:, :2]
     picture = np.stack([rows.floats("frames.width"), rows.floats("frames.height")], axis=1)
-    whole = ((boxes[:, :2] > _CUT * sides) & (boxes[:, 2:] < picture - _CUT * sides)).all(axis=1)
-    sharp = ~(rows.floats("score") < np.minimum(best / 2, best - _SHARP))
+    whole = np.all((boxes[:, :2] > _CUT * sides) & (boxes[:, 2:] < picture - _CUT * sides), axis=1)
+    sharp = np.logical_not(rows.floats("score") < np.minimum(best / 2, best - _SHARP))
     detected = np.flatnonzero(rows.sources() == SOURCES.index("detected"))
     area, track = sides.prod(axis=1), rows.ints("track_id")
     order = np.lexsort((frame[detected], -area[detected], ~sharp[detected], ~whole[detected], track[detected]))

@@ -26,6 +26,7 @@ from app.evidence.service import EvidenceService
 from app.exchange.as_truth import truth_rows
 from app.exchange.dataset import VideoFacts
 from app.exchange.imports import ImportKind, ImportResult, ImportService, Incoming, Onto, read_incoming, target_of
+from app.exchange.underway import Import
 from app.ground_truths.service import GroundTruthService
 from app.settings import Settings
 from app.storage.database import Database
@@ -59,7 +60,7 @@ class CagedImports:
         kind: ImportKind,
         run_id: str | None,
         stop: Callable[[], bool],
-        tell: Callable[[str], None] = lambda _: None,
+        underway: Import | None = None,
     ) -> ImportResult:
         """Import a file; see ``ImportService.bring_in``.
 
@@ -69,7 +70,7 @@ class CagedImports:
             kind: as what.
             run_id: the run that an annotation corrects.
             stop: whoever has sent it does not wait any more.
-            tell: hears what is done now, ``reading`` or ``storing``.
+            underway: what is noted about it, and may be cancelled.
 
         Raises:
             Busy: stopped, or the server ends.
@@ -77,6 +78,7 @@ class CagedImports:
             ApiError, TsrError: as of ``ImportService.bring_in``.
         """
         assert incoming.scratch is not None
+        underway = underway or Import()
         onto = self._imports.check(video_id, kind, run_id)
         packed = incoming.scratch / _PACKED
         limits = Limits(
@@ -86,10 +88,20 @@ class CagedImports:
             writable=(incoming.scratch,),
         )
         storing = replace(limits, writable=(), network=True)
+
+        def ended() -> bool:
+            return underway.cancelled.is_set() or stop()
+
+        def note(said: dict[str, Any]) -> None:
+            underway.boxes = int(said.get("boxes", 0))
+
         try:
-            tell("reading")
-            self._cages.run("app.exchange.caged:read_apart", incoming, onto, packed, limits=limits, stop=stop)
-            tell("storing")
+            underway.step = "reading"
+            read = "app.exchange.caged:read_apart"
+            self._cages.run(read, incoming, onto, packed, limits=limits, stop=ended, tell=note)
+            if ended():
+                raise CagesClosed("nobody waits for it any more")
+            underway.step = "storing"  # from here on it cannot be cancelled: it may be stored already
             if packed.stat().st_size <= _SMALL and (kind != "run" or onto.facts.frames <= _SHORT):
                 dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
                 return self._imports.store(video_id, onto, incoming, kind, run_id, dataset)
@@ -100,7 +112,8 @@ class CagedImports:
                 stop=stop,
             )
         except CagesClosed as error:
-            raise Busy(f"The import was ended: {error}. Nothing was imported.") from None
+            stored = "It may be stored: look before you send it again." if underway.step == "storing" else None
+            raise Busy(f"The import was ended: {error}. {stored or 'Nothing was imported.'}") from None
         except CageError as error:
             raise TooLarge(
                 f"{incoming.path.name} was not imported: {error}. Split the file, or give imports more with "
@@ -125,9 +138,9 @@ class CagedImports:
         return ImportResult.model_validate(found)
 
 
-def read_apart(_: Talk, incoming: Incoming, onto: Onto, packed: Path) -> int:
+def read_apart(talk: Talk, incoming: Incoming, onto: Onto, packed: Path) -> int:
     """In the first cage: the file as arrays."""
-    return write_packed(packed, read_incoming(incoming, onto))
+    return write_packed(packed, read_incoming(incoming, onto, lambda boxes: talk.say({"boxes": boxes})))
 
 
 def store_apart(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import shutil
 import uuid
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
@@ -340,8 +340,13 @@ class ImportService:
         )
 
 
-def read_incoming(incoming: Incoming, onto: Onto) -> Dataset:
+def read_incoming(incoming: Incoming, onto: Onto, tell: Callable[[int], None] | None = None) -> Dataset:
     """What a file says about a video.
+
+    Args:
+        incoming: the file.
+        onto: the video.
+        tell: hears now and then how many boxes have been read.
 
     Raises:
         Invalid: it says nothing, an option that makes no sense, or names that no label has (code ``unknown_labels``;
@@ -351,7 +356,8 @@ def read_incoming(incoming: Incoming, onto: Onto) -> Dataset:
     """
     _no_annotations(incoming.path)
     try:
-        dataset = read_dataset(incoming.path, target_of(incoming, onto), _chosen(incoming), scratch=incoming.scratch)
+        target = replace(target_of(incoming, onto), tell=tell)
+        dataset = read_dataset(incoming.path, target, _chosen(incoming), scratch=incoming.scratch)
     except UnknownLabels as error:
         raise _unknown(error) from None
     if next(iter(dataset.videos[0].tracks()), None) is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import signal
@@ -252,10 +253,6 @@ def _as_environment(settings: Settings) -> dict[str, str]:
     for name, value in settings:
         if value is None:
             continue
-        if name == "roots":
-            values[name] = os.pathsep.join(str(path) for path in value)
-        elif name == "allowed_hosts":
-            values[name] = ",".join(value)
-        else:
-            values[name] = str(value)
+        # no separator is safe: a folder's name may hold a colon
+        values[name] = json.dumps([str(part) for part in value]) if isinstance(value, tuple) else str(value)
     return values

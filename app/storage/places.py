@@ -6,6 +6,7 @@ done where the files are; who asks another server is informed which one to ask.
 
 from __future__ import annotations
 
+import logging
 import socket
 import threading
 import time
@@ -20,9 +21,12 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 from app.errors import Elsewhere
 from app.storage.database import Database
 from app.storage.models import ModelVersion, Output, Run, Server, Video
+from app.storage.number_lock import NumberLock
 from app.storage.ticking import ticking
 
 __all__ = ["Servers", "adopt_files", "here_of", "is_here", "require_here"]
+
+_log = logging.getLogger("tsr.server")
 
 
 def here_of(session: Session) -> str | None:
@@ -94,8 +98,21 @@ class Servers:
     def __init__(self, database: Database, home: Path) -> None:
         self._database = database
         self._name = f"{socket.gethostname()}:{home}"
+        self._number = NumberLock(database)
         self._lock = threading.Lock()
         self._seen: dict[str, tuple[int, float]] = {}
+
+    def enter(self) -> None:
+        """Be the one server that has this number.
+
+        Raises:
+            StorageError: another one has it.
+        """
+        self._number.take()
+
+    def leave(self) -> None:
+        """Let another one have the number."""
+        self._number.free()
 
     @contextmanager
     def beating(self) -> Iterator[None]:
@@ -130,4 +147,6 @@ class Servers:
 
     def _try_to_beat(self) -> None:
         with suppress(SQLAlchemyError):  # the next beat may reach it again
+            if not self._number.keep():
+                _log.error("Another server uses the number of this data folder: one is a copy of the other. Stop one.")
             self.beat()

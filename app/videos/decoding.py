@@ -24,7 +24,7 @@ from tsr_engine.io.video import Video, open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.records import Picture
 
-__all__ = ["CagedDecoder", "Decoder", "Encoding", "LocalDecoder", "encode_picture", "open_here"]
+__all__ = ["CagedDecoder", "Decoder", "Encoding", "LocalDecoder", "Opener", "encode_picture", "open_here"]
 
 Encoding = Literal["jpeg", "webp"]
 _PATIENCE = 60.0
@@ -36,6 +36,7 @@ class Decoder(Protocol):
 
     width: int
     height: int
+    frames: int
     path: Path
 
     @property
@@ -58,6 +59,7 @@ class LocalDecoder:
     def __init__(self, video: Video) -> None:
         self._video = video
         self.width, self.height, self.path = video.width, video.height, video.path
+        self.frames = len(video.table)
 
     @property
     def position(self) -> int:
@@ -77,7 +79,24 @@ class LocalDecoder:
         self._video.close()
 
 
-def open_here(source: VideoSource, limits: VideoLimits, table: FrameTable) -> Decoder:
+class Opener(Protocol):
+    """Opens videos somewhere."""
+
+    def __call__(self, source: VideoSource, limits: VideoLimits, table: FrameTable | None = None) -> Decoder:
+        """Open one.
+
+        Args:
+            source: its file.
+            limits: what it may demand.
+            table: its frame table; unset: made anew.
+
+        Raises:
+            VideoError: the file cannot be opened.
+            Busy: not now.
+        """
+
+
+def open_here(source: VideoSource, limits: VideoLimits, table: FrameTable | None = None) -> Decoder:
     """A video in this process, as a worker opens it, which has limits of its own.
 
     Raises:
@@ -95,7 +114,13 @@ class CagedDecoder:
     """
 
     def __init__(
-        self, cages: Cages, source: VideoSource, limits: VideoLimits, table: FrameTable, *, memory_mb: int
+        self,
+        cages: Cages,
+        source: VideoSource,
+        limits: VideoLimits,
+        table: FrameTable | None = None,
+        *,
+        memory_mb: int,
     ) -> None:
         self._cages = cages
         self.path = named(source)
@@ -111,7 +136,7 @@ class CagedDecoder:
         except BaseException:
             self.close()
             raise
-        self.width, self.height = int(opened["width"]), int(opened["height"])
+        self.width, self.height, self.frames = (int(opened[name]) for name in ("width", "height", "frames"))
 
     def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
         """See ``encode_picture``; errors as of ``picture``."""
@@ -152,11 +177,11 @@ class CagedDecoder:
         return said, content
 
 
-def decode_apart(talk: Talk, source: VideoSource, limits: VideoLimits, table: FrameTable) -> None:
+def decode_apart(talk: Talk, source: VideoSource, limits: VideoLimits, table: FrameTable | None) -> None:
     """In the cage: open the file, which is checked again, and answer until nobody asks any more."""
     with open_video(source, limits=limits, table=table) as video:
         decoder = LocalDecoder(video)
-        talk.say({"width": video.width, "height": video.height})
+        talk.say({"width": decoder.width, "height": decoder.height, "frames": decoder.frames})
         while True:
             question, _ = talk.receive()
             try:

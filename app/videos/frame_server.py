@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from app.errors import ApiError, Conflict
-from app.videos.decoding import Decoder, Encoding, encode_picture
+from app.videos.decoding import Decoder, Encoding
 from app.videos.encoded import EncodedCache
 from app.videos.previews import Previews, effort
-from tsr_engine.errors import TsrError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.records import Picture
 
@@ -53,7 +51,7 @@ class FrameServer:
         table: FrameTable,
         cache: EncodedCache,
         status: tuple[int, ...],
-        small: Path,
+        previews: Previews,
     ) -> None:
         """Take an open video over.
 
@@ -63,14 +61,12 @@ class FrameServer:
             table: of the video.
             cache: of encoded pictures, shared.
             status: as above.
-            small: where the copy for scrubbing lies once it is made.
+            previews: the copy for scrubbing; closed with the frame server.
         """
         self.table = table
         self.status = status
         self.path = video.path
-        self._small = small
-        self._previews: Previews | None = None
-        self._opening = threading.Lock()
+        self._previews = previews
         self._id = video_id
         self._video = video
         self._cache = cache
@@ -145,22 +141,9 @@ class FrameServer:
         steps = ordinal - at if key <= at <= ordinal else ordinal - key
         if effort(steps, self._video.width, self._video.height) < _NEAR and not self._decoding.locked():
             return None
-        with self._opening:
-            if self._closed:
-                raise FrameServerClosedError
-            if self._previews is None:
-                if not self._small.is_file():
-                    return None
-                try:
-                    self._previews = Previews(self._small, len(self.table))
-                except TsrError:
-                    self._small.unlink(missing_ok=True)  # cut off or another version's: better none
-                    return None
-            try:
-                picture = self._previews.read(ordinal)
-            except TsrError:
-                return None
-        return encode_picture(picture, width, encoding)
+        if self._closed:
+            raise FrameServerClosedError
+        return self._previews.encoded(ordinal, width, encoding)
 
     def read(self, ordinal: int) -> Picture:
         """The decoded picture; errors as for ``get``."""
@@ -175,9 +158,7 @@ class FrameServer:
         self._thread.join()
         with self._decoding:
             self._video.close()
-        with self._opening:
-            if self._previews is not None:
-                self._previews.close()
+        self._previews.close()
 
     def _turn(self) -> _Turn:
         return _Turn(self)

@@ -16,18 +16,15 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video as VideoRow
 from app.storage.places import require_here
-from app.videos.decoding import Decoder, open_here
+from app.videos.decoding import Opener, open_here
 from app.videos.encoded import EncodedCache
 from app.videos.frame_server import WIDTHS, Encoding, FrameServer, FrameServerClosedError
 from app.videos.opened import ChangedError, library_file, stamp_now
-from app.videos.previews import preview_path
+from app.videos.previews import Previews, preview_path
 from app.videos.same_file import confirm, file_changed
 from app.videos.table import unpack
 from app.videos.words import in_words
 from tsr_engine.errors import TsrError
-from tsr_engine.io.frame_table import FrameTable
-from tsr_engine.io.opened_file import VideoSource
-from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.records import Picture
 
 __all__ = ["WIDTHS", "Encoding", "FrameService", "Served"]
@@ -62,7 +59,7 @@ class FrameService:
         self,
         settings: Settings,
         database: Database,
-        decoder: Callable[[VideoSource, VideoLimits, FrameTable], Decoder] = open_here,
+        decoder: Opener = open_here,
     ) -> None:
         self._decoder = decoder
         self._settings = settings
@@ -191,12 +188,15 @@ class FrameService:
             raise NotFound(in_words(row, f"{path} is not there any more. {there}"), code="missing")
         try:
             confirm(self._database, file, row)
-            table = unpack(row.frame_table)
-            video = self._decoder(file, self._settings.video_limits, table)
+            table, limits = unpack(row.frame_table), self._settings.video_limits
+            video = self._decoder(file, limits, table)
         except ChangedError:
             raise file_changed(row) from None
         except TsrError as error:
             raise Conflict(in_words(row, str(error)), code="unreadable") from None
         stamp = file.stamp
         assert stamp is not None
-        return FrameServer(video_id, video, table, self._cache, stamp, preview_path(self._settings.home, video_id))
+        previews = Previews(
+            preview_path(self._settings.home, video_id), len(table), lambda copy: self._decoder(copy, limits)
+        )
+        return FrameServer(video_id, video, table, self._cache, stamp, previews)

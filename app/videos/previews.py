@@ -8,15 +8,17 @@ pictures are smaller and softer than the video's, bear the same ordinals, and ar
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from app.errors import Busy
+from app.videos.decoding import Decoder, Encoding
 from app.videos.opened import own_file
-from tsr_engine.errors import VideoError
+from tsr_engine.errors import TsrError, VideoError
 from tsr_engine.io.frame_table import FrameTable
-from tsr_engine.io.video import open_video
-from tsr_engine.records import Picture
+from tsr_engine.io.opened_file import VideoSource
 
 __all__ = ["Previews", "effort", "is_wanted", "preview_path"]
 
@@ -45,36 +47,55 @@ def is_wanted(table: FrameTable, width: int, height: int) -> bool:
 
 
 class Previews:
-    """The open copy; safe to use from any thread."""
+    """The copy of one video, opened when it is first asked for; safe to use from any thread.
 
-    def __init__(self, path: Path, count: int) -> None:
-        """Open it.
+    Args:
+        path: where the copy lies once it is made.
+        count: pictures of the video itself.
+        opened: opens it.
+    """
 
-        Args:
-            path: the copy.
-            count: pictures of the video itself.
-
-        Raises:
-            VideoError: it cannot be read, or is not a copy of that many pictures.
-        """
+    def __init__(self, path: Path, count: int, opened: Callable[[VideoSource], Decoder]) -> None:
+        self._path = path
+        self._count = count
+        self._opened = opened
         self._lock = threading.Lock()
-        copy = own_file(path)
-        with open_video(copy) as scanned:
-            table = scanned.table
-        if len(table) != count:
-            raise VideoError(f"{path} has {len(table)} pictures, not {count}.")
-        self._video = open_video(copy, table=table)
+        self._decoder: Decoder | None = None
+        self._closed = False
 
-    def read(self, ordinal: int) -> Picture:
-        """The small picture, BGR.
-
-        Raises:
-            VideoError: it cannot be decoded.
-        """
+    def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes | None:
+        """The small picture as a file; None: there is no copy that can be read."""
         with self._lock:
-            return self._video.read(ordinal).picture
+            try:
+                if self._closed or not self._is_open():
+                    return None
+                assert self._decoder is not None
+                return self._decoder.encoded(ordinal, width, encoding)
+            except Busy:
+                return None
+            except TsrError:
+                self._release()  # the process that decodes it may have ended; the next one begins anew
+                return None
 
     def close(self) -> None:
         """Close the file."""
         with self._lock:
-            self._video.close()
+            self._closed = True
+            self._release()
+
+    def _is_open(self) -> bool:
+        if self._decoder is None and self._path.is_file():
+            try:
+                self._decoder = self._opened(own_file(self._path))
+                sound = self._decoder.frames == self._count
+            except VideoError:
+                sound = False
+            if not sound:
+                self._release()
+                self._path.unlink(missing_ok=True)  # cut off or another version's: better none
+        return self._decoder is not None
+
+    def _release(self) -> None:
+        if self._decoder is not None:
+            self._decoder.close()
+            self._decoder = None

@@ -35,10 +35,13 @@ def test_a_wrong_value_is_one_sentence(name: str, value: object) -> None:
         load_settings(**{name: value})
 
 
-def test_workers_get_the_same_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+@pytest.mark.parametrize("hosts", [(), ("x.example",), ("x.example", "y.example")])
+def test_workers_get_the_same_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, hosts: tuple[str, ...]) -> None:
+    roots = (tmp_path, Path("/"), tmp_path / "a:b", tmp_path / " [c], d ")
     settings = load_settings(
-        home=tmp_path, roots=(tmp_path, Path("/")), allowed_hosts=("x.example",), author="ada", sample=False, port=0
+        home=tmp_path / "h:i", roots=roots, allowed_hosts=hosts, author="ada", sample=False, port=0
     )
+    assert len(settings.roots) == len(roots)
     for name, value in _as_environment(settings).items():
         monkeypatch.setenv(f"TSR_{name.upper()}", value)
     assert load_settings() == settings

@@ -68,6 +68,29 @@ def test_no_module_opens_a_video_by_its_name() -> None:
     assert {name: wrong for name, wrong in found.items() if wrong} == {}, "use app.videos.opened"
 
 
+DECODING = {"open_video", "cv2.imdecode", "cv2.imread", "Image.open"}
+DECODERS = {
+    "app/videos/decoding.py": "in a cage",
+    "app/videos/importing.py": "in a worker",
+    "app/evidence/explainer.py": "in a process of its own",
+    "app/exchange/dataset.py": "on the command line",
+    "app/check/report.py": "on the command line",
+    "app/labels/pictures.py": "pictures of labels: small PNG files, whose size is read before they are",
+    "app/scene3d/service.py": "what the server has drawn itself",
+}
+"""Modules that decode videos or pictures, and where: never what is large or of any kind in the server itself."""
+
+
+def test_who_decodes_videos_is_known() -> None:
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for path in SOURCES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in DECODING
+    }
+    assert found == set(DECODERS)
+
+
 @pytest.mark.parametrize(
     "text",
     [

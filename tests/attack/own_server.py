@@ -10,7 +10,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +21,8 @@ from tests.patience import until, within
 __all__ = ["TOKEN", "Running", "command", "running"]
 
 TOKEN = "t" * 24
+TREE = Path(os.environ.get("TSR_TREE", Path(__file__).parents[2])).resolve()
+"""The version that runs: the folder that its code lies in."""
 
 
 @dataclass
@@ -92,17 +94,18 @@ def command(process: int) -> bytes:
 
 
 @contextmanager
-def running(home: Path, more: Mapping[str, str] | None = None) -> Iterator[Running]:
+def running(home: Path, more: Mapping[str, str] | None = None, before: Sequence[str] = ()) -> Iterator[Running]:
     """Start it on a data folder; it is killed at the end if it still runs.
 
     Args:
         home: the data folder.
         more: further variables of its environment.
+        before: the command that starts it, if it is not started directly.
     """
     (home / "server.json").unlink(missing_ok=True)
     environment = {**os.environ, "TSR_TOKEN": TOKEN, "TSR_SAMPLE": "false", "TSR_WORKERS": "0", **(more or {})}
     command_ = [sys.executable, "-m", "app", "review", "--home", str(home), "--port", "0", "--no-browser"]
-    process = subprocess.Popen(command_, env=environment, cwd=Path(__file__).parents[2])
+    process = subprocess.Popen([*before, *command_], env=environment, cwd=TREE)
     try:
         until((home / "server.json").exists, within(60))
         base = json.loads((home / "server.json").read_text())["base"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import sqlite3
 import threading
 import time
@@ -21,6 +19,7 @@ from app.errors import Busy
 from tests.app.bundles.bundle_office import Bundled, bundled, server
 from tests.app.evidence_fixtures import home, long_runs, toy_homes
 from tests.app.toy_server import Server
+from tests.attack.damage import honest, zipped
 from tests.patience import until, within
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.foreign import check_foreign
@@ -51,14 +50,8 @@ def rewritten(plain: Path, out: Path, change: Callable[[Path], None]) -> Path:
     store.write_bytes(content["evidence/evidence.sqlite"])
     change(store)
     content["evidence/evidence.sqlite"] = store.read_bytes()
-    manifest = json.loads(content["manifest.json"])
-    for entry in manifest["files"]:
-        data = content[entry["name"]]
-        entry["size"], entry["sha256"] = len(data), hashlib.sha256(data).hexdigest()
-    content["manifest.json"] = json.dumps(manifest).encode()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in content.items():
-            archive.writestr(name, data)
+    honest(content)
+    out.write_bytes(zipped(content))
     return out
 
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import signal
 import threading
 import time
 import tracemalloc
-import zipfile
 from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from app.evidence.overlap import box_pairs
 from app.evidence.tables import BoxTable
 from app.exchange.dataset import LABELS
 from tests.app.toy_home import ToyHome, make_home
+from tests.attack.damage import zipped
 from tests.attack.own_server import Running, command, running
 from tests.patience import TIMES, until, within
 from tsr_engine.errors import ImportFormatError
@@ -59,14 +59,6 @@ def interpolated(tracks: int) -> bytes:
     return zipped({"annotations.xml": f"<annotations><version>1.1</version>{rows}</annotations>".encode()})
 
 
-def zipped(files: dict[str, bytes]) -> bytes:
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    return out.getvalue()
-
-
 def fails(server: Running, path: str, content: bytes) -> None:
     with suppress(OSError):
         server.ask(path, content)
@@ -99,10 +91,22 @@ def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> 
     assert not late, late
 
 
-def test_work_ends_when_the_client_leaves_and_when_the_server_does(toy: ToyHome) -> None:
+def test_work_ends_when_it_is_cancelled_when_the_client_leaves_and_when_the_server_does(toy: ToyHome) -> None:
     content = mot(19_000, 50)
     path = f"/api/videos/{toy.video_id}/imports?as=run&file=a.zip&name=a.zip"
     with running(toy.settings.home) as server:
+        name, answered = "c" * 32, list[tuple[int, Any]]()
+        asked = threading.Thread(target=lambda: answered.append(server.ask(f"{path}&progress={name}", content)))
+        asked.start()
+        until(lambda: server.ask(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
+        assert server.ask(f"/api/imports/{name}")[1]["step"] == "reading"
+        assert server.ask(f"/api/imports/{name}/cancel", b"")[0] == 202
+        asked.join(within(5))
+        status, said = answered[0]
+        assert (status, said["error"]["code"]) == (503, "busy")
+        assert "Nothing was imported" in said["error"]["message"]
+        assert server.ask(f"/api/imports/{name}")[0] == server.ask(f"/api/imports/{name}/cancel", b"")[0] == 404
+        until(lambda: not server.cages(), within(3))
         with pytest.raises(OSError, match="timed out"):
             server.ask(path, content, timeout=2)
         until(lambda: not server.cages(), within(3))

@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import pickle
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,11 @@ import onnx
 import pytest
 from onnx import TensorProto, helper
 
+from tests.attack.damage import zipped
 from tsr_engine.detection.onnx import OnnxDetector
 from tsr_engine.detection.onnx_parts import refers_to_files
 from tsr_engine.errors import ModelError
+from tsr_engine.io import models
 from tsr_engine.io.models import load_component
 
 
@@ -43,6 +46,47 @@ def test_an_array_of_objects_is_refused_and_runs_nothing(tmp_path: Path) -> None
     with pytest.raises(ModelError, match="not a readable NumPy archive"):
         load_component("prior", tmp_path)
     assert not mark.exists()
+
+
+def as_file(array: Any) -> bytes:
+    out = io.BytesIO()
+    np.save(out, array)
+    return out.getvalue()
+
+
+def claims(count: int) -> bytes:
+    """An array that says it is far larger than it is."""
+    head = as_file(np.zeros(8))
+    return head.replace(b"(8,), }" + b" " * (len(str(count)) - 1), f"({count},), }}".encode())
+
+
+def broken() -> bytes:
+    """An archive whose compressed bytes are none."""
+    whole = bytearray(zipped({"table.npy": as_file(np.arange(5000.0))}))
+    at = whole.index(b"table.npy") + 40
+    whole[at : at + 40] = b"\xff" * 40
+    return bytes(whole)
+
+
+NO_ARRAYS = {
+    "says more than memory holds": lambda: zipped({"table.npy": claims(10**14)}),
+    "unfolds to more than is read": lambda: zipped({"table.npy": as_file(np.zeros(2**18))}),
+    "cannot be unfolded": broken,
+    "no archive": lambda: b"PK\3\4" + bytes(30),
+}
+
+
+@pytest.mark.parametrize("content", NO_ARRAYS.values(), ids=NO_ARRAYS)
+def test_an_archive_that_is_none_or_too_large_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: Callable[[], bytes]
+) -> None:
+    monkeypatch.setattr(models, "_MOST_BYTES", 2**21)
+    data = content()
+    (tmp_path / "prior.npz").write_bytes(data)
+    entry = {"file": "prior.npz", "sha256": hashlib.sha256(data).hexdigest()}
+    (tmp_path / "manifest.json").write_text(json.dumps({"format": 2, "components": {"prior": entry}}))
+    with pytest.raises(ModelError, match=r"prior\.npz (is not a readable NumPy archive|holds an array that)"):
+        load_component("prior", tmp_path)
 
 
 def outside(name: str = "w") -> TensorProto:

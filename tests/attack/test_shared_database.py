@@ -10,16 +10,20 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from sqlalchemy import update
+from sqlalchemy import text, update
 
 from app.storage import places
+from app.storage.database import Database
 from app.storage.models import Job, Run, Video
 from app.storage.models import Server as ServerRow
+from app.storage.number_lock import NumberLock
 from app.storage.places import Servers, adopt_files
 from tests import pipeline_toys as toys
 from tests.app.databases import new_database
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
+from tests.patience import until
+from tsr_engine.errors import StorageError
 
 
 @dataclass
@@ -172,3 +176,40 @@ def test_on_sqlite_everything_lies_here(tmp_path: Path) -> None:
     second = Server(tmp_path / "copy", roots=(tmp_path,))
     with second.client:
         assert second.client.get(f"/api/videos/{video}/frames/0").status_code == 200
+
+
+def test_a_copy_of_a_data_folder_does_not_start_beside_it(tmp_path: Path, cluster: str) -> None:
+    url = new_database(cluster)
+    first = Server(tmp_path / "home", database_url=url)
+    with first.client:
+        first.context.servers.beat()
+        shutil.copytree(tmp_path / "home", tmp_path / "copy")
+        with pytest.raises(StorageError, match=r"is a copy of the other.*Delete server.id in the copy") as refused:
+            Server(tmp_path / "copy", database_url=url)
+        assert str(tmp_path / "home") in str(refused.value)
+        (tmp_path / "copy" / "server.id").unlink()
+        with Server(tmp_path / "copy", database_url=url).client as other:
+            assert other.get("/api/videos").status_code == 200
+    with Server(tmp_path / "home", database_url=url).client as again:
+        assert again.get("/api/videos").status_code == 200
+
+
+def test_the_number_is_held_again_after_the_database_has_restarted(tmp_path: Path, cluster: str) -> None:
+    url = new_database(cluster)
+    one, other = Database(url, "0" * 32), Database(url, "0" * 32)
+    one.migrate()
+    held, wanted = NumberLock(one), NumberLock(other)
+    held.take()
+    assert held.keep()
+    assert not wanted.keep()
+    with other.engine.connect() as connection:
+        here = "(SELECT oid FROM pg_database WHERE datname = current_database())"
+        cut = f"SELECT pg_terminate_backend(pid) FROM pg_locks WHERE locktype = 'advisory' AND database = {here}"
+        connection.execute(text(cut))
+    until(held.keep)
+    assert not wanted.keep()
+    held.free()
+    until(wanted.keep)
+    for lock, database in ((held, one), (wanted, other)):
+        lock.free()
+        database.close()

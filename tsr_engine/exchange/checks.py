@@ -44,6 +44,9 @@ Numbers = TypeVar("Numbers", bound=tuple[float, ...])
 NO_BOX: Edges = (math.nan, math.nan, math.nan, math.nan)
 """What ``ImportValidator.edges`` gives for a box that is left out; told by its identity."""
 
+_TELL = 2000
+"""Boxes from one time that somebody is told how many have been read to the next."""
+
 SIZE_SWITCH = Switch("size", ("refuse", "scale"), "What to do when the file is about pictures of another size.")
 
 
@@ -315,6 +318,8 @@ class ImportValidator:
         self._taken += 1
         if self._taken > self.target.limits.boxes:
             raise self._too_many("boxes", self.target.limits.boxes, file, line)
+        if self.target.tell is not None and not self._taken % _TELL:
+            self.target.tell(self._taken)
         if said:
             rows.said[len(rows.frame)] = said
         rows.frame.append(frame)

@@ -98,6 +98,7 @@ class ImportTarget:
         wrapper: name of the folder in which the format begins, where that is not what a person chose; else empty.
         store: small files of an unpacked archive that are not on the disk; readers of such ask it.
         limits: what the import may hold.
+        tell: hears now and then how many boxes have been read.
     """
 
     video: DatasetVideo
@@ -109,6 +110,7 @@ class ImportTarget:
     wrapper: str = ""
     store: SmallFileStore | None = field(default=None, repr=False, compare=False)
     limits: ImportLimits = field(default_factory=ImportLimits)
+    tell: Callable[[int], None] | None = field(default=None, repr=False, compare=False)
 
 
 class Writer(Protocol):

@@ -22,6 +22,7 @@ import json
 import math
 import re
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -38,6 +39,8 @@ from tsr_engine.version import __version__
 
 FORMAT = 2
 MANIFEST = "manifest.json"
+_MOST_BYTES = 1 << 30
+"""What one component may unfold to, in memory too; the largest that ships holds 13 MB."""
 SHIPPED = Path(__file__).resolve().parent.parent / "models"
 
 
@@ -79,10 +82,11 @@ def load_component(name: str, folder: Path | None = None) -> Component:
             "Restore the file or train it again."
         )
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {key: archive[key] for key in archive.files}
-    except (ValueError, zipfile.BadZipFile, OSError) as error:
+        arrays = _arrays(content)
+    except (ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error, OSError) as error:
         raise ModelError(f"{path} is not a readable NumPy archive: {error}.") from None
+    except MemoryError:
+        raise ModelError(f"{path} holds an array that does not fit into memory.") from None
     return Component(
         name,
         arrays,
@@ -92,6 +96,19 @@ def load_component(name: str, folder: Path | None = None) -> Component:
         entry.get("seed"),
         digest,
     )
+
+
+def _arrays(content: bytes) -> dict[str, NDArray[Any]]:
+    """The arrays of a NumPy archive, none of objects.
+
+    Raises:
+        Exception: what ``zipfile`` and NumPy raise; ``ValueError`` as well where the arrays unfold to too much.
+    """
+    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        unfolded = sum(member.file_size for member in archive.zip.infolist())
+        if unfolded > _MOST_BYTES:
+            raise ValueError(f"it unfolds to {unfolded} bytes, allowed are {_MOST_BYTES}")
+        return {key: archive[key] for key in archive.files}
 
 
 def component_path(name: str, folder: Path | None = None) -> Path:

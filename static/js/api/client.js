@@ -204,11 +204,15 @@ export function createApi(setup = {}) {
      *
      * @param {string} video
      * @param {File} file
-     * @param {{as: 'annotation'|'truth'|'run', format?: string|null, run?: string|null, name?: string, switches?: string, label_map?: string, unknown?: 'refuse'|'add'|'skip', author?: string|null}} query
+     * @param {{as: 'annotation'|'truth'|'run', format?: string|null, run?: string|null, name?: string, switches?: string, label_map?: string, unknown?: 'refuse'|'add'|'skip', author?: string|null, progress?: string}} query
      * @param {Sending} [options]
      * @returns {Promise<import('../types.js').ImportResult>}
      */
     importFile: async (video, file, query, options = {}) => expectObject('POST /videos/…/imports', await upload(`${base}/videos/${e(video)}/imports${queryText({file: file.name.slice(-255), ...query})}`, file, {...options, method: 'POST'}), {kind: 'string', id: 'string', tracks: 'number', boxes: 'number', repaired: 'array', skipped: 'array'}),
+    /** What an import is doing now, by the name that `progress` gave it. @param {string} name @param {Call} [call] @returns {Promise<import('../types.js').ImportProgress>} */
+    importProgress: async (name, call) => expectObject('GET /imports/…', await json(`/imports/${e(name)}`, call), {step: 'string', boxes: 'number', seconds: 'number'}),
+    /** @param {string} name @param {Call} [call] */
+    cancelImport: async (name, call) => void await json(`/imports/${e(name)}/cancel`, {...call, method: 'POST'}),
 
     // -- models
     /** @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion[]>} */

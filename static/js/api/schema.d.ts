@@ -626,6 +626,15 @@ export interface components {
             type: "hide";
             id: number;
         };
+        /** @description What an import is doing now. */
+        ImportProgress: {
+            /** @enum {string} */
+            step: "waiting" | "reading" | "storing";
+            /** @description Boxes that have been read so far. */
+            boxes: number;
+            /** @description Since its file has come. */
+            seconds: number;
+        };
         /**
          * @description What an import did.
          *

@@ -5,6 +5,8 @@ import {ApiError, errorOfAnswer} from './errors.js';
 
 /** A connection on which nothing moves for this long is given up, ms. */
 const STALL = 60_000;
+/** Reading what was sent may take this long, ms: longer than any import may (`TSR_IMPORT_SECONDS`, four times). */
+const ANSWER = 30 * 60_000;
 
 /**
  * Send a file as it is.
@@ -26,13 +28,15 @@ export function upload(url, file, {onProgress, signal, method = 'PUT', request =
       signal?.removeEventListener('abort', stop);
       reject(error);
     };
-    const moved = () => {
+    /** @param {number} patience @param {string} sentence */
+    const wait = (patience, sentence) => {
       clearTimeout(timer);
       timer = setTimeout(() => {
-        fail(new ApiError(0, 'timeout', 'The upload has not moved for a minute. Try again, or add the file by its path.'));
+        fail(new ApiError(0, 'timeout', sentence));
         request.abort();
-      }, STALL);
+      }, patience);
     };
+    const moved = () => wait(STALL, 'The upload has not moved for a minute. Try again, or add the file by its path.');
     if (signal?.aborted) {
       fail(new ApiError(0, 'aborted', 'The upload was cancelled.'));
       return;
@@ -44,6 +48,7 @@ export function upload(url, file, {onProgress, signal, method = 'PUT', request =
       moved();
       onProgress?.(event.loaded, file.size);
     });
+    request.upload.addEventListener('load', () => wait(ANSWER, 'The server has not answered for half an hour. Reload the page and see what is there.'));
     request.addEventListener('load', () => {
       if (request.status < 200 || request.status >= 300) {
         fail(errorOfAnswer(request.status, request.responseText));

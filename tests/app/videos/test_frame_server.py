@@ -8,10 +8,20 @@ from types import ModuleType
 
 import pytest
 
-from app.videos.decoding import LocalDecoder
+from app.videos.decoding import Decoder, LocalDecoder
 from app.videos.encoded import EncodedCache
 from app.videos.frame_server import FrameServer, FrameServerClosedError, around
+from app.videos.previews import Previews
 from tsr_engine.io.video import Frame, open_video
+
+
+def none(folder: Path) -> Previews:
+    """No copy for scrubbing."""
+
+    def opened(source: object) -> Decoder:
+        raise AssertionError(source)
+
+    return Previews(folder / "none.mp4", 1, opened)
 
 
 @pytest.mark.parametrize("direction", [-1, 0, 1])
@@ -33,9 +43,7 @@ def test_going_back_fills_what_comes_next_and_a_small_cache_ends(corpus: ModuleT
         table = file.confirm()
     for most, held in ((2**20, True), (1, False)):
         cache = EncodedCache(most)
-        frame_server = FrameServer(
-            "v", LocalDecoder(open_video(path, table=table)), table, cache, (), tmp_path / "none.mp4"
-        )
+        frame_server = FrameServer("v", LocalDecoder(open_video(path, table=table)), table, cache, (), none(tmp_path))
         frame_server.get(40, frame_server.snap(None), "jpeg")
         frame_server.get(39, frame_server.snap(None), "jpeg")
         pause = threading.Event()
@@ -65,7 +73,7 @@ def test_neighbours_in_any_order_cost_one_jump(
         return read(ordinal)
 
     monkeypatch.setattr(video, "read", counted)
-    frame_server = FrameServer("v", LocalDecoder(video), table, EncodedCache(2**22), (), tmp_path / "none.mp4")
+    frame_server = FrameServer("v", LocalDecoder(video), table, EncodedCache(2**22), (), none(tmp_path))
     try:
         frame_server.get(45, frame_server.snap(None), "jpeg")
         for k in (34, 30, 33, 31, 32, 29, 28):  # as threads come to their turn

@@ -13,6 +13,7 @@ import pytest
 
 import app.videos.frame_server
 import app.videos.previews
+from app.videos.decoding import CagedDecoder
 from app.videos.previews import is_wanted, preview_path
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
@@ -67,6 +68,8 @@ def test_a_preview_shows_the_frame_itself_softly(server: Server, corpus: ModuleT
             assert answer.headers["cache-control"] == "no-store"
             assert "etag" not in answer.headers
     assert soft > len(order) // 4
+    previews = server.context.frames._open[video]._previews
+    assert isinstance(previews._decoder, CagedDecoder), "the server itself decodes nothing"
     exact = _ask(server, video, far, "")
     assert exact.headers["x-frame-exact"] == "true"
     assert _code(corpus, exact) == made.codes[far]

@@ -15,6 +15,7 @@ import {runTitle} from '../run-words.js';
 import {createDropField} from './drop-field.js';
 import {field, group, tick} from './fields.js';
 import {createMapping} from './import-labels.js';
+import {createImportProgress} from './import-progress.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').ImportResult} ImportResult */
@@ -36,6 +37,7 @@ export function importDialog({app, data, close, signal}) {
   let formats = [];
   const error = h('p', {class: 'field-error grow', role: 'alert'});
   const refused = h('div', {class: 'import-refused', role: 'alert', hidden: true});
+  const progress = createImportProgress({api});
   const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('add'), 'Import');
   const drop = createDropField({
     id: 'import-file', label: 'File', hint: 'XML, JSON, CSV, TXT, or a ZIP with everything in it. It can also be dropped here.', onChange: () => {
@@ -122,10 +124,10 @@ export function importDialog({app, data, close, signal}) {
       // one request adds all unknown names or leaves all out: where both are wanted, those to add come first
       if (answers.skip.length) for (const one of answers.add) meant[one] = (await app.labels.change({type: 'add', name: one}, video?.label_set ?? undefined)).label?.key ?? one;
       const unknown = answers.skip.length ? 'skip' : answers.add.length ? 'add' : 'refuse';
-      const found = await api.importFile(data.video, file, {
-        as: as(), format: format.value || null, run: as() === 'annotation' ? run.value : null, name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),
+      const found = await progress.during(signal, ({progress: called, sending}) => api.importFile(data.video, file, {
+        progress: called, as: as(), format: format.value || null, run: as() === 'annotation' ? run.value : null, name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),
         switches: JSON.stringify(values), label_map: JSON.stringify(meant), unknown, author: recall('author'),
-      }, {signal, onProgress: (sent, total) => setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server reads and checks the file …')});
+      }, sending));
       setText(error, '');
       if (answers.add.length) await app.labels.reload();
       await show(found);
@@ -213,6 +215,6 @@ export function importDialog({app, data, close, signal}) {
   check();
   return {
     title: `Import for ${video?.name ?? 'this video'}`, size: 'middle', submit, focus: drop.button, body: h('div', null, form, mapped, result),
-    footer: [error, back, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],
+    footer: [error, progress.element, back, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],
   };
 }

@@ -1,0 +1,102 @@
+"""Imports that are underway: what they are doing now, for the page that waits for one, and a way to end them."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Literal
+
+from app.errors import Conflict, NotFound
+from app.shapes import Model
+
+__all__ = ["Import", "ImportProgress", "ImportsUnderway", "Step"]
+
+Step = Literal["waiting", "reading", "storing"]
+
+
+class ImportProgress(Model):
+    """What an import is doing now."""
+
+    step: Step
+    boxes: int
+    """Boxes that have been read so far."""
+    seconds: float
+    """Since its file has come."""
+
+
+@dataclass(slots=True)
+class Import:
+    """One of them.
+
+    Attributes:
+        step: what is done now.
+        boxes: read so far.
+        cancelled: set once nobody wants it any more.
+    """
+
+    step: Step = "waiting"
+    boxes: int = 0
+    cancelled: threading.Event = field(default_factory=threading.Event)
+    began: float = field(default_factory=time.monotonic)
+
+
+class ImportsUnderway:
+    """The imports of one server that their pages have given a name; thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._named: dict[str, Import] = {}
+
+    @contextmanager
+    def begun(self, name: str | None) -> Iterator[Import]:
+        """One more, until the block ends.
+
+        Args:
+            name: chosen by the page; None: nobody will ask about it.
+
+        Raises:
+            Conflict: another one has that name.
+        """
+        made = Import()
+        if name is None:
+            yield made
+            return
+        with self._lock:
+            if self._named.setdefault(name, made) is not made:
+                raise Conflict("An import of that name is underway. Choose another name.", field="progress")
+        try:
+            yield made
+        finally:
+            with self._lock:
+                del self._named[name]
+
+    def progress(self, name: str) -> ImportProgress:
+        """What one is doing now.
+
+        Raises:
+            NotFound: it has ended, or there was none of that name.
+        """
+        found = self._of(name)
+        return ImportProgress(step=found.step, boxes=found.boxes, seconds=round(time.monotonic() - found.began, 1))
+
+    def cancel(self, name: str) -> None:
+        """End one, unless it is being stored. Its own answer says what has become of it.
+
+        Raises:
+            NotFound: see ``progress``.
+            Conflict: it is being stored.
+        """
+        found = self._of(name)
+        found.cancelled.set()
+        if found.step == "storing":
+            raise Conflict("The import is being stored already.")
+
+    def _of(self, name: str) -> Import:
+        with self._lock:
+            found = self._named.get(name)
+        if found is None:
+            raise NotFound("There is no such import underway.")
+        return found

@@ -1,0 +1,103 @@
+"""One server at a time has a number: a lock of PostgreSQL, which ends with the connection that holds it.
+
+A copied data folder, and a cloned machine, have the number of the one that they were made from. Two such servers on one
+database would take each other's files for their own.
+"""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from typing import Final
+
+from sqlalchemy import Connection, select, text
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
+
+from app.storage.database import Database
+from app.storage.models import Server
+from tsr_engine.errors import StorageError
+
+__all__ = ["NumberLock"]
+
+_PATIENCE: Final = 3.0
+"""Seconds that the connection of a server that has just died may take to end."""
+_KEEPALIVES: Final = ("tcp_keepalives_idle = 10", "tcp_keepalives_interval = 5", "tcp_keepalives_count = 3")
+"""The database hears within half a minute that a machine is gone."""
+
+
+class NumberLock:
+    """The lock on the number of this server; without effect where nobody shares the database.
+
+    Args:
+        database: knows the number.
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+        self._held: Connection | None = None
+
+    def take(self) -> None:
+        """Take it.
+
+        Raises:
+            StorageError: another server has the number; or the database cannot be reached.
+        """
+        if self._database.here is None:
+            return
+        end = time.monotonic() + _PATIENCE
+        while not self._try():
+            if time.monotonic() > end:
+                raise StorageError(
+                    f"Another server with the number of this data folder uses the database{self._other()}: one folder "
+                    "is a copy of the other. Delete server.id in the copy, then start it; or stop that server."
+                )
+            time.sleep(0.1)
+
+    def keep(self) -> bool:
+        """Take it again if the database has restarted; False: another server has it by now.
+
+        Raises:
+            SQLAlchemyError: the database is away.
+        """
+        if self._held is not None:
+            try:
+                self._held.execute(text("SELECT 1"))
+            except SQLAlchemyError:
+                self.free()
+            else:
+                return True
+        return self._try()
+
+    def free(self) -> None:
+        """Give it back."""
+        held, self._held = self._held, None
+        if held is not None:
+            with suppress(SQLAlchemyError):
+                held.invalidate()  # the lock belongs to the connection, which must not go back to the pool with it
+                held.close()
+
+    def _try(self) -> bool:
+        here = self._database.here
+        assert here is not None
+        connection = self._database.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
+        try:
+            for setting in _KEEPALIVES:
+                connection.execute(text(f"SET {setting}"))
+            taken = bool(
+                connection.scalar(text("SELECT pg_try_advisory_lock(:number)"), {"number": int(here[:15], 16)})
+            )
+        except BaseException:
+            connection.invalidate()
+            connection.close()
+            raise
+        self._held = connection
+        if not taken:
+            self.free()
+        return taken
+
+    def _other(self) -> str:
+        """The name of the one that has the number, as far as the database knows it."""
+        with Session(self._database.engine) as session:
+            name = session.scalar(select(Server.name).where(Server.id == self._database.here))
+        return "" if name is None else f" ({name})"

@@ -1,0 +1,92 @@
+"""A disk that fails on demand: an ext4 file system in a file, which the kernel makes read-only after an error."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tests.patience import until
+
+__all__ = ["FailingDisk", "NoDiskError", "failing_disk"]
+
+_SIZE = 256 << 20
+
+
+class NoDiskError(Exception):
+    """There can be none here."""
+
+
+class FailingDisk:
+    """A mounted file system.
+
+    Attributes:
+        place: where it is mounted.
+    """
+
+    def __init__(self, image: Path, place: Path) -> None:
+        self._image = image
+        self.place = place
+        place.mkdir()
+        self._mount()
+
+    @property
+    def trigger(self) -> Path:
+        """What lets the kernel find an error; not every kernel has it."""
+        asked = ["findmnt", "-no", "SOURCE", self.place]
+        device = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip()
+        return Path("/sys/fs/ext4") / Path(device).name / "trigger_fs_error"
+
+    def fail(self) -> None:
+        """Let the disk fail: from now on nothing is written, whoever has files open."""
+        self.trigger.write_text("attack")
+
+    def mend(self) -> None:
+        """Repair it and mount it again; nothing may be open there."""
+        self.unmount()
+        # 1: errors were corrected
+        if subprocess.run(["e2fsck", "-fp", self._image], capture_output=True).returncode > 1:
+            raise RuntimeError(f"{self._image} cannot be repaired")
+        self._mount()
+
+    def unmount(self) -> None:
+        """Unmount it; the device goes with that. Children of a server that was killed may end a moment after it."""
+        until(lambda: subprocess.run(["umount", self.place], capture_output=True).returncode == 0, 30)
+
+    def _mount(self) -> None:
+        options = "loop,errors=remount-ro"
+        subprocess.run(["mount", "-o", options, self._image, self.place], check=True, capture_output=True)
+
+
+@contextmanager
+def failing_disk(folder: Path, content: Path) -> Iterator[FailingDisk]:
+    """A disk with a copy of a folder on it.
+
+    Args:
+        folder: for its image.
+        content: the folder that is copied.
+
+    Raises:
+        NoDiskError: this process may not mount anything, or the tools are not there.
+    """
+    if os.geteuid() != 0:
+        raise NoDiskError("only root can mount a disk")
+    image = folder / "disk"
+    try:
+        with image.open("wb") as file:
+            file.truncate(_SIZE)
+        subprocess.run(["mkfs.ext4", "-q", image], check=True, capture_output=True)
+        disk = FailingDisk(image, folder / "mounted")
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise NoDiskError(f"no disk can be made here ({error})") from None
+    try:
+        if not disk.trigger.exists():
+            raise NoDiskError("this kernel lets no disk fail")
+        shutil.copytree(content, disk.place / content.name)
+        os.sync()  # what was never promised to be on the disk may be lost with it
+        yield disk
+    finally:
+        disk.unmount()

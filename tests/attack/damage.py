@@ -1,0 +1,91 @@
+"""Files of annotations and bundles, and the same files damaged at random."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import random
+import zipfile
+from collections.abc import Callable
+
+__all__ = ["damaged", "damaged_archive", "hand_made", "honest", "zipped"]
+
+HURTS = (
+    *(b"NaN", b"-1", b"9" * 40, b"1e999", b"\0", b"<!DOCTYPE a>", b"\xff\xfe", b'"', b"../", b"<", b"\n"),
+    *(b"null", b"[]", b"{}", b"[" * 500, b"true", b"1e-400", b"\xed\xa0\x80", b"-9223372036854775809", b"&a;", b","),
+)
+"""What parsers have fallen over."""
+
+
+def zipped(files: dict[str, bytes]) -> bytes:
+    """A ZIP archive."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return out.getvalue()
+
+
+def hand_made() -> dict[str, bytes]:
+    """Small files that need no engine to be made, by name."""
+    rows = "".join(f"{frame},{track},{10 + frame},10,20,20,1,1,1\n" for track in (1, 2) for frame in range(1, 70))
+    table = "".join(f"{frame},{track},{10 + frame},10,{30 + frame},30,14\n" for track in (1, 2) for frame in range(70))
+    box = '<box frame="{}" xtl="{}" ytl="10" xbr="60" ybr="30" outside="0" occluded="0" keyframe="1"/>'
+    tracks = "".join(
+        f'<track id="{i}" label="stop">{box.format(3, 20 + i)}{box.format(60, 30 + i)}</track>' for i in range(5)
+    )
+    return {
+        "rows.zip": zipped({"gt/gt.txt": rows.encode()}),
+        "rows.csv": b"frame,track_id,x1,y1,x2,y2,class_id\n" + table.encode(),
+        "a.xml": f"<annotations><version>1.1</version>{tracks}</annotations>".encode(),
+    }
+
+
+def damaged(content: bytes, chance: random.Random) -> bytes:
+    """The bytes with some flipped, cut out, doubled, or replaced by what hurts parsers."""
+    data = bytearray(content)
+    for _ in range(chance.randint(1, 6)):
+        at = chance.randrange(len(data) + 1)
+        what = chance.randrange(4)
+        if what == 0 and at < len(data):
+            data[at] ^= 1 << chance.randrange(8)
+        elif what == 1:
+            del data[at : at + chance.randint(1, 200)]
+        elif what == 2:
+            data[at:at] = data[at : at + chance.randint(1, 2000)]
+        else:
+            data[at : at + 3] = chance.choice(HURTS)
+    return bytes(data) or b"x"
+
+
+def damaged_archive(
+    content: bytes, chance: random.Random, mended: Callable[[dict[str, bytes]], None] = lambda _: None
+) -> bytes:
+    """An archive that is sound, with one file in it that is not; now and then the archive itself is damaged.
+
+    Args:
+        content: a ZIP archive.
+        chance: decides.
+        mended: makes the files agree again after the damage, sums of a manifest say.
+    """
+    if chance.random() < 0.2:
+        return damaged(content, chance)
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    name = chance.choice([name for name in files if not name.endswith("/")])
+    files[name] = damaged(files[name], chance)
+    mended(files)
+    return zipped(files)
+
+
+def honest(files: dict[str, bytes]) -> None:
+    """Let the manifest of a bundle say the sizes and sums that its files have, where it can still be read."""
+    try:
+        manifest = json.loads(files["manifest.json"])
+        for entry in manifest["files"]:
+            content = files[entry["name"]]
+            entry["size"], entry["sha256"] = len(content), hashlib.sha256(content).hexdigest()
+    except (KeyError, TypeError, ValueError):
+        return
+    files["manifest.json"] = json.dumps(manifest).encode()

@@ -1,0 +1,140 @@
+"""Model folders and networks that were damaged at random, loaded as a run loads them: refused in a sentence, or usable.
+
+``python -m tests.attack.damaged_models SEED COUNT`` loads them in this process, with 3 GB of memory.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import random
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from onnx import TensorProto, helper
+
+from tests.attack.damage import damaged, damaged_archive, zipped
+from tests.attack.editors import BrokenPromiseError
+from tsr_engine.errors import ModelError
+from tsr_engine.io.models import MANIFEST, SHIPPED, read_manifest
+from tsr_engine.params import Params
+from tsr_engine.pipeline.components import Network, load_components, load_network
+
+__all__ = ["load_damaged"]
+
+_MEMORY = 3 << 30
+_PARTS = ("detector", "prior", "classifier", "online")
+
+
+def load_damaged(folder: Path, chance: random.Random, count: int) -> str:
+    """Load so many damaged models in a process of its own.
+
+    Raises:
+        BrokenPromiseError: one ended the process, or raised something else than ``ModelError``.
+    """
+    command = [sys.executable, "-m", "tests.attack.damaged_models", str(chance.getrandbits(32)), str(count)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
+    if done.returncode:
+        raise BrokenPromiseError(f"loading models ended with {done.returncode}: {done.stdout}{done.stderr[-2000:]}")
+    return done.stdout.strip()
+
+
+def network() -> bytes:
+    """A small network that runs as a detector of 32x32 px: boxes and scores of 20 places."""
+    x, y = helper.make_tensor_value_info("x", 1, [1, 3, 32, 32]), helper.make_tensor_value_info("y", 1, [1, 5, 20])
+    weights = helper.make_tensor("w", 1, [100, 3, 32, 32], [1.0] * (100 * 3 * 32 * 32))
+    shape = helper.make_tensor("s", TensorProto.INT64, [3], [1, 5, 20])
+    nodes = [helper.make_node("Conv", ["x", "w"], ["c"]), helper.make_node("Reshape", ["c", "s"], ["y"])]
+    graph = helper.make_graph(nodes, "g", [x], [y], [weights, shape])
+    return bytes(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)]).SerializeToString())
+
+
+def damaged_folder(folder: Path, chance: random.Random) -> str:
+    """Damage one file of a model folder, with its honest sum; what was damaged."""
+    name = chance.choice((*_PARTS, MANIFEST))
+    if name == MANIFEST:
+        place = folder / MANIFEST
+        place.write_bytes(damaged(place.read_bytes(), chance))
+        return MANIFEST
+    manifest = read_manifest(folder)
+    entry = manifest["components"][name]
+    place = folder / entry["file"]
+    kind = chance.choice(("bytes", "objects", "huge", "lacking"))
+    if kind == "bytes":
+        content = damaged_archive(place.read_bytes(), chance)
+    else:
+        with np.load(place) as archive:
+            arrays = {key: archive[key] for key in archive.files}
+        key = chance.choice(sorted(arrays))
+        if kind == "lacking":
+            del arrays[key]
+        files = {f"{each}.npy": as_file(array) for each, array in arrays.items()}
+        if kind == "objects":
+            files[f"{key}.npy"] = as_file(np.array([{}], dtype=object))
+        elif kind == "huge":  # says that it is far larger than it is
+            head = as_file(np.zeros(8)).replace(b"(8,)", b"(1" + b"0" * chance.randint(9, 17) + b",)")
+            files[f"{key}.npy"] = head[:128]
+        content = zipped(files)
+    place.write_bytes(content)
+    entry["sha256"] = hashlib.sha256(content).hexdigest()
+    (folder / MANIFEST).write_text(json.dumps(manifest))
+    return f"{name}, {kind}"
+
+
+def as_file(array: np.ndarray) -> bytes:
+    """An array as NumPy writes it."""
+    out = io.BytesIO()
+    np.save(out, array)
+    return out.getvalue()
+
+
+def main(seed: int, count: int) -> int:
+    """Load them all."""
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    chance, refused, slowest = random.Random(seed), 0, 0.0
+    whole = network()
+    with tempfile.TemporaryDirectory() as name:
+        sound = Path(name) / "sound"
+        sound.mkdir()
+        for file in {MANIFEST, *(read_manifest(SHIPPED)["components"][part]["file"] for part in _PARTS)}:
+            shutil.copy(SHIPPED / file, sound / file)
+        load_network(Network(written(sound / "a.onnx", whole), (32, 32)), Params())
+        for number in range(count):
+            began = time.monotonic()
+            what = "network"
+            try:
+                if number % 3 == 0:
+                    place = written(Path(name) / "a.onnx", damaged(whole, chance))
+                    load_network(Network(place, (32, 32)), Params())
+                else:
+                    folder = Path(name) / "damaged"
+                    shutil.rmtree(folder, ignore_errors=True)
+                    shutil.copytree(sound, folder)
+                    what = damaged_folder(folder, chance)
+                    load_components(Params(), folder)
+            except ModelError:
+                refused += 1
+            except BaseException:
+                print(f"model {number} of seed {seed} ({what}):", flush=True)
+                raise
+            slowest = max(slowest, time.monotonic() - began)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+    print(f"{count} damaged models: {refused} refused, {count - refused} usable, slowest {slowest:.1f} s, {peak} MiB")
+    return 0
+
+
+def written(place: Path, content: bytes) -> Path:
+    """A file with this content."""
+    place.write_bytes(content)
+    return place
+
+
+if __name__ == "__main__":
+    sys.exit(main(int(sys.argv[1]), int(sys.argv[2])))

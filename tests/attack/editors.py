@@ -1,0 +1,168 @@
+"""People who edit one run at once, and what the database must hold of it afterwards."""
+
+from __future__ import annotations
+
+import json
+import random
+import threading
+import time
+import uuid
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
+from http.client import HTTPException
+from pathlib import Path
+
+from sqlalchemy import select
+
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Edit, TrackDocument
+from tests.attack.own_server import Running
+
+__all__ = ["BrokenPromiseError", "Log", "Place", "check_log", "clients"]
+
+TOGETHER = 3
+"""People on each track."""
+THINKING = 0.2
+"""Seconds from one edit of a person to the next, at most."""
+
+
+class BrokenPromiseError(Exception):
+    """What must never happen has happened."""
+
+
+@dataclass
+class Log:
+    """What the clients were told.
+
+    Attributes:
+        acknowledged: operations that the server has answered with 200.
+        refused: how often each other status came.
+        waits: seconds of each answered edit.
+    """
+
+    acknowledged: set[str] = field(default_factory=set)
+    refused: Counter[int] = field(default_factory=Counter)
+    waits: list[float] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A data folder with one run.
+
+    Attributes:
+        home: the folder.
+        video: the video's id.
+        run: the run's id.
+        tracks: keys of the run's tracks, each with a frame that it is seen in.
+        database_url: PostgreSQL; None: SQLite in the folder.
+    """
+
+    home: Path
+    video: str
+    run: str
+    tracks: tuple[tuple[str, int], ...]
+    database_url: str | None = None
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Variables of a server on it."""
+        return {} if self.database_url is None else {"TSR_DATABASE_URL": self.database_url}
+
+
+def client(
+    place: Place, server: Callable[[], Running], log: Log, number: int, chance: random.Random, done: threading.Event
+) -> None:
+    """Edit one track until the end; what was not answered is sent again, as the page does."""
+    author = f"client-{number}"
+    key, frame = place.tracks[number // TOGETHER % len(place.tracks)]
+    while not done.is_set():
+        op_id, revision = uuid.UUID(int=chance.getrandbits(128)).hex, -1
+        command = {"name": "relabel_track", "key": key, "frame": frame, "class_id": chance.randrange(43)}
+        while not done.is_set():
+            try:
+                if revision < 0:
+                    _, said = server().ask(f"/api/runs/{place.run}/annotation?author={author}", timeout=10)
+                    revision = next((doc["revision"] for doc in said["docs"] if doc["key"] == key), 0)
+                body = json.dumps({"op_id": op_id, "author": author, "command": command}).encode()
+                headers = {"If-Match": f'"{key}:{revision}"', "Content-Type": "application/json"}
+                began = time.monotonic()
+                status, said = server().ask(f"/api/runs/{place.run}/edits", body, timeout=10, more=headers)
+            except (OSError, HTTPException, ValueError, KeyError):
+                time.sleep(0.05)  # the server is down: the same operation again
+                continue
+            if status == 200:
+                log.acknowledged.add(op_id)
+                log.waits.append(time.monotonic() - began)
+                done.wait(chance.uniform(0, THINKING))
+                break
+            log.refused[status] += 1
+            if status not in (409, 412, 503, 507):
+                raise BrokenPromiseError(f"an edit was answered with {status}: {said}")
+            if status in (409, 412):
+                op_id, revision = uuid.UUID(int=chance.getrandbits(128)).hex, -1  # a person looks, and decides anew
+            else:
+                time.sleep(0.1)
+
+
+@contextmanager
+def clients(place: Place, server: Callable[[], Running], log: Log, count: int, chance: random.Random) -> Iterator[None]:
+    """Some clients that edit meanwhile; what they find broken is raised at the end."""
+    done, broken = threading.Event(), list[BaseException]()
+    seeds = [chance.getrandbits(64) for _ in range(count)]
+
+    def work(number: int) -> None:
+        try:
+            client(place, server, log, number, random.Random(seeds[number]), done)
+        except BaseException as error:
+            broken.append(error)
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(count)]
+    for thread in threads:
+        thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        for thread in threads:
+            thread.join()
+    if broken:
+        raise broken[0]
+
+
+def check_log(place: Place, log: Log) -> int:
+    """Every acknowledged operation is stored exactly once, and has had its effect exactly once.
+
+    Returns:
+        The number of operations stored.
+
+    Raises:
+        BrokenPromiseError: one is lost, stored or carried out twice, or the database is damaged.
+    """
+    settings = Settings(home=place.home, database_url=place.database_url)
+    database = Database(settings.database)
+    with closing(database), database.read() as session:
+        if database.is_sqlite:
+            sound = session.connection().exec_driver_sql("PRAGMA integrity_check").fetchall()
+            if sound != [("ok",)]:
+                raise BrokenPromiseError(f"the database is damaged: {sound[:3]}")
+        edits = session.scalars(select(Edit).where(Edit.run_id == place.run).order_by(Edit.seq)).all()
+        documents = session.scalars(select(TrackDocument).where(TrackDocument.run_id == place.run)).all()
+    stored = Counter(edit.op_id for edit in edits)
+    lost = log.acknowledged - stored.keys()
+    twice = [op_id for op_id, count in stored.items() if count > 1]
+    if lost or twice:
+        raise BrokenPromiseError(f"{len(lost)} acknowledged edits lost, {len(twice)} stored twice")
+    # each edit begins where the one before it has ended, and the track is as the last one has left it
+    newest = dict[str, object]()
+    for edit in edits:
+        for key, before in edit.before.items():
+            if key in newest and before != newest[key]:
+                raise BrokenPromiseError(f"the edit {edit.op_id} of {key} does not follow on the one before it")
+        newest.update(edit.after)
+    left = {row.key: row.document for row in documents}
+    if any(left.get(key) != document for key, document in newest.items()):
+        raise BrokenPromiseError("a track is not as its last edit has left it")
+    return len(edits)

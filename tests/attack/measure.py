@@ -1,0 +1,89 @@
+"""What imports cost the server: ``python -m tests.attack.measure``, a table of time, memory and waiting.
+
+Hostile and honest files are imported one after another, while somebody asks for something small all the time. Rows
+hold the import's status and seconds, the server's largest memory so far, and the slowest of the other answers. With
+``TSR_TREE`` naming a folder of another version, that one is measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from tests import pipeline_toys as toys
+from tests.attack.damage import hand_made, zipped
+from tests.attack.own_server import running
+from tests.attack.test_from_outside import added, begun, ended, settings
+from tests.attack.test_imports import interpolated, mot
+
+SMALL = 15
+"""How often each small file is imported."""
+
+
+def hostile() -> dict[str, bytes]:
+    """Archives that unfold to much."""
+    zeros, spaces = bytes(300 << 20), b"<annotations>" + b" " * (200 << 20) + b"</annotations>"
+    return {
+        "100,000 tracks": mot(100_000),
+        "20,000 tracks of 60 boxes": mot(20_000, 60),
+        "19,000 tracks between key frames": interpolated(19_000),
+        "15,000 tracks, let in": mot(15_000),
+        "19,000 tracks of 50 boxes, let in": mot(19_000, 50),
+        "300 MB of zeros": zipped({"annotations.json": zeros}),
+        "200 MB of spaces": zipped({"annotations.xml": spaces}),
+        "50 million brackets": zipped({"annotations.json": b"[" * (50 << 20)}),
+    }
+
+
+def main() -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--small", action="store_true", help="small files only")
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="tsr-measure-") as name:
+        folder = Path(name)
+        drive = toys.write_drive(folder / "drive.mp4", 75)
+        with running(folder / "home", settings(folder)) as server:
+            video = added(server, drive)
+            run = begun(server, video)
+            ended(server, run)
+            print(f"server at rest: {server.resident()} MiB")
+            for label, content in hand_made().items():
+                took = []
+                for number in range(SMALL):
+                    began = time.monotonic()
+                    path = f"/api/videos/{video}/imports?as=truth&file={label}&name=small{number}"
+                    status, _ = server.ask(path, content)
+                    took.append(time.monotonic() - began)
+                print(f"small {label}: {status}, median {statistics.median(took) * 1000:.0f} ms of {SMALL}", flush=True)
+            print("| file | as | status | s | server, MiB | slowest other answer, ms | over 500 ms |")
+            print("|---|---|---|---|---|---|---|")
+            for label, content in ({} if asked.small else hostile()).items():
+                for kind in ("truth", "annotation", "run"):
+                    server.waits.clear()
+                    server.memory = 0
+                    began = time.monotonic()
+                    with server.watched():
+                        path = f"/api/videos/{video}/imports?as={kind}&file=a.zip&name=a&run={run}"
+                        status, _ = server.ask(path, content, timeout=900)
+                    took_ = time.monotonic() - began
+                    late = sum(wait > 0.5 for wait in server.waits)
+                    cells = (
+                        label,
+                        kind,
+                        status,
+                        f"{took_:.1f}",
+                        server.memory,
+                        f"{max(server.waits) * 1000:.0f}",
+                        late,
+                    )
+                    print(f"| {' | '.join(str(cell) for cell in cells)} |", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

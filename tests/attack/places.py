@@ -1,0 +1,68 @@
+"""Data folders to attack: a toy drive in a second, or a sample drive with what the engine has found on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from sample_videos import SHIPPED
+from tests.app.import_now import work_off
+from tests.app.toy_home import make_home
+from tests.app.toy_server import Server
+from tests.attack.editors import Place
+from tsr_engine.exchange.registry import FORMATS
+
+__all__ = ["Files", "real_place", "toy_place"]
+
+
+@dataclass(frozen=True)
+class Files:
+    """What people hand in, by name of the file.
+
+    Attributes:
+        annotations: exports of the run in every format.
+        bundles: bug bundles of it.
+    """
+
+    annotations: Mapping[str, bytes]
+    bundles: Mapping[str, bytes]
+
+
+def toy_place(folder: Path) -> Place:
+    """A toy drive with its run, on SQLite."""
+    made = make_home(folder)
+    made.evidence.close()
+    made.database.close()
+    return Place(made.settings.home, made.video_id, made.run_id, (("m1", 20), ("m2", 20)))
+
+
+def real_place(folder: Path, database_url: str | None = None) -> tuple[Place, Files]:
+    """The longer sample drive, tracked by the engine as the server does it, and its exports.
+
+    Args:
+        folder: empty.
+        database_url: PostgreSQL; None: SQLite in the folder.
+    """
+    drive = SHIPPED[0].video
+    server = Server(folder / "home", roots=(drive.parent,), database_url=database_url)
+    with server.client as client:
+        video = client.post("/api/videos", json={"path": str(drive)}).json()["id"]
+        work_off(server.context)
+        run = client.post(f"/api/videos/{video}/runs", json={}).json()["id"]
+        work_off(server.context)
+        told = client.get(f"/api/runs/{run}/tracks").json()
+        tracks = tuple((f"m{key}", frame) for key, frame in zip(told["id"], told["first"], strict=True))
+        place = Place(folder / "home", video, run, tracks, database_url)
+        states = ["open", "edited", "accepted"]
+        asked = {
+            f"{name}.zip": client.post("/api/exports", json={"runs": [run], "format": name, "states": states}).json()
+            for name in FORMATS
+        }
+        bundle = client.post(f"/api/runs/{run}/bundles", json={"first": 10, "stop": 30}).json()
+        work_off(server.context)
+        content = {
+            n: client.get(f"/api/outputs/{one['id']}/download").content for n, one in asked.items() if "id" in one
+        }
+        bundles = {"bundle.zip": client.get(f"/api/outputs/{bundle['id']}/download").content}
+    return place, Files(content, bundles)
