@@ -206,6 +206,7 @@ class EditService:
         author: str,
         command: Mapping[str, Any],
         make: Callable[[Mapping[str, TrackDoc]], Mapping[str, TrackDoc]],
+        begin: Callable[[Session], None] | None = None,
     ) -> tuple[int | None, list[str]]:
         """Change many tracks of a run in one operation, which one undo takes back.
 
@@ -215,6 +216,7 @@ class EditService:
             command: what the log says; ``name`` is the kind of operation.
             make: documents that are there now -> those to store. Called before the transaction that others wait for,
                 and once more within it where somebody was faster.
+            begin: what the transaction does first, once the run is locked.
 
         Returns:
             Number of the operation in the log, None if nothing changed; keys of the stored documents.
@@ -232,6 +234,8 @@ class EditService:
         with self._database.write() as session:
             lock_for_adoption(session, run_id)
             run = _require_run(session, run_id)
+            if begin is not None:
+                begin(session)
             if _newest(session, run_id) != seen:
                 present = self._present.touched(session, run)
                 documents = dict(make(present))

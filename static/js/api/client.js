@@ -204,7 +204,7 @@ export function createApi(setup = {}) {
      *
      * @param {string} video
      * @param {File} file
-     * @param {{as: 'annotation'|'truth'|'run', format?: string|null, run?: string|null, name?: string, switches?: string, label_map?: string, unknown?: 'refuse'|'add'|'skip', author?: string|null}} query
+     * @param {{as: 'annotation'|'truth'|'run', format?: string|null, run?: string|null, name?: string, switches?: string, label_map?: string, unknown?: 'refuse'|'add'|'skip', add?: string, author?: string|null}} query
      * @param {Sending} [options]
      * @returns {Promise<import('../types.js').ImportResult>}
      */
