@@ -18,7 +18,7 @@ from app.edits.commands import Redo, SetAttribute, Undo
 from app.edits.documents import TrackDoc
 from app.edits.extent import known_frames, require_documents_inside, require_inside
 from app.edits.history import Target, adopted_keys, last_said, targets
-from app.edits.labelled import require_attribute, require_known_labels
+from app.edits.labelled import by_key, require_attribute, require_known_labels
 from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
 from app.edits.present import PresentDocuments
 from app.edits.revisions import check_revisions
@@ -155,6 +155,7 @@ class EditService:
         check_revisions(session, run.id, author, command, present, keys, expected)
         now = datetime.now(UTC).isoformat(timespec="seconds")
         labels = labels_of_run(session, run)
+        command = by_key(command, labels)
         try:
             command = with_class(present, command, lambda track: self._evidence.label(run.id, track))
             after = apply_command(present, command, author, now)

@@ -277,6 +277,7 @@
  * @property {string[]} [others]       merge: keys that go into `key`; review_tracks: the other tracks
  * @property {string} [new_key]        split: key of the later part
  * @property {Box|null} [box]
+ * @property {string} [label_key]      key of the label that `class_id` is meant to be; the server goes by it where the set is another one by now
  * @property {number|null} [class_id]  split: what the engine says, for a half without a piece of its track
  * @property {FollowedBox[]} [boxes]   follow: in order of frames
  * @property {number} [first]          interpolate
