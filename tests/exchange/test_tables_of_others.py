@@ -201,6 +201,8 @@ def test_numbers_in_a_column_of_names_are_asked_about(tmp_path: Path, column: st
     table = f"frame,track_id,x1,y1,x2,y2,{column}\n0,7,10,10,50,50,3\n"
     with pytest.raises(UnknownLabels, match=r"'3' \(1 track, 1 box.*It stands in rows.csv, line 2"):
         _read(tmp_path, "rows.csv", table)
+    with pytest.raises(UnknownLabels, match=r"'3\.5' "):
+        _read(tmp_path, "rows.csv", table.replace(",3\n", ",3.5\n"))
     entry = {"frame": 0, "track_id": 7, "box": [10, 10, 50, 50]}
     with pytest.raises(UnknownLabels, match=r"'3' \(1 track, 1 box.*It stands in rows.json, entry 1"):
         _read(tmp_path, "rows.json", [{**entry, column: "3"}])

@@ -51,12 +51,9 @@ class LabelMatcher:
         return self._found[name]
 
     def numbered(self, name: str) -> int | None:
-        """As a call, but a number that is no name of a label is its id."""
-        found = self(name)
-        if found is not None:
-            return found
-        match = self._finder.find(name)
-        return None if match is None else match.label.id
+        """As a call, but a number is an id, whatever labels are called."""
+        match = None if name in self._said else self._finder.numbered(name)
+        return self(name) if match is None else match.label.id
 
     def suggestions(self, name: str) -> list[Label]:
         """Labels that a name may mean, the likeliest first."""

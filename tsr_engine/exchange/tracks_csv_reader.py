@@ -232,12 +232,12 @@ class _Table:
             number = real_number(cell)
         except ValueError:
             return self._validator.label(cell, self._name, line)
-        if not math.isfinite(number) or number != int(number):
-            raise refuse(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
         if number == NONE:
             return NONE
-        if not columns.own and not any(is_id_column(column) for column, each in given.items() if each == cell):
+        if not any(is_id_column(column) for column, each in given.items() if each == cell):
             return self._validator.label(cell, self._name, line)
+        if not math.isfinite(number) or number != int(number):
+            raise refuse(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
         name = str(int(number))
         if not columns.own and name not in self._validator.target.label_map:
             self._validator.count(OWN_NUMBERS, self._name, line)

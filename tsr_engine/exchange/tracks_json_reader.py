@@ -262,12 +262,15 @@ class _File:
             return self._validator.label(cell, self._name, where)
         if number == NONE:
             return NONE
+        holding = [name for name, value in cells.items() if value == cell]
+        named = not any(is_id_column(name) or not isinstance(given[name], str) for name in holding)
         if self._classes is not None:
+            if named and cell in self._classes:
+                return self._validator.label(cell, self._name, where)
             if not 0 <= number < len(self._classes):
                 raise refuse(self._name, where, f"class {number} must be 0 to {len(self._classes) - 1} of classes.")
             return self._validator.label(self._classes[number], self._name, where)
-        holding = [name for name, value in cells.items() if value == cell]
-        if not self._own and not any(is_id_column(name) or not isinstance(given[name], str) for name in holding):
+        if named:
             return self._validator.label(cell, self._name, where)
         if not self._own and cell not in self._validator.target.label_map:
             self._validator.count(OWN_NUMBERS, self._name, where)

@@ -51,9 +51,10 @@ class LabelFinder:
 
     def find(self, word: str) -> Match | None:
         """The label that a word names; None: no label has it."""
-        found = self.named(word)
-        if found is not None:
-            return found
+        return self.named(word) or self.numbered(word)
+
+    def numbered(self, word: str) -> Match | None:
+        """The label of an id, such as ``14``, ``00014``, ``class 14``, ``#14``; None: it is none."""
         number = _NUMBER.fullmatch(word.strip())
         if number is None:
             return None
