@@ -54,7 +54,7 @@ export function createLibraryFilters(app, {chosen, changed, signal}) {
   const place = h('span', {class: 'library-answer'});
   const state = h('select', {class: 'select', 'aria-label': 'Videos with tracks in the state', onchange: () => turn(0)}, ...STATES.map(([value, text]) => h('option', {value}, text)));
   state.value = chosen.state;
-  const clear = h('button', {class: 'btn', type: 'button', onclick: () => {
+  const clear = h('button', {class: 'btn', type: 'button', hidden: true, onclick: () => {
     reset();
     label.focus();
   }}, 'Clear');
