@@ -19,6 +19,7 @@ from app.exchange.caged import CagedImports
 from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
 from app.exchange.underway import ImportsUnderway
+from app.finding.labelled import LabelledVideos
 from app.follows.service import FollowService
 from app.ground_truths.service import GroundTruthService
 from app.jobs.queue import JobQueue
@@ -83,6 +84,7 @@ class Context:
     bundles: BundleService
     bundle_imports: BundleImports
     labels: LabelService
+    labelled_videos: LabelledVideos
     pictograms: Pictograms
 
     def close(self) -> None:
@@ -156,6 +158,7 @@ def build_context(settings: Settings) -> Context:
         bundles=BundleService(database, evidence, outputs),
         bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits, cages),
         labels=LabelService(database, events),
+        labelled_videos=LabelledVideos(database, evidence),
         pictograms=Pictograms(database),
     )
 

@@ -30,6 +30,7 @@ router = APIRouter(tags=["exchange"])
 ImportName = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="as it was named in its request")]
 
 _SWITCHES = TypeAdapter(dict[str, str])
+_NAMES = TypeAdapter(list[str])
 _LABELS = TypeAdapter(dict[str, int | str])
 
 
@@ -78,6 +79,10 @@ async def import_file(
     unknown: Annotated[
         UnknownNames, Query(description="what becomes of names that no label has; `add`: they join the label set")
     ] = "refuse",
+    add: Annotated[
+        str,
+        Query(max_length=200_000, description='JSON: `["name in the file"]`; these join the set whatever `unknown` is'),
+    ] = "[]",
     author: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
     progress: Annotated[
         str | None, Query(pattern="^[0-9a-f]{32}$", description="a name for this import, to ask about it meanwhile")
@@ -99,6 +104,7 @@ async def import_file(
             switches=said[0],
             label_map=said[1],
             unknown=unknown,
+            added=frozenset(_json(_NAMES, add, "add")),
             author=author or context.settings.author,
             scratch=path.parent,
         )
@@ -139,5 +145,6 @@ def _json(shape: TypeAdapter[Any], text: str, field: str) -> Any:
     try:
         return shape.validate_json(text, strict=True)
     except (ValidationError, ValueError):
-        wanted = '{"option": "value"}' if field == "switches" else '{"name": "stop"}'
-        raise Invalid(f"{field} must be a JSON object like {wanted}. Got {text[:80]!r}.", field=field) from None
+        wanted = {"switches": 'object like {"option": "value"}', "label_map": 'object like {"name": "stop"}'}
+        what = wanted.get(field, 'list like ["name"]')
+        raise Invalid(f"{field} must be a JSON {what}. Got {text[:80]!r}.", field=field) from None

@@ -15,6 +15,7 @@ from app.api.responses import PICTURE, failures
 from app.api.runs import VideoId
 from app.context import ContextDep
 from app.errors import Invalid, NotFound, UnsupportedMedia
+from app.finding.labelled import Matches, State, Wanted
 from app.shapes import Model
 from app.videos.opened import roots_of
 from app.videos.paths import list_folder
@@ -63,6 +64,27 @@ class Browse(Model):
 def list_videos(context: ContextDep) -> Videos:
     """All videos, the newest first."""
     return Videos(videos=context.videos.views())
+
+
+@router.get("/videos/matching", operation_id="find_videos", responses=failures())
+def find_videos(
+    context: ContextDep,
+    label: Annotated[
+        str | None, Query(min_length=1, max_length=200, description="key, name or alias; -1: not in the set")
+    ] = None,
+    attribute: Annotated[str | None, Query(min_length=1, max_length=200, description="name of an attribute")] = None,
+    value: Annotated[
+        str | None, Query(max_length=1000, description="answer to it; unset: any that a person has given")
+    ] = None,
+    state: State | None = None,
+) -> Matches:
+    """Videos that have a track with all of this, in the run that they are opened with, as people have left it.
+
+    Where `left` is above 0, some runs have not been counted yet: ask again.
+    """
+    if value is not None and attribute is None:
+        raise Invalid("A value is an answer to an attribute. Say to which.", field="attribute")
+    return context.labelled_videos.find(Wanted(label, attribute, value, state))
 
 
 @router.post("/videos", operation_id="add_video", status_code=201, responses=failures(404))

@@ -235,6 +235,12 @@ def import_file(
             help="Names that no label has: refuse the file with their list, add them to the set, or leave them out.",
         ),
     ] = "refuse",
+    added: Annotated[
+        list[str],
+        typer.Option(
+            "--add", metavar="NAME", help="A name to add to the set, whatever --unknown says of others; repeatable."
+        ),
+    ] = [],  # noqa: B006 - typer copies it
     options: OptionOption = [],  # noqa: B006 - typer copies it
     author: Annotated[str | None, typer.Option("--author", help="Whose corrections they are.")] = None,
     json: JsonOption = False,
@@ -271,6 +277,8 @@ def import_file(
         switches=_pairs("--option", options),
         label_map=label_map,
         unknown=unknown,  # type: ignore[arg-type]
+        added=frozenset(added),
+        ways=_WAYS,
         author=author or "",
     )
     with as_command_error(), open_home(home) as (settings, database):
@@ -303,6 +311,10 @@ def _count(number: int, one: str, many: str = "") -> str:
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
+_WAYS = (
+    "Say which labels they are with --label NAME=KEY, and what becomes of the others with --unknown add|skip|refuse "
+    "(--add NAME adds a single one)."
+)
 _NOUN = {"annotation": "corrections of run", "truth": "ground truth", "run": "run"}
 
 

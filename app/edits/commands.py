@@ -24,12 +24,19 @@ class _OnTrack(Model):
     """What the page took engine tracks without a document to be; the server asks the evidence instead."""
 
 
-class CreateTrack(_OnTrack):
+class _Labels(_OnTrack):
+    """A command that gives a label."""
+
+    class_id: ClassId | None = None
+    label_key: Annotated[str, Field(min_length=1, max_length=100)] | None = None
+    """Key of the label that ``class_id`` is meant to be: the video may use another label set by now."""
+
+
+class CreateTrack(_Labels):
     """A new track with its first box."""
 
     name: Literal["create_track"]
     box: Box
-    class_id: ClassId | None = None
 
 
 class SetBox(_OnTrack):
@@ -39,14 +46,14 @@ class SetBox(_OnTrack):
     box: Box
 
 
-class RelabelTrack(_OnTrack):
+class RelabelTrack(_Labels):
     """Label of the whole track; null: the engine's again, -1: none of the classes."""
 
     name: Literal["relabel_track"]
     class_id: ClassId | None
 
 
-class RelabelBox(_OnTrack):
+class RelabelBox(_Labels):
     """Label of the box in this frame alone, null: the track's again; ``box`` is the one on screen."""
 
     name: Literal["relabel_box"]

@@ -3,13 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 from app.edits.commands import SetAttribute
 from app.edits.documents import NO_CLASS, TrackDoc
 from app.errors import Invalid
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["require_attribute", "require_known_labels"]
+__all__ = ["by_key", "require_attribute", "require_known_labels"]
+
+
+def by_key(command: Any, labels: LabelSet) -> Any:
+    """The command with the id that its ``label_key`` has in a set: whoever gave it may have seen another set.
+
+    Args:
+        command: see :mod:`app.edits.commands`.
+        labels: set of the video.
+
+    Raises:
+        Invalid: the set has no label of that key.
+    """
+    key = getattr(command, "label_key", None)
+    if key is None or command.class_id in (None, NO_CLASS):
+        return command
+    label = labels.by_key(key)
+    if label is None:
+        raise Invalid(
+            f"The label set '{labels.name}', which the video uses now, has no label {key!r}. Choose one of its labels, "
+            "or add it to the set first.",
+            field="command.label_key",
+            code="no_such_label",
+        )
+    return command if label.id == command.class_id else command.model_copy(update={"class_id": label.id})
 
 
 def require_known_labels(docs: Iterable[TrackDoc], labels: LabelSet) -> None:

@@ -18,7 +18,7 @@ from app.edits.commands import Redo, SetAttribute, Undo
 from app.edits.documents import TrackDoc
 from app.edits.extent import known_frames, require_documents_inside, require_inside
 from app.edits.history import Target, adopted_keys, last_said, targets
-from app.edits.labelled import require_attribute, require_known_labels
+from app.edits.labelled import by_key, require_attribute, require_known_labels
 from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
 from app.edits.present import PresentDocuments
 from app.edits.revisions import check_revisions
@@ -155,6 +155,7 @@ class EditService:
         check_revisions(session, run.id, author, command, present, keys, expected)
         now = datetime.now(UTC).isoformat(timespec="seconds")
         labels = labels_of_run(session, run)
+        command = by_key(command, labels)
         try:
             command = with_class(present, command, lambda track: self._evidence.label(run.id, track))
             after = apply_command(present, command, author, now)
@@ -206,6 +207,7 @@ class EditService:
         author: str,
         command: Mapping[str, Any],
         make: Callable[[Mapping[str, TrackDoc]], Mapping[str, TrackDoc]],
+        begin: Callable[[Session], None] | None = None,
     ) -> tuple[int | None, list[str]]:
         """Change many tracks of a run in one operation, which one undo takes back.
 
@@ -215,6 +217,7 @@ class EditService:
             command: what the log says; ``name`` is the kind of operation.
             make: documents that are there now -> those to store. Called before the transaction that others wait for,
                 and once more within it where somebody was faster.
+            begin: what the transaction does first, once the run is locked.
 
         Returns:
             Number of the operation in the log, None if nothing changed; keys of the stored documents.
@@ -232,6 +235,8 @@ class EditService:
         with self._database.write() as session:
             lock_for_adoption(session, run_id)
             run = _require_run(session, run_id)
+            if begin is not None:
+                begin(session)
             if _newest(session, run_id) != seen:
                 present = self._present.touched(session, run)
                 documents = dict(make(present))

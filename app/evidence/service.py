@@ -199,6 +199,16 @@ class EvidenceService:
         seen = next((number for number in rows.ints("class_id").tolist() if number >= 0), None)
         return None if seen is None else place.classes.to_label(seen)
 
+    def track_classes(self, run_id: str) -> list[tuple[int, int]]:
+        """Confirmed tracks of a complete run with their class numbers, -1: never recognised.
+
+        Raises:
+            ApiError, EvidenceError: the evidence cannot be read.
+        """
+        sql = "SELECT track_id, coalesce(class_id, -1) FROM tracks WHERE confirmed_frame IS NOT NULL ORDER BY track_id"
+        with self.reading(self.place(run_id)) as reader:
+            return [(int(track), int(number)) for track, number in reader.query(sql)]
+
     # ------------------------------------------------------------------------------------- about frames and tracks
 
     def overlays(self, run_id: str, first: int, last: int) -> list[Overlay]:

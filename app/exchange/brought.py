@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 from sqlalchemy import select
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from app.labels.service import LabelService
+from app.errors import Conflict
+from app.events import EventBus
+from app.labels.store import append, labels_of_video
 from app.storage.models import LabelWord
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.labels import LabelMatcher
@@ -17,8 +21,9 @@ from tsr_engine.exchange.relabel import relabelled
 from tsr_engine.labels.changes import Changed, listed, next_version
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.labels.refusals import ChangeError
 
-__all__ = ["keep_words", "store_labels", "words_of"]
+__all__ = ["Fitted", "Overtaken", "fitted", "keep_words", "words_of"]
 
 _LONGEST: Final = 200
 _NAMED: Final = 6
@@ -47,50 +52,98 @@ def keep_words(session: Session, labels: LabelSet, said: Mapping[str, int | str]
             row.label_id, row.author = found, author
 
 
-def store_labels(
-    service: LabelService, before: LabelSet, read: LabelSet, tracks: Sequence[Track], author: str, file: str
-) -> list[Track]:
-    """Store the labels and attributes that a file has added, on the newest version of the set.
+class Overtaken(Exception):
+    """Somebody has changed the label set since an import has been fitted to it; it is fitted to the newest version."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """Tracks under the numbers of one version of their video's set, and what they bring along into it.
+
+    Attributes:
+        tracks: the tracks.
+        newest: the version that they were fitted to.
+        changed: the version after it; None: they bring nothing along.
+    """
+
+    tracks: list[Track]
+    newest: LabelSet
+    changed: Changed | None
+
+    def store(self, session: Session, events: EventBus, video_id: str, author: str) -> None:
+        """Store what they bring along, in the transaction that stores the tracks.
+
+        Raises:
+            Overtaken: the set has another version by now.
+            Conflict: the video uses another set by now.
+            NotFound: the video is gone.
+        """
+        present = labels_of_video(session, video_id)
+        if present.key != self.newest.key:
+            raise Conflict(
+                f"The video uses the label set '{present.name}' since the file was read with '{self.newest.name}'. "
+                "Import the file again.",
+                code="other_label_set",
+            )
+        if present.version != self.newest.version:
+            raise Overtaken
+        if self.changed is None:
+            return
+        try:
+            append(session, present, self.changed, author)
+        except IntegrityError:
+            raise Overtaken from None
+        events.publish(session, "labels", present.key, {"version": self.changed.labels.version})
+
+
+def fitted(newest: LabelSet, before: LabelSet, read: LabelSet, tracks: Sequence[Track], file: str) -> Fitted:
+    """Fit what a file says to the newest version of its video's set: others may have changed it meanwhile.
 
     Args:
-        service: writes.
+        newest: that version.
         before: the set that the file was read onto.
         read: the same with what the file adds.
         tracks: with the numbers of ``read``.
-        author: who imports.
         file: its name, for the history of the set.
 
-    Returns:
-        The tracks with the numbers that the new labels have got: somebody may have added others meanwhile.
+    Raises:
+        Conflict: a label that tracks have was taken out of the set, or labels of the file do not go together with it.
     """
     known = {label.id: label for label in before}
     new = [label for label in read if label.id not in known]
     changed = [label for label in read if label.id in known and label.attributes != known[label.id].attributes]
+    content = {label.id: label for label in newest}
+    used = {each.label for each in tracks}.union(*(each.labels.tolist() for each in tracks if each.labels is not None))
+    for gone in sorted(used & known.keys() - content.keys()):
+        raise Conflict(
+            f"Somebody has taken the label '{known[gone].name}' out of '{newest.name}' while the file was read. Import "
+            "it again.",
+            code="other_label_set",
+        )
     if not new and not changed:
-        return list(tracks)
+        return Fitted(list(tracks), newest, None)
     numbers: dict[int, int] = {}
-
-    def make(_: Session, newest: LabelSet) -> Changed:
-        numbers.clear()
-        content = {label.id: label for label in newest}
-        for label in changed:
+    for label in changed:
+        if label.id in content:
             content[label.id] = _with_attributes(content[label.id], label)
-        finder, free = LabelFinder(newest), newest.next_id
-        for label in new:
-            match = finder.find(label.name)
-            if match is not None and match.how != "number":
-                numbers[label.id] = match.label.id
-                content[match.label.id] = _with_attributes(content[match.label.id], label)
-            else:
-                numbers[label.id], content[free] = free, label.model_copy(update={"id": free})
-                free += 1
-        every = tuple(content.values())
-        if every == newest.labels:
-            return Changed(newest, "")
-        return Changed(next_version(newest, every, free), _sentence(new, changed, file))
-
-    service.write(before.key, author, make)
-    return [relabelled(track, numbers) for track in tracks]
+    finder, free = LabelFinder(newest), newest.next_id
+    for label in new:
+        match = finder.named(label.name)
+        if match is not None:
+            numbers[label.id] = match.label.id
+            content[match.label.id] = _with_attributes(content[match.label.id], label)
+        else:
+            numbers[label.id], content[free] = free, label.model_copy(update={"id": free})
+            free += 1
+    every = tuple(content.values())
+    moved = [relabelled(track, numbers) for track in tracks]
+    if every == newest.labels:
+        return Fitted(moved, newest, None)
+    try:
+        labels = next_version(newest, every, free)
+    except ChangeError as error:
+        raise Conflict(f"{file}: its labels do not go together with '{newest.name}'. {error}", code="taken") from None
+    return Fitted(moved, newest, Changed(labels, _sentence(new, changed, file)))
 
 
 def _with_attributes(label: Label, other: Label) -> Label:

@@ -219,7 +219,7 @@ def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
     if isinstance(wanted, int):
         found = labels.get(wanted)
         if found is None and wanted != NONE:
-            raise UsageError(f"{labels.name} has no label {wanted}. 'tsr labels show' lists them.")
+            raise UsageError(f"{labels.name} has no label {wanted}. 'tsr labels list' lists them.")
         return frozenset({labels.resolved(wanted)})
     finder, parts, ids = LabelFinder(labels), wanted.split(","), set[int]()
     while parts:
@@ -231,7 +231,7 @@ def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
                 ids.add(NONE if match is None else match.label.id)
                 break
         else:
-            raise UsageError(f"{labels.name} has no label {parts[0].strip()!r}. 'tsr labels show' lists them.")
+            raise UsageError(f"{labels.name} has no label {parts[0].strip()!r}. 'tsr labels list' lists them.")
         parts = parts[count:]
     return frozenset(ids)
 

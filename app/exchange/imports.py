@@ -11,23 +11,22 @@ from pathlib import Path
 from typing import Literal
 
 from sqlalchemy import select
-from sqlalchemy.orm import undefer
+from sqlalchemy.orm import Session, undefer
 
 from app.edits.documents import TrackDoc
 from app.edits.service import EditService
-from app.errors import Invalid, NotFound
+from app.errors import Busy, Invalid, NotFound
 from app.events import EventBus
 from app.exchange.as_annotation import Annotated, annotate
 from app.exchange.as_run import write_run
 from app.exchange.as_truth import truth_rows
-from app.exchange.brought import keep_words, store_labels, words_of
+from app.exchange.brought import Fitted, Overtaken, fitted, keep_words, words_of
 from app.exchange.dataset import LABELS, Source, VideoFacts
 from app.exchange.engine_tracks import engine_facts
 from app.exchange.marks import ignored, marks
 from app.exchange.stored import home_source, require_source, video_facts
 from app.exchange.tracks import run_tracks
 from app.ground_truths.service import GroundTruthService
-from app.labels.service import LabelService
 from app.labels.store import labels_of_video
 from app.outputs.placing import placing
 from app.runs.view import publish_run
@@ -66,7 +65,15 @@ __all__ = [
 ImportKind = Literal["annotation", "truth", "run"]
 BY_HAND = "drawn by hand"
 """What a run without an engine and without a file says of where it comes from."""
+HTTP_WAYS = (
+    "Say which labels they are (label_map), add them to the set (unknown=add, or some of them with add), or leave "
+    "their tracks out (unknown=skip)."
+)
 _PART = ".import-"
+_TRIES = 50
+"""Attempts to store while others change the label set."""
+Begin = Callable[[Session], None]
+"""What the transaction that stores tracks does first."""
 _MOST_NAMES = 2000
 """Names in the answer about those that no label has."""
 
@@ -114,6 +121,8 @@ class Incoming:
         switches: options of the format.
         label_map: name in the file -> number or key of a label, -1: no label of the set.
         unknown: what becomes of other names that no label has; see ``ImportTarget``.
+        added: names that are added to the set, whatever ``unknown`` says of the others.
+        ways: how a person says what becomes of names, for the refusal of those that no label has.
         author: who brings it.
         scratch: where archives are unpacked for the moment; None: the system's folder.
     """
@@ -124,6 +133,8 @@ class Incoming:
     switches: Mapping[str, str] = field(default_factory=dict)
     label_map: Mapping[str, int | str] = field(default_factory=dict)
     unknown: UnknownNames = "refuse"
+    added: frozenset[str] = frozenset()
+    ways: str = HTTP_WAYS
     author: str = ""
     scratch: Path | None = None
 
@@ -156,7 +167,6 @@ class ImportService:
         self._events = events
         self._edits = edits
         self._ground_truths = ground_truths
-        self._labels = LabelService(database, events)
 
     def bring_in(self, video_id: str, incoming: Incoming, kind: ImportKind, run_id: str | None = None) -> ImportResult:
         """Import a file.
@@ -199,16 +209,27 @@ class ImportService:
         """Store what ``read_incoming`` has read. Arguments and errors as of ``bring_in``."""
         tracks = list(dataset.videos[0].tracks())
         author = incoming.author or self._settings.author
-        tracks = store_labels(self._labels, onto.labels, dataset.labels, tracks, author, incoming.path.name)
-        if incoming.label_map:
-            with self._database.write() as session:
+        for _ in range(_TRIES):
+            with self._database.read() as session:
+                newest = labels_of_video(session, video_id)
+            if newest.key != onto.labels.key:
+                newest = onto.labels  # another set by now, which the transaction refuses
+            fit = fitted(newest, onto.labels, dataset.labels, tracks, incoming.path.name)
+
+            def begin(session: Session, fit: Fitted = fit) -> None:
+                fit.store(session, self._events, video_id, author)
                 keep_words(session, onto.labels, incoming.label_map, author)
-        if kind == "annotation":
-            source = self._source(video_id, run_id)
-            return self._annotation(source, str(run_id), incoming, dataset, tracks)
-        if kind == "truth":
-            return self._truth(video_id, incoming, dataset, tracks)
-        return self._run(video_id, onto, incoming, dataset, tracks)
+
+            try:
+                if kind == "annotation":
+                    source = self._source(video_id, run_id)
+                    return self._annotation(source, str(run_id), incoming, dataset, fit.tracks, begin)
+                if kind == "truth":
+                    return self._truth(video_id, incoming, dataset, fit.tracks, begin)
+                return self._run(video_id, onto, incoming, dataset, fit.tracks, begin)
+            except Overtaken:
+                continue
+        raise Busy(f"Too many people change the label set '{onto.labels.name}' at once. Import the file again.")
 
     def begin_by_hand(self, video_id: str, name: str, author: str, onto: Onto | None = None) -> ImportResult:
         """A run without tracks, for whoever draws all of them.
@@ -225,7 +246,7 @@ class ImportService:
         """
         onto = self.check(video_id, "run", None) if onto is None else onto
         nothing = Dataset(onto.labels, (onto.facts.without_tracks(),))
-        return self._run(video_id, onto, Incoming(Path(BY_HAND), name, BY_HAND, author=author), nothing, [])
+        return self._run(video_id, onto, Incoming(Path(BY_HAND), name, BY_HAND, author=author), nothing, [], _nothing)
 
     def sweep(self) -> None:
         """Remove what imports of processes that died have left; those that are going on are let alone."""
@@ -247,12 +268,14 @@ class ImportService:
             require_source(session, self._settings, _named(run_id), video_id)
             return home_source(session, self._settings, _named(run_id))
 
-    def _truth(self, video_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track]) -> ImportResult:
+    def _truth(
+        self, video_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track], begin: Begin
+    ) -> ImportResult:
         signs = [track for track in tracks if track.state != REJECTED]
         if not signs:
             raise Invalid(f"{incoming.path.name} holds rejected tracks alone, and those are no signs.", code="nothing")
         rows = truth_rows(signs)
-        truth = self._ground_truths.put_rows(video_id, incoming.name, rows)
+        truth = self._ground_truths.put_rows(video_id, incoming.name, rows, begin)
         counts = (
             (len(tracks) - len(signs), "rejected track", "Ground truth says what is a sign, not what is none."),
             (sum(len(track.notes) for track in signs), "note", "Ground truth has no notes."),
@@ -261,7 +284,7 @@ class ImportService:
         return _result("truth", truth.id, len(signs), len(rows), dataset, lost)
 
     def _run(
-        self, video_id: str, onto: Onto, incoming: Incoming, dataset: Dataset, tracks: list[Track]
+        self, video_id: str, onto: Onto, incoming: Incoming, dataset: Dataset, tracks: list[Track], begin: Begin
     ) -> ImportResult:
         run_id = uuid.uuid4().hex
         home = self._settings.home
@@ -299,6 +322,7 @@ class ImportService:
             with placing(home, run_id) as work, self._database.write() as session:
                 if session.get(Video, video_id) is None:
                     raise NotFound(f"There is no video {video_id[:80]!r} any more.")
+                begin(session)
                 session.add(run)
                 publish_run(session, self._events, run)
                 if said:
@@ -312,7 +336,7 @@ class ImportService:
         return reported.model_copy(update={"edit": edit})
 
     def _annotation(
-        self, source: Source, run_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track]
+        self, source: Source, run_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track], begin: Begin
     ) -> ImportResult:
         size = source.video.width, source.video.height
         author = incoming.author or self._settings.author
@@ -333,11 +357,15 @@ class ImportService:
             found = annotate(tracks, shown, present, author, size, exported, engine)
             return found.documents
 
-        seq, _ = self._edits.put_documents(run_id, author, _command(incoming), make)
+        seq, _ = self._edits.put_documents(run_id, author, _command(incoming), make, begin)
         reported = _result("annotation", run_id, found.changed + found.made, found.boxes, dataset, found.skipped)
         return reported.model_copy(
             update={"same": found.same, "edit": seq, "repaired": [*reported.repaired, *found.repaired]}
         )
+
+
+def _nothing(_: Session) -> None:
+    """Begin a transaction with nothing."""
 
 
 def read_incoming(incoming: Incoming, onto: Onto, tell: Callable[[int], None] | None = None) -> Dataset:
@@ -359,7 +387,7 @@ def read_incoming(incoming: Incoming, onto: Onto, tell: Callable[[int], None] | 
         target = replace(target_of(incoming, onto), tell=tell)
         dataset = read_dataset(incoming.path, target, _chosen(incoming), scratch=incoming.scratch)
     except UnknownLabels as error:
-        raise _unknown(error) from None
+        raise _unknown(error, incoming.ways) from None
     if next(iter(dataset.videos[0].tracks()), None) is None:
         raise Invalid(f"{incoming.path.name} holds no boxes for {onto.facts.name}. Check the file.", code="nothing")
     return dataset
@@ -382,11 +410,12 @@ def target_of(incoming: Incoming, onto: Onto) -> ImportTarget:
         dict(incoming.label_map),
         remembered=onto.words,
         unknown=incoming.unknown,
+        added=incoming.added,
         limits=onto.limits,
     )
 
 
-def _unknown(error: UnknownLabels) -> Invalid:
+def _unknown(error: UnknownLabels, ways: str) -> Invalid:
     """The names of a file that no label has, for a page to ask about."""
     names = [
         {
@@ -398,9 +427,8 @@ def _unknown(error: UnknownLabels) -> Invalid:
         }
         for each in error.labels[:_MOST_NAMES]
     ]
-    return Invalid(
-        str(error), code="unknown_labels", field="label_map", details={"labels": names, "count": len(error.labels)}
-    )
+    details = {"labels": names, "count": len(error.labels)}
+    return Invalid(f"{error} {ways}", code="unknown_labels", field="label_map", details=details)
 
 
 def _chosen(incoming: Incoming) -> Format | None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from sqlalchemy import delete, select
-from sqlalchemy.orm import undefer
+from sqlalchemy.orm import Session, undefer
 
 from app.errors import Invalid, NotFound
 from app.evidence.tables import BoxTable
@@ -41,10 +41,16 @@ class GroundTruthService:
             frames = video.frames if video.state == "ready" else None
         return self.put_rows(video_id, name, parse(content, frames))
 
-    def put_rows(self, video_id: str, name: str, rows: Rows) -> GroundTruth:
+    def put_rows(
+        self, video_id: str, name: str, rows: Rows, begin: Callable[[Session], None] | None = None
+    ) -> GroundTruth:
         """Store checked rows; a truth of the same name is replaced.
 
-        Columns are those of ``app.storage.ground_truth_rows.COLUMNS``.
+        Args:
+            video_id: the video.
+            name: of the truth.
+            rows: columns are those of ``app.storage.ground_truth_rows.COLUMNS``.
+            begin: what the same transaction does first.
 
         Raises:
             NotFound: no such video.
@@ -53,6 +59,8 @@ class GroundTruthService:
         with self._database.write() as session:
             if session.get(Video, video_id) is None:
                 raise NotFound(f"There is no video {video_id[:80]!r} any more.")
+            if begin is not None:
+                begin(session)
             session.execute(delete(GroundTruth).where(GroundTruth.video_id == video_id, GroundTruth.name == name))
             session.add(truth)
         return truth

@@ -13,7 +13,7 @@ from app.storage.models import Run
 from tsr_engine.labels.classes import RunClasses, classes_of_keys, classes_of_set
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["RunClasses", "classes_in", "labels_of_model", "run_classes"]
+__all__ = ["RunClasses", "classes_in", "labels_of_model", "reported_classes", "run_classes"]
 
 
 def classes_in(session: Session, run: Run) -> RunClasses:
@@ -33,9 +33,13 @@ def run_classes(run: Run, labels: LabelSet) -> RunClasses:
         run: ``labels`` of it says what its numbers are: keys by number, ids of a set, or (None) ``gtsrb-43``.
         labels: the set of the run's video.
     """
-    reported: Mapping[str, Any] = run.labels or {}
-    keys = reported.get("keys")
-    return _classes(None if keys is None else tuple(keys), reported.get("set"), _Version(labels))
+    return reported_classes(run.labels, labels)
+
+
+def reported_classes(reported: Mapping[str, Any] | None, labels: LabelSet) -> RunClasses:
+    """The same, from ``Run.labels`` alone."""
+    keys = None if reported is None else reported.get("keys")
+    return _classes(None if keys is None else tuple(keys), (reported or {}).get("set"), _Version(labels))
 
 
 class _Version:

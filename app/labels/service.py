@@ -37,6 +37,7 @@ from app.labels.store import (
 from app.labels.views import Change, LabelSetView, LabelVersion, LabelView, label_view, version_view
 from app.storage.database import Database
 from app.storage.models import LabelSetDefault, LabelSetVersion, Video
+from app.videos.view import publish_video
 from tsr_engine.labels.adopting import adopt_labels
 from tsr_engine.labels.changes import (
     Changed,
@@ -237,6 +238,7 @@ class LabelService:
             assert video is not None
             if video.label_set != key:
                 video.label_set = key
+                publish_video(session, self._events, video)
                 self._events.publish(session, "labels", wanted.key, {"version": wanted.version})
             return _set_view(wanted, default)
 

@@ -13,7 +13,7 @@ from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base, Sequence, now
-from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord
+from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord, TrackClasses
 from app.storage.moments import Moment
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "Output",
     "Run",
     "Server",
+    "TrackClasses",
     "TrackDocument",
     "Video",
 ]

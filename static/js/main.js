@@ -47,7 +47,7 @@ const editor = createEditor({
 });
 const following = createFollowing({ store, api, edit: editor.edit, author, signal: ended.signal, toast });
 /** @type {App} */
-const app = { store, api, labels: createLabelSets({ store, api, author, say: (text) => toast(text, { topic: 'labels', stays: true }) }), ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, notes: createNoteDrafts(() => sessionStorage), loader: /** @type {any} */ (null), following };
+const app = { store, api, labels: createLabelSets({ store, api, author, say: (text) => toast(text, { topic: 'labels', stays: true }), turned: () => void app.loader.refresh() }), ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, notes: createNoteDrafts(() => sessionStorage), loader: /** @type {any} */ (null), following };
 app.loader = createLoader(app, { opened: (run) => {
   following.open(run);
   void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) })));

@@ -108,6 +108,7 @@
  * @property {number} least_uncertainty
  * @property {number|null} least_score   best score of a track, log-odds; null: any, also none at all
  * @property {number|null} most_score
+ * @property {{name: string, value: import('./types.js').AttributeValue|null}|null} attribute   value null: any that a person has given
  * @property {boolean} with_notes        only tracks that somebody has written a note on
  * @property {string} text
  * @property {'uncertainty'|'time'|'class'|'score'} sort

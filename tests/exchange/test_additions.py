@@ -8,7 +8,7 @@ import pytest
 
 from tests.exchange.exchange_toys import a_dataset, a_set, a_track, a_video, target_of, tracks_of
 from tsr_engine.errors import ExportError, ImportFormatError
-from tsr_engine.exchange.additions import Declared
+from tsr_engine.exchange.additions import Declared, UnknownLabels
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
@@ -37,6 +37,29 @@ def test_names_that_differ_by_case_alone_become_one_label() -> None:
         (44, "停车", "停车"),
     ]
     assert [track.label for track in tracks_of(found).values()] == [43, 43, 44]
+
+
+def test_some_names_are_added_and_others_left_out_of_one_file() -> None:
+    lit = Attribute(name="lit", kind="checkbox", mutable=True)
+    validator = ImportValidator(target_of(a_dataset(), unknown="skip", added=frozenset({"plate"})))
+    validator.declare("plate", Declared((lit,), "#00ff00"))
+    validator.declare("tree", Declared((lit,)))
+    for name in ("plate", "tree", "stop"):
+        validator.box(name, 1, (0, 0, 9, 9), validator.label(name, "f"), file="f", said={"lit": "true"})
+    found = validator.finish("f")
+    (plate,) = found.labels.labels[43:]
+    assert (plate.name, plate.colour, plate.attributes) == ("plate", "#00ff00", (lit,))
+    tracks = tracks_of(found)
+    assert (tracks.keys(), tracks["plate"].changing["lit"].tolist()) == ({"plate", "stop"}, [True])
+    assert sorted(item.what for item in found.skipped) == ["1 box of 1 track named 'tree'", "attribute 'lit'"]
+
+
+def test_names_to_add_do_not_let_others_in() -> None:
+    validator = ImportValidator(target_of(a_dataset(), added=frozenset({"plate"})))
+    for name in ("plate", "tree"):
+        validator.box(name, 1, (0, 0, 9, 9), validator.label(name, "f"), file="f")
+    with pytest.raises(UnknownLabels, match="1 name is no label of .*'tree'"):
+        validator.finish("f")
 
 
 @pytest.mark.parametrize("name", ["a\x00b", "x" * 300, "\u202egnorw"])

@@ -116,6 +116,23 @@ def test_names_that_no_label_has_are_refused_with_their_list(validator: ImportVa
     assert [label.key for label in reported.value.labels[1].suggestions] == ["stop"]
 
 
+def test_the_example_of_a_name_is_its_clearest_box(validator: ImportValidator) -> None:
+    tree = validator.label("tree", "f", 8)
+    for track, frame, edges, more in (
+        ("a", 1, (10, 10, 20, 20), {}),
+        ("a", 2, (10, 10, 90, 90), {"occluded": True}),
+        ("b", 3, (0, 10, 60, 60), {}),
+        ("b", 4, (10, 10, 45, 45), {}),
+        ("b", 5, (10, 10, 44, 44), {}),
+    ):
+        validator.box(track, frame, edges, tree, file="f", **more)
+    validator.end("b", 6)
+    with pytest.raises(UnknownLabels) as reported:
+        validator.finish("f", interpolate=True)
+    (found,) = reported.value.labels
+    assert (found.tracks, found.boxes, found.frame, found.box) == (2, 5, 4, (10, 10, 45, 45))
+
+
 def test_none_of_the_classes_is_said_and_counts_as_a_class_does(validator: ImportValidator) -> None:
     for frame, label in enumerate((-1, -1, -1, UNSAID, 14)):
         validator.box("a", frame, (0, 0, 9, 9), label, file="f")

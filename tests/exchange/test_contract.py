@@ -18,9 +18,11 @@ from hypothesis import strategies as st
 
 from tests.exchange.exchange_toys import GTSRB, a_track, a_video, target_of, tracks_of
 from tests.exchange.losses import LOSSES, compare
+from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import CROPS, export_dataset
-from tsr_engine.exchange.formats import ExportOptions, Format
+from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
+from tsr_engine.exchange.labels import label_name
 from tsr_engine.exchange.load import read_dataset, recognise
 from tsr_engine.exchange.manifest import read_manifest
 from tsr_engine.exchange.registry import FORMATS
@@ -42,17 +44,18 @@ ASKED = tuple(
     )
     for mutable in (False, True)
 )
-FOREIGN = (43, 44)
+FOREIGN = (43, 44, 45)
 """Labels that the German benchmark does not have, with questions of every kind."""
 LABELS = (-1, 0, 1, 7, 14, 42, *FOREIGN)
 SET = LabelSet(
     key="ours",
     name="ours",
-    next_id=45,
+    next_id=46,
     labels=(
         *GTSRB,
         Label(id=43, key="pedestrian-crossing", name="pedestrian_crossing", attributes=ASKED, colour="#1e90ff"),
         Label(id=44, key="гребля", name="Überweg, 'é' [№ 5]", attributes=ASKED),
+        Label(id=45, key="limit-7", name="7", attributes=ASKED[:1]),
     ),
 )
 
@@ -139,7 +142,7 @@ def _answers(draw: st.DrawFn, label: int, n: int, *, mutable: bool) -> dict[str,
         "text": _TEXT,
     }
     out: dict[str, Any] = {}
-    for asked in ASKED if label in FOREIGN else ():
+    for asked in ASKED if label in FOREIGN[:2] else ():
         if asked.mutable != mutable or not draw(st.booleans()):
             continue
         answer = kinds[asked.kind]
@@ -221,6 +224,31 @@ def test_an_empty_data_set(name: str, clip: Path, tmp_path: Path) -> None:
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
     assert read_manifest(tmp_path / "out").counts["boxes"] == 0
     assert not tracks_of(read_dataset(tmp_path / "out", target_of(dataset), FORMATS[name]))
+
+
+@pytest.mark.parametrize("name", [name for name, loss in LOSSES.items() if not loss.benchmark])
+def test_a_library_that_lacks_labels_gets_them_with_their_attributes(name: str, clip: Path, tmp_path: Path) -> None:
+    """What goes out of one library comes into another one: labels by name, and what tracks say about them."""
+    answers = {"lit": True, "height": 7.0, "side": "right", "text <&>": "é"}
+    tracks = [
+        a_track(f"m{place}", [place, place + 1], label=label, boxes=[(5 + place, 6, 25, 30)] * 2, attributes=said)
+        for place, (label, said) in enumerate(((43, answers), (44, {}), (45, {}), (14, {})), start=1)
+    ]
+    dataset = Dataset(SET, (_video(clip, tracks),))
+    export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
+    onto = ImportTarget(dataset.videos[0], GTSRB)
+    with pytest.raises(UnknownLabels) as refused:
+        read_dataset(tmp_path / "out", onto, FORMATS[name])
+    names = {SET.labels[label].name for label in FOREIGN}
+    assert {each.name for each in refused.value.labels} == names
+    back = read_dataset(tmp_path / "out", replace(onto, unknown="add"), FORMATS[name])
+    assert {label.name for label in back.labels.labels[43:]} == names
+    given = {track.frames[0]: track for track in back.videos[0].tracks()}
+    called = {frame: label_name(back.labels, track.label) for frame, track in given.items()}
+    assert called == {place: SET.labels[label].name for place, label in enumerate((43, 44, 45, 14), start=1)}
+    if LOSSES[name].attributes != "none":
+        said = {asked: f"{each:g}" if isinstance(each, float) else each for asked, each in given[1].attributes.items()}
+        assert said == {**answers, "height": "7"}, "VOC does not say which texts are numbers"
 
 
 @pytest.mark.parametrize("name", list(FORMATS))

@@ -6,8 +6,10 @@ import pytest
 
 from tests.exchange.exchange_toys import GTSRB, a_dataset, a_set, target_of
 from tsr_engine.errors import UsageError
+from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.labels import UNKNOWN, LabelMatcher, label_name
+from tsr_engine.labels.files import shipped_set
 
 
 @pytest.mark.parametrize(
@@ -20,11 +22,10 @@ from tsr_engine.exchange.labels import UNKNOWN, LabelMatcher, label_name
         ("speed limit 30 km/h", 1),
         ("Speed-Limit_30 KM/H", 1),
         ("priority rd", 12),
-        ("14", 14),
-        ("00014", 14),
-        ("class 14", 14),
-        ("class_00014", 14),
-        ("20", 20),
+        ("14", None),
+        ("00014", None),
+        ("class 14", None),
+        ("20", None),
         (UNKNOWN, -1),
         ("43", None),
         ("-1", None),
@@ -59,7 +60,7 @@ def test_a_label_that_was_merged_stands_for_the_other() -> None:
     labels = a_set("stop", "halt")
     merged = labels.labels[1].model_copy(update={"merged_into": 0})
     matcher = LabelMatcher(labels.model_copy(update={"labels": (labels.labels[0], merged)}), {"x": 1})
-    assert (matcher("halt"), matcher("x"), matcher("1")) == (0, 0, 0)
+    assert (matcher("halt"), matcher("x"), matcher.numbered("1")) == (0, 0, 0)
 
 
 def test_every_class_finds_itself() -> None:
@@ -67,15 +68,37 @@ def test_every_class_finds_itself() -> None:
     assert [matcher(label_name(GTSRB, k)) for k in range(-1, 43)] == list(range(-1, 43))
 
 
-@pytest.mark.parametrize(
-    ("name", "number", "reported"), [("14", False, 1), ("class 14", False, 1), ("14", True, 0), ("stop", False, 0)]
-)
-def test_names_that_are_numbers_are_told(name: str, number: bool, reported: int) -> None:
+@pytest.mark.parametrize("name", ["14", "00014", "class 14", "class_00014", "#14"])
+def test_numbers_are_ids_only_where_the_file_has_numbers(name: str) -> None:
+    assert LabelMatcher(GTSRB).numbered(name) == 14
     validator = ImportValidator(target_of(a_dataset()))
-    assert validator.label(name, "a.xml", 3, number=number) == 14
-    repaired = validator.finish("a.xml").repaired
-    assert len(repaired) == reported
-    assert all("Label names that are numbers were taken as the tool's label numbers: 1" in each for each in repaired)
+    assert validator.label(name, "a.xml", 3, number=True) == 14
+    validator.box("a", 1, (0, 0, 9, 9), validator.label(name, "a.xml", 3), file="a.xml")
+    with pytest.raises(UnknownLabels, match=r"1 track, 1 box; like 'stop'\)\. It stands in a\.xml, line 3\."):
+        validator.finish("a.xml")
+
+
+@pytest.mark.parametrize(
+    ("name", "like"),
+    [
+        ("50", ["speed-limit-50", "end-of-speed-limit-50", "minimum-speed-50"]),
+        ("10", ["speed-limit-10", "no-overtaking-by-lorries"]),
+        ("14", ["stop"]),
+        ("9999", []),
+    ],
+)
+def test_a_number_in_place_of_a_name_is_asked_about(name: str, like: list[str]) -> None:
+    """50 is a speed limit in most files, and the id of quite another sign in `vienna`."""
+    vienna = shipped_set("vienna")
+    matcher = LabelMatcher(vienna)
+    assert matcher(name) is None
+    assert [label.key for label in matcher.suggestions(name)] == like
+
+
+def test_a_number_that_names_a_label_is_that_label() -> None:
+    fifty = a_set("stop", "50", "fifty")
+    matcher = LabelMatcher(fifty)
+    assert (matcher("50"), matcher.numbered("50"), matcher.numbered("2"), matcher("2")) == (1, 1, 2, None)
 
 
 def test_numbers_that_a_person_has_named_are_not_told() -> None:

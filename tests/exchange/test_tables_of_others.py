@@ -10,6 +10,7 @@ import pytest
 
 from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
@@ -176,7 +177,6 @@ def test_a_number_beyond_the_video_names_the_switch(tmp_path: Path, name: str) -
         ({"class": "0", "class_name": "stop", "name": "drive.mp4"}, 14, False),
         ({"label": "3", "class_id": "stop"}, 14, False),
         ({"class_id": "3", "label": ""}, 3, True),
-        ({"class": "3"}, 3, True),
         ({"cls": "3"}, 3, True),
         ({"class_id": "-1"}, -1, False),
         ({"class_id": "nan"}, -1, False),
@@ -194,6 +194,19 @@ def test_a_name_goes_before_a_number_and_numbers_are_told(
     found = _read(tmp_path, "rows.json", [entry])
     assert tracks_of(found)["7"].label == label
     assert _reported(found, "took their class number as the tool's: 1", "entry 1") == reported
+
+
+@pytest.mark.parametrize("column", ["class", "label", "name", "category"])
+def test_numbers_in_a_column_of_names_are_asked_about(tmp_path: Path, column: str) -> None:
+    table = f"frame,track_id,x1,y1,x2,y2,{column}\n0,7,10,10,50,50,3\n"
+    with pytest.raises(UnknownLabels, match=r"'3' \(1 track, 1 box.*It stands in rows.csv, line 2"):
+        _read(tmp_path, "rows.csv", table)
+    with pytest.raises(UnknownLabels, match=r"'3\.5' "):
+        _read(tmp_path, "rows.csv", table.replace(",3\n", ",3.5\n"))
+    entry = {"frame": 0, "track_id": 7, "box": [10, 10, 50, 50]}
+    with pytest.raises(UnknownLabels, match=r"'3' \(1 track, 1 box.*It stands in rows.json, entry 1"):
+        _read(tmp_path, "rows.json", [{**entry, column: "3"}])
+    assert tracks_of(_read(tmp_path, "rows.json", [{**entry, column: 3}]))["7"].label == 3, "a number is told as one"
 
 
 def test_numbers_that_a_person_has_named_are_not_told(tmp_path: Path) -> None:

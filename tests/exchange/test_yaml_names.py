@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
+from tests.exchange.exchange_toys import a_dataset, a_set, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.additions import UnknownLabels
+from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.yolo.names import MAX_YAML_BYTES, names_of, quoted_name
 
@@ -117,3 +119,19 @@ def test_quoted_names_of_a_whole_import(tmp_path: Path) -> None:
     (track,) = tracks_of(found).values()
     assert track.label == 14
     assert not any("names no classes" in sentence for sentence in found.repaired)
+
+
+def test_the_classes_of_gtsrb_called_by_their_numbers(tmp_path: Path) -> None:
+    """As many files have them. Any other list of numbers is a list of names that are asked about."""
+    label = tmp_path / "labels" / "train" / "frame_000010.txt"
+    label.parent.mkdir(parents=True)
+    label.write_text("14 0.5 0.5 0.0625 0.1\n")
+    (tmp_path / "data.yaml").write_text(f"names: {[str(number) for number in range(43)]}\n")
+    team = a_set("yield", "stop")
+    team = team.model_copy(update={"labels": (team.labels[0], team.labels[1].model_copy(update={"key": "stop"}))})
+    found = read_dataset(tmp_path, target_of(Dataset(team, a_dataset().videos)))
+    assert [track.label for track in tracks_of(found).values()] == [1]
+    assert any("data.yaml: calls 43 classes by their numbers" in sentence for sentence in found.repaired)
+    (tmp_path / "data.yaml").write_text(f"names: {[str(number) for number in range(42)]}\n")
+    with pytest.raises(UnknownLabels, match="'14'"):
+        read_dataset(tmp_path, target_of(a_dataset()))

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tests.exchange.exchange_toys import a_set
 from tests.oracles.conftest import Ask, boxes_of, same_boxes
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.labels.model import Attribute
 
 
 def _export(dataset: Dataset, name: str, out: Path, **switches: str) -> Path:
@@ -43,6 +47,41 @@ def test_datumaro_reads_tracks_of_cvat(dataset: Dataset, ask: Ask, tmp_path: Pat
     assert len({box[6]["track_id"] for box in shown}) == 2
     # Ends of tracks and gaps: one more box each, marked as outside.
     assert len(found["boxes"]) - len(shown) == 3
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"), [("cvat-video", "cvat"), ("cvat-images", "cvat"), ("datumaro", "datumaro"), ("coco", "coco")]
+)
+def test_datumaro_reads_labels_of_any_country_and_their_attributes(
+    dataset: Dataset, ask: Ask, tmp_path: Path, ours: str, theirs: str
+) -> None:
+    asked = (
+        Attribute(name="lit", kind="checkbox", mutable=True),
+        Attribute(name="side", kind="select", values=("left", "right")),
+    )
+    names = ("pedestrian_crossing", "elsőbbségadás kötelező", "50")
+    (video,) = dataset.videos
+    tracks = [
+        replace(
+            track,
+            attributes={"side": "right"},
+            changing={"lit": np.array([at % 2 == 0 for at in range(len(track.frames))], object)},
+        )
+        for track in video.tracks()
+    ]
+    foreign = Dataset(a_set(*names, attributes=asked), (replace(video, tracks=lambda: iter(tracks)),))
+    found = ask("datumaro", "read", theirs, _export(foreign, ours, tmp_path / "out"))
+    shown = sorted([box for box in found["boxes"] if not box[6].get("outside")], key=lambda box: box[:2])
+    same_boxes(boxes_of(foreign), shown, 0.006)
+    assert {box[1] for box in shown} == {names[0], names[2]}
+    assert {str(box[6]["side"]) for box in shown} == {"right"}
+    lit = {(box[0], box[1]): box[6]["lit"] in (True, "true", "True") for box in shown}
+    wanted = {
+        (frame, names[track.label]): bool(track.changing["lit"][at])
+        for track in tracks
+        for at, frame in enumerate(track.frames.tolist())
+    }
+    assert lit == wanted
 
 
 def test_datumaro_reads_tracks_of_coco(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:

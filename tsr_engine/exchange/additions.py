@@ -6,7 +6,7 @@ Readers hand over what stands in the file; here it becomes labels of the set, is
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -53,8 +53,9 @@ class Unknown:
         tracks: how many tracks have it.
         boxes: how many of their boxes.
         suggestions: labels that may be meant.
-        frame: of the first box.
-        box: the first box, px edges.
+        frame: of its clearest box.
+        box: that box, px edges.
+        place: of the first box in the file, in words.
     """
 
     name: str
@@ -63,10 +64,13 @@ class Unknown:
     suggestions: tuple[Label, ...]
     frame: int
     box: tuple[float, float, float, float]
+    place: str
 
 
 class UnknownLabels(ImportFormatError):
     """A file has names that no label has, and nobody has said what becomes of them.
+
+    The message does not say what to do: the command line, the HTTP API and the page have their own words for it.
 
     Attributes:
         labels: the names.
@@ -77,32 +81,29 @@ class UnknownLabels(ImportFormatError):
         self.labels = tuple(labels)
 
 
-def unknown_refused(
-    file: str, labels: LabelSet, matcher: LabelMatcher, found: Mapping[str, tuple[int, int, int, Any]]
-) -> UnknownLabels:
+def unknown_refused(file: str, labels: LabelSet, matcher: LabelMatcher, found: Sequence[Unknown]) -> UnknownLabels:
     """The error for names that no label has.
 
     Args:
         file: for messages.
         labels: the set.
         matcher: suggests.
-        found: name -> tracks, boxes, frame and edges of the first box.
+        found: the names, in the order of the file.
     """
-    order = sorted(found, key=lambda name: (-found[name][1], name))
+    order = sorted(found, key=lambda each: (-each.boxes, each.name))
     listed = [
-        Unknown(name, tracks, boxes, tuple(matcher.suggestions(name)) if at < _SUGGESTED else (), frame, edges)
-        for at, name in enumerate(order)
-        for tracks, boxes, frame, edges in [found[name]]
+        replace(each, suggestions=tuple(matcher.suggestions(each.name))) if at < _SUGGESTED else each
+        for at, each in enumerate(order)
     ]
     words = []
     for each in listed[:_LISTED]:
         like = f"; like {' or '.join(repr(label.key) for label in each.suggestions)}" if each.suggestions else ""
         words.append(f"{each.name[:80]!r} ({_count(each.tracks, 'track')}, {_count(each.boxes, 'box')}{like})")
     more = f" and {len(listed) - _LISTED} more" if len(listed) > _LISTED else ""
+    one = len(listed) == 1
     return UnknownLabels(
-        f"{file}: {_count(len(listed), 'name')} {'is' if len(listed) == 1 else 'are'} no label of {labels.name}: "
-        f"{', '.join(words)}{more}. Say what they are (--label NAME=KEY, label_map), add them to the set "
-        "(unknown=add), or leave their tracks out (unknown=skip).",
+        f"{file}: {_count(len(listed), 'name')} {'is' if one else 'are'} no label of {labels.name}: "
+        f"{', '.join(words)}{more}. {'It' if one else 'The first'} stands in {found[0].place}.",
         listed,
     )
 
@@ -196,7 +197,7 @@ def attributed(
     tracks: list[Track],
     rows: Mapping[int, Sequence[Said]],
     declared: Mapping[int, Declared],
-    add: bool,
+    add: Callable[[int], bool],
     file: str,
 ) -> tuple[LabelSet, list[Skipped]]:
     """Give tracks the attributes that rows of a file say; those that a label does not have are added to it, or told.
@@ -206,7 +207,7 @@ def attributed(
         tracks: those that rows say something of are replaced.
         rows: place of a track -> what is said in each of its frames.
         declared: what the file says of labels, by id.
-        add: add attributes that a label does not have.
+        add: whether a label, by its id, gets the attributes that it does not have.
         file: for messages.
 
     Returns:
@@ -225,7 +226,7 @@ def attributed(
         if label is None:
             continue
         found = {each.name: each for each in label.attributes}
-        if add:
+        if add(label_id):
             said_here = {each.name: each for each in declared.get(label_id, Declared()).attributes}
             for name, columns in questions.items():
                 new = _asked(found.get(name), said_here.get(name), name, columns)

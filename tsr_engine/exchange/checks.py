@@ -13,14 +13,13 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from tsr_engine.errors import ExportError, ImportFormatError
-from tsr_engine.exchange.additions import Declared, Said, attributed, unknown_refused, with_new_labels
+from tsr_engine.exchange.additions import Declared, Said, attributed
 from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget, Switch
-from tsr_engine.exchange.labels import LabelMatcher
+from tsr_engine.exchange.names_in_file import LEFT_OUT, NamesInFile
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, place_of, read_json, read_text, refuse
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, dense
 from tsr_engine.io.plain_numbers import real_number
-from tsr_engine.labels.model import LabelSet
 
 __all__ = [
     "MAX_JSON_BYTES",
@@ -33,8 +32,6 @@ __all__ = [
     "refuse",
 ]
 
-_LEFT_OUT = -(2**31)
-"""Label of rows that are left out, since no label has their name."""
 _STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
 _SAME_PX = 1e-6
 
@@ -100,8 +97,7 @@ class ImportValidator:
     def __init__(self, target: ImportTarget) -> None:
         """Take what the file is read onto."""
         self.target = target
-        self.matcher = LabelMatcher(target.labels, {**target.remembered, **target.label_map})
-        self._recalled: set[str] = set()
+        self._names = NamesInFile(target)
         self._boxes = self._taken = 0
         self._outside, self._first_outside = 0, ""
         self._bad, self._first_bad = 0, ""
@@ -109,8 +105,6 @@ class ImportValidator:
         self._skipped: list[Skipped] = []
         self._repaired: list[str] = []
         self._counts: dict[str, list[Any]] = {}
-        self._strange: dict[str, int] = {}
-        self._declared: dict[str, Declared] = {}
         self._again: dict[str, int] = {}
 
     def __len__(self) -> int:
@@ -122,23 +116,20 @@ class ImportValidator:
     def label(self, name: str, file: str, line: int | str | None = None, *, number: bool = False) -> int:
         """The id of a name's label, -1 for "unknown sign"; below ``UNSAID``: no label has it, which ``finish`` settles.
 
-        A name that is a number is reported, unless the file has a ``number`` there, of which the reader tells itself.
+        Args:
+            name: as it stands in the file.
+            file: for messages.
+            line: for messages.
+            number: the file has a number there, not a name; it is an id, which the reader reports.
         """
-        found = self.matcher(name)
-        if found is None:
-            return self._strange.setdefault(name, UNSAID - 1 - len(self._strange))
-        if name in self.target.remembered and name not in self.target.label_map:
-            self._recalled.add(name)
-        if not number and self.matcher.is_number(name):
-            self.count("Label names that are numbers were taken as the tool's label numbers", file, line)
-        return found
+        return self._names.label(name, file, line, number)
 
     def declare(self, name: str, declared: Declared) -> None:
         """What the file says of a label, or by an empty name of every label.
 
         It counts where the label, or attributes of it that tracks have, are added to the set.
         """
-        self._declared[name] = declared
+        self._names.declared[name] = declared
 
     def repair(self, sentence: str) -> None:
         """Tell what was put right."""
@@ -366,27 +357,22 @@ class ImportValidator:
         Raises:
             ImportFormatError: a track has two different boxes in one frame.
         """
-        labels, ids = self._settle_names(file)
+        labels, ids, reported = self._names.settle(self._tracks.values(), file)
+        self._skipped += reported.skipped
+        self._repaired += reported.repaired
         tracks: list[Track] = []
         said: dict[int, Sequence[Said]] = {}
         for uid, rows in self._tracks.items():
             track = self._track(uid, rows, file, interpolate, ids, said, len(tracks))
             if track is not None:
                 tracks.append(track)
-            elif not any(ids.get(label) == _LEFT_OUT for label in rows.label):
+            elif not any(ids.get(label) == LEFT_OUT for label in rows.label):
                 self.skip(f"{file}: track {uid}", "It has no box that is shown.")
         if said:
-            declared = {
-                label: about
-                for name, about in self._declared.items()
-                if (label := ids.get(self._strange.get(name, 0), self.matcher(name))) is not None
-            }
-            for each in labels:
-                declared.setdefault(each.id, self._declared.get("", Declared()))
-            labels, left = attributed(labels, tracks, said, declared, self.target.unknown == "add", file)
+            declared = self._names.declared_of(labels, ids)
+            labels, left = attributed(labels, tracks, said, declared, self._names.adds, file)
             self._skipped += left
-        for name in sorted(self._recalled):
-            self.repair(f"{name[:80]!r} was taken as {self._called(name)}, as was said for an earlier file.")
+        self._repaired += self._names.recalled()
         self._tell_counts()
         video = self.target.video
         described = DatasetVideo(
@@ -405,49 +391,6 @@ class ImportValidator:
             limits=video.limits,
         )
         return Dataset(labels, (described,), tuple(self._skipped), tuple(self._repaired))
-
-    def _called(self, name: str) -> str:
-        found = self.target.labels.get(self.matcher(name) or 0)
-        return "no label of the set" if self.matcher(name) == NONE or found is None else repr(found.key)
-
-    def _settle_names(self, file: str) -> tuple[LabelSet, dict[int, int]]:
-        """What becomes of names that no label has: the set, and the id of each name's stand-in.
-
-        Raises:
-            ImportFormatError: they are refused, or can be no labels.
-        """
-        labels, used = self.target.labels, self._strange_used()
-        if not used:
-            return labels, {}
-        if self.target.unknown == "refuse":
-            raise unknown_refused(file, labels, self.matcher, used)
-        if self.target.unknown == "skip":
-            for name, (tracks, boxes, *_) in used.items():
-                what = f"{boxes} {'box' if boxes == 1 else 'boxes'} of {tracks} {'track' if tracks == 1 else 'tracks'}"
-                self.skip(f"{what} named {name[:80]!r}", f"No label of {labels.name} has that name (unknown=skip).")
-            return labels, {self._strange[name]: _LEFT_OUT for name in used}
-        labels, ids = with_new_labels(labels, used, self._declared, file)
-        for name in used:
-            added = labels.get(ids[name])
-            assert added is not None
-            self.repair(f"Label {name[:80]!r} was added to {labels.name} as {added.key!r}, number {added.id}.")
-        return labels, {self._strange[name]: ids[name] for name in used}
-
-    def _strange_used(self) -> dict[str, tuple[int, int, int, tuple[float, ...]]]:
-        """Names that no label has, with their tracks, boxes, and frame and edges of the first box."""
-        if not self._strange:
-            return {}
-        names = {stand_in: name for name, stand_in in self._strange.items()}
-        found: dict[str, tuple[int, int, int, tuple[float, ...]]] = {}
-        for rows in self._tracks.values():
-            label = np.frombuffer(rows.label, dtype=np.int64)
-            for stand_in, first, boxes in zip(*np.unique(label, return_index=True, return_counts=True), strict=True):
-                name = names.get(int(stand_in))
-                if name is not None:
-                    example = rows.frame[first], tuple(rows.edges[4 * first : 4 * first + 4])
-                    before = found.get(name, (0, 0, *example))
-                    found[name] = (before[0] + 1, before[1] + int(boxes), *before[2:])
-        return {name: found[name] for name in self._strange if name in found}
 
     def _tell_counts(self) -> None:
         if self._outside:
@@ -484,7 +427,7 @@ class ImportValidator:
         label = np.frombuffer(rows.label, dtype=np.int64)[take]
         if ids:
             label = np.array([ids.get(each, each) for each in label.tolist()], np.int64)
-            left = label != _LEFT_OUT
+            left = label != LEFT_OUT
             take, frames, kind, edges, label = take[left], frames[left], kind[left], edges[left], label[left]
         flags = np.frombuffer(rows.flags, dtype=np.int8)[take]
         score = np.frombuffer(rows.score, dtype=np.float64)[take]

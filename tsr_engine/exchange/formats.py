@@ -95,6 +95,7 @@ class ImportTarget:
         remembered: what people said about names in earlier files; told where it counts.
         unknown: what becomes of names that no label has: ``refuse`` the file with their list, ``add`` them to the set
             with the attributes that the file declares, or ``skip`` their boxes.
+        added: names that are added to the set, whatever ``unknown`` says of the others.
         wrapper: name of the folder in which the format begins, where that is not what a person chose; else empty.
         store: small files of an unpacked archive that are not on the disk; readers of such ask it.
         limits: what the import may hold.
@@ -107,6 +108,7 @@ class ImportTarget:
     label_map: Mapping[str, int | str] = field(default_factory=dict)
     remembered: Mapping[str, int] = field(default_factory=dict)
     unknown: UnknownNames = "refuse"
+    added: frozenset[str] = frozenset()
     wrapper: str = ""
     store: SmallFileStore | None = field(default=None, repr=False, compare=False)
     limits: ImportLimits = field(default_factory=ImportLimits)

@@ -29,7 +29,9 @@ def label_name(labels: LabelSet, label: int) -> str:
 class LabelMatcher:
     """Finds the label of a name in a file.
 
-    In this order: what a person said about the name; what ``LabelFinder`` finds; ``UNKNOWN`` is no label.
+    In this order: what a person said about the name; the key, name, alias or short name of a label; ``UNKNOWN`` is no
+    label. A name that is a number, such as ``50`` or ``class 14``, is no id: other tools count their own way, and
+    ``50`` may be a speed limit. Only where the file has numbers instead of names does :meth:`numbered` find ids.
     """
 
     def __init__(self, labels: LabelSet, label_map: Mapping[str, int | str] | None = None) -> None:
@@ -40,35 +42,30 @@ class LabelMatcher:
         """
         self._finder = LabelFinder(labels)
         self._said = {name: _said_label(name, said, labels) for name, said in (label_map or {}).items()}
-        self._found: dict[str, tuple[int | None, bool]] = {}
+        self._found: dict[str, int | None] = {}
 
     def __call__(self, name: str) -> int | None:
         """The id of a name's label, -1 where the name stands for none; None: no label has it."""
-        return self._find(name)[0]
+        if name not in self._found:
+            self._found[name] = self._look(name)
+        return self._found[name]
 
-    def is_number(self, name: str) -> bool:
-        """Whether a name counts as a label only since it is a number."""
-        return self._find(name)[1]
+    def numbered(self, name: str) -> int | None:
+        """As a call, but a number is an id, whatever labels are called."""
+        match = None if name in self._said else self._finder.numbered(name)
+        return self(name) if match is None else match.label.id
 
     def suggestions(self, name: str) -> list[Label]:
         """Labels that a name may mean, the likeliest first."""
         return self._finder.suggestions(name)
 
-    def _find(self, name: str) -> tuple[int | None, bool]:
-        found = self._found.get(name)
-        if found is None:
-            found = self._found[name] = self._look(name)
-        return found
-
-    def _look(self, name: str) -> tuple[int | None, bool]:
+    def _look(self, name: str) -> int | None:
         if name in self._said:
-            return self._said[name], False
-        match = self._finder.find(name)
-        if match is not None and match.how != "number":
-            return match.label.id, False
-        if comparable(name) == comparable(UNKNOWN):
-            return NONE, False
-        return (None, False) if match is None else (match.label.id, True)
+            return self._said[name]
+        match = self._finder.named(name)
+        if match is not None:
+            return match.label.id
+        return NONE if comparable(name) == comparable(UNKNOWN) else None
 
 
 def _said_label(name: str, said: int | str, labels: LabelSet) -> int:

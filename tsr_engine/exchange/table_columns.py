@@ -26,6 +26,7 @@ __all__ = [
     "class_in",
     "columns_of",
     "edges_of",
+    "is_id_column",
     "normal",
     "with_video",
 ]
@@ -59,6 +60,8 @@ NAMES: dict[str, tuple[str, ...]] = {
 CLASSES = ("label", "class_name", "classname", "class", "category", "category_name", "label_name", "name",
            "class_id", "classid", "category_id", "label_id", "cls", "cls_id")  # fmt: skip
 """Where a class may stand; of several, a text goes before a number, then the order counts."""
+_IDS = frozenset({"class_id", "classid", "category_id", "label_id", "cls", "cls_id"})
+"""Of these, the columns of numbers; a number in another one may be a name, such as a speed limit."""
 PICTURES = ("filename", "file_name", "image", "image_name", "image_path", "image_id", "imageid", "img", "path")
 """Where other tables name pictures instead of frames."""
 EMPTY = frozenset({"", "nan", "none", "null"})
@@ -109,6 +112,11 @@ class Columns:
 def normal(name: str) -> str:
     """A name as names are compared."""
     return _OTHER.sub("_", name.strip().lower()).strip("_")
+
+
+def is_id_column(name: str) -> bool:
+    """Whether a column of classes holds their numbers, by what it is called."""
+    return normal(name) in _IDS
 
 
 def columns_of(names: Iterable[str]) -> Columns:

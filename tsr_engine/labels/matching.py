@@ -51,9 +51,10 @@ class LabelFinder:
 
     def find(self, word: str) -> Match | None:
         """The label that a word names; None: no label has it."""
-        found = self.named(word)
-        if found is not None:
-            return found
+        return self.named(word) or self.numbered(word)
+
+    def numbered(self, word: str) -> Match | None:
+        """The label of an id, such as ``14``, ``00014``, ``class 14``, ``#14``; None: it is none."""
         number = _NUMBER.fullmatch(word.strip())
         if number is None:
             return None
@@ -65,7 +66,12 @@ class LabelFinder:
         return self._words.get(comparable(word))
 
     def suggestions(self, word: str, most: int = 3) -> list[Label]:
-        """Labels whose name, key or alias is like a word, the most alike first."""
+        """Labels whose name, key or alias is like a word, the most alike first.
+
+        Of a number these are the labels that have it in their name, then the one that has it as its id.
+        """
+        if (number := _NUMBER.fullmatch(word.strip())) is not None:
+            return self._numbered(number[1])[:most]
         wanted, scores = comparable(word), dict[int, float]()
         matcher = difflib.SequenceMatcher(autojunk=False)
         matcher.set_seq2(wanted)
@@ -76,6 +82,12 @@ class LabelFinder:
             scores[match.label.id] = max(scores.get(match.label.id, 0.0), matcher.ratio())
         best = sorted((-score, number) for number, score in scores.items() if score >= _LIKE)
         return [self._places[number] for _, number in best[:most]]
+
+    def _numbered(self, digits: str) -> list[Label]:
+        number = re.compile(rf"(?<![\d.,]){digits}(?![.,]?\d)")
+        found = [label for label in self._live if not label.hidden and number.search(label.name)]
+        of_id = self._places.get(self._into.get(int(digits), int(digits)))
+        return found if of_id is None or of_id in found else [*found, of_id]
 
 
 def _words(label: Label, how: str) -> tuple[str, ...]:

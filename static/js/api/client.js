@@ -66,6 +66,8 @@ export function createApi(setup = {}) {
       const answer = expectObject('GET /videos', await json('/videos', call), {videos: 'array'});
       return expectList('GET /videos', answer.videos, VIDEO);
     },
+    /** @param {{label?: string, attribute?: string, value?: string, state?: string}} wanted @param {Call} [call] @returns {Promise<{videos: Record<string, number>, left: number, unreadable: number}>} videos: tracks by id; left: not counted yet, to be asked again */
+    matchingVideos: async (wanted, call) => expectObject('GET /videos/matching', await json('/videos/matching', {...call, query: wanted}), {videos: 'object', left: 'number', unreadable: 'number'}),
     /** @param {string} id @param {Call} [call] @returns {Promise<Video>} */
     video: async (id, call) => expectObject('GET /videos/…', await json(`/videos/${e(id)}`, call), VIDEO),
     /** @param {string} path @param {Call} [call] @returns {Promise<Video>} */
@@ -204,7 +206,7 @@ export function createApi(setup = {}) {
      *
      * @param {string} video
      * @param {File} file
-     * @param {{as: 'annotation'|'truth'|'run', format?: string|null, run?: string|null, name?: string, switches?: string, label_map?: string, unknown?: 'refuse'|'add'|'skip', author?: string|null, progress?: string}} query
+     * @param {{as: 'annotation'|'truth'|'run', format?: string|null, run?: string|null, name?: string, switches?: string, label_map?: string, unknown?: 'refuse'|'add'|'skip', add?: string, author?: string|null, progress?: string}} query
      * @param {Sending} [options]
      * @returns {Promise<import('../types.js').ImportResult>}
      */

@@ -253,6 +253,9 @@ export interface components {
             key: string;
             /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
             spans?: components["schemas"]["Segment"][];
+            class_id?: number | null;
+            /** @description Key of the label that ``class_id`` is meant to be: the video may use another label set by now. */
+            label_key?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -264,7 +267,6 @@ export interface components {
                 number,
                 number
             ];
-            class_id?: number | null;
         };
         /** @description What the review screen looks at; what is left out stays as it is. */
         Cursor: {
@@ -812,6 +814,21 @@ export interface components {
             keys: string[];
             time: string;
         };
+        /**
+         * @description Videos with such tracks.
+         *
+         *     Attributes:
+         *         videos: id of the video -> how many of its tracks.
+         *         left: videos that are not counted yet; ask again.
+         *         unreadable: videos whose tracks cannot be read here.
+         */
+        Matches: {
+            videos: {
+                [key: string]: number;
+            };
+            left: number;
+            unreadable: number;
+        };
         /** @description Others become part of the track; where both have a frame, the track's own counts. */
         Merge: {
             /** @description The frame that the person looks at. */
@@ -1165,12 +1182,14 @@ export interface components {
             key: string;
             /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
             spans?: components["schemas"]["Segment"][];
+            class_id: number | null;
+            /** @description Key of the label that ``class_id`` is meant to be: the video may use another label set by now. */
+            label_key?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
             name: "relabel_box";
-            class_id: number | null;
             box?: [
                 number,
                 number,
@@ -1185,12 +1204,14 @@ export interface components {
             key: string;
             /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
             spans?: components["schemas"]["Segment"][];
+            class_id: number | null;
+            /** @description Key of the label that ``class_id`` is meant to be: the video may use another label set by now. */
+            label_key?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
             name: "relabel_track";
-            class_id: number | null;
         };
         /** @description Forget what was said at this frame. */
         RemoveKey: {

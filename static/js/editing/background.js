@@ -13,7 +13,7 @@
 import { ApiError, sentence } from '../api/errors.js';
 import { hideBanner, setElsewhere, showBanner } from '../store/actions/page.js';
 import { givenUp, standing } from './pending.js';
-import { CHANGED, ELSEWHERE, createPause, isPassing, leave, pauseAfter } from './sending.js';
+import { CHANGED, ELSEWHERE, createPause, isPassing, keptWithoutLabel, leave, pauseAfter } from './sending.js';
 import { describe, named } from './words.js';
 
 /** After this a box that keys were moving is no longer moved by a page that lives, ms. */
@@ -94,6 +94,9 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
     } else if (thrown instanceof ApiError && thrown.status === 404) {
       for (const { op_id } of mine) await outbox.remove(op_id);
       toast(`${mine.length} unsaved change${mine.length === 1 ? ' is' : 's are'} given up: the run was removed.`, { tone: 'bad' });
+    } else if (keptWithoutLabel(next, thrown) !== null) {
+      await outbox.put(/** @type {Pending} */ (keptWithoutLabel(next, thrown)));
+      toast(`A new track has no label yet. ${sentence(thrown)}`, { tone: 'bad', stays: true });
     } else {
       await giveUp(next);
       if (code !== 'stale' || reverts) toast(`${describe(next.command.name)} was not possible. ${named(sentence(thrown), {})}`, { tone: 'bad' });

@@ -12,6 +12,7 @@
  */
 import { ApiError, sentence } from '../api/errors.js';
 import { CommandError, applyCommand } from '../model/commands.js';
+import { withLabelKey } from '../model/labels.js';
 import { trackName } from '../model/track_name.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { changeReview } from '../store/actions/review.js';
@@ -20,7 +21,7 @@ import { createGrowth } from './growth.js';
 import { agreed, UNASKED } from './line.js';
 import { asCommand, givenUp, rebased, revisionsSeen } from './pending.js';
 import { docsFor } from './revisions.js';
-import { createPause, isPassing, leave, pauseAfter } from './sending.js';
+import { createPause, isPassing, keptWithoutLabel, leave, pauseAfter } from './sending.js';
 import { createUndoing } from './undoing.js';
 import { describe, named } from './words.js';
 import { createWork } from './work.js';
@@ -168,6 +169,9 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
       await refresh();
     } else if (thrown instanceof ApiError && thrown.code === 'stale') {
       await conflicts.meet(next, thrown.details.current ?? [], thrown.details.by ?? {});
+    } else if (keptWithoutLabel(next, thrown) !== null) {
+      work.replace(/** @type {Pending} */ (keptWithoutLabel(next, thrown)));
+      toast(`The new track has no label yet. ${sentence(thrown)}`, { tone: 'bad', stays: true });
     } else {
       work.forget(next);
       const why = thrown instanceof ApiError ? thrown.message : sentence(thrown);
@@ -247,7 +251,7 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
         return false;
       }
     }
-    if (gesture === undefined || !growth.goOn(command, gesture)) enqueue(command, undefined, gesture, op_id);
+    if (gesture === undefined || !growth.goOn(command, gesture)) enqueue(withLabelKey(command, store.get().labels), undefined, gesture, op_id);
     return true;
   }
 

@@ -23,18 +23,31 @@ export const labelVideo = ({ review }) => (review?.video.label_set ? review.vide
 /** Key of the set that the labels in the store are of; null: not known yet. @param {State} state @returns {string|null} */
 export const labelSetKey = ({ review, labelSets }) => review?.video.label_set ?? labelSets?.find((set) => set.default)?.key ?? null;
 
+/** @param {State} state */
+const videoOf = ({ review }) => review?.video.id ?? null;
+
+/** The set on the screen and its version; null: not known yet. @param {State} state */
+function versionOf(state) {
+  const key = labelSetKey(state);
+  const set = state.labelSets?.find((one) => one.key === key);
+  return set ? `${set.key} ${set.version}` : null;
+}
+
 /**
  * @param {object} setup
  * @param {import('../state-types.js').Store} setup.store
  * @param {Pick<import('../api/labels.js').LabelRoutes, 'labels'|'labelSets'|'labelHistory'|'changeLabels'|'bringLabels'>} setup.api
  * @param {() => string} setup.author
  * @param {(text: string) => void} setup.say   what somebody else has changed, in a sentence
+ * @param {() => void} [setup.turned]   another set is on the screen, or another version of it: what the engine read has other labels
  * @returns {LabelSets}
  */
-export function createLabelSets({ store, api, author, say }) {
+export function createLabelSets({ store, api, author, say, turned = () => {} }) {
   /** @type {string|null} */
   let loaded = null;
   let asked = 0;
+  /** What the labels in the store were when they came. @type {{video: string|null, version: string|null}|null} */
+  let shown = null;
   /** Versions that this page has made: they are no news. @type {Set<string>} */
   const own = new Set();
   /** Changes of this page that are under way: an event can come before their answer. */
@@ -45,13 +58,20 @@ export function createLabelSets({ store, api, author, say }) {
     loaded = labelVideo(store.get());
     const [sets, labels] = await Promise.all([api.labelSets(), api.labels(loaded)]);
     // an answer that was overtaken by a later question is older than that one's
-    if (mine === asked) store.dispatch((state) => setLabels(setLabelSets(state, sets), labels));
+    if (mine !== asked) return;
+    store.dispatch((state) => setLabels(setLabelSets(state, sets), labels));
+    const now = { video: videoOf(store.get()), version: versionOf(store.get()) };
+    const other = shown !== null && shown.video === now.video && shown.version !== now.version;
+    shown = now;
+    if (other) turned();
   }
 
   return {
     reload,
     sync() {
-      if (store.get().labelSets !== null && labelVideo(store.get()) !== loaded) void reload().catch(() => {});
+      const state = store.get();
+      if (state.labelSets !== null && labelVideo(state) !== loaded) void reload().catch(() => {});
+      else if (shown !== null && shown.video !== videoOf(state)) shown = { ...shown, video: videoOf(state) };
     },
     async receive({ subject, data }) {
       await changing;

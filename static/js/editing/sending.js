@@ -6,7 +6,7 @@
  * @typedef {import('./outbox.js').Outbox} Outbox
  */
 import { ApiError } from '../api/errors.js';
-import { rebased } from './pending.js';
+import { asCommand, rebased } from './pending.js';
 
 /** Pauses between tries, ms. */
 const PAUSES = [500, 1000, 2000, 4000, 8000, 15000];
@@ -21,6 +21,19 @@ export const ELSEWHERE = 'elsewhere';
 
 /** Whether the same operation may succeed later. @param {unknown} thrown @returns {thrown is ApiError} */
 export const isPassing = (thrown) => thrown instanceof ApiError && (!FINAL.has(thrown.status) || thrown.code === CHANGED);
+
+/**
+ * A new track whose label is gone by now: the box that a person has drawn is sent without it. Null: it is no such thing.
+ * @param {Pending} next
+ * @param {unknown} thrown
+ * @returns {Pending|null}
+ */
+export function keptWithoutLabel(next, thrown) {
+  const own = asCommand(next.command);
+  if (own?.name !== 'create_track' || own.class_id === null || !(thrown instanceof ApiError) || thrown.code !== 'no_such_label') return null;
+  const { label_key: _, ...command } = own;
+  return { ...next, command: { ...command, class_id: null } };
+}
 
 /** @param {number} tries   so far @returns {number} ms until the next one */
 export const pauseAfter = (tries) => PAUSES[Math.min(tries, PAUSES.length - 1)];

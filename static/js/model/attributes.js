@@ -71,6 +71,9 @@ export function valueOfText({ kind }, text) {
   return kind === 'number' ? Number(text) : text;
 }
 
+/** An answer as people read it. @param {AttributeValue} value */
+export const answerText = (value) => (value === true ? 'yes' : value === false ? 'no' : String(value));
+
 /**
  * Attributes that tracks can be filtered by, with the answers that can be chosen; those of texts and numbers are what
  * the tracks have.
@@ -82,7 +85,11 @@ export function attributeChoices(labels, docs) {
   /** @type {Map<string, Set<AttributeValue>>} */
   const found = new Map();
   /** @param {string} name @param {readonly AttributeValue[]} values */
-  const add = (name, values) => found.set(name, new Set([...found.get(name) ?? [], ...values]));
+  const add = (name, values) => {
+    const own = found.get(name) ?? new Set();
+    for (const value of values) own.add(value);
+    found.set(name, own);
+  };
   for (const { attributes } of labels) for (const { name, kind, values } of attributes) add(name, kind === 'checkbox' ? [true, false] : values);
   for (const doc of docs) {
     for (const attributes of [doc.attributes, ...Object.values(doc.keys).map((key) => key.attributes)]) {

@@ -33,13 +33,34 @@ export function mappingOf(unknown, answers, labels) {
     else if (kind === 'skip') skip.push(name);
     else if (kind === 'none') map[name] = NO_CLASS;
     else {
-      const found = finderOf(labels).find(word);
-      if (found === null) return { error: word.trim() === '' ? `Say which label “${name}” is.` : `No label is called “${word.trim()}”.`, at };
-      map[name] = found.label.key;
+      if (word.trim() === '') return { error: `Say which label “${name}” is.`, at };
+      const found = meant(word.trim(), labels);
+      if ('error' in found) return { error: sentence(found.error), at };
+      map[name] = found.key;
     }
   }
   return { map, add, skip };
 }
+
+/**
+ * The label that a person means. A bare number that stands in the name of a label, such as that of a speed limit, may be
+ * meant as either.
+ *
+ * @param {string} word
+ * @param {readonly Label[]} labels
+ * @returns {{key: string}|{error: string}}
+ */
+function meant(word, labels) {
+  const found = finderOf(labels).find(word);
+  const quoted = `“${word.slice(0, 40)}”`;
+  if (found === null) return { error: `no label is called ${quoted}.` };
+  const like = found.how === 'number' && /^\d+$/.test(word) && labels.find(({ name, merged_into }) => merged_into === null && new RegExp(`(?<![\\d.,])${word}(?![.,]?\\d)`).test(name));
+  if (like) return { error: `${quoted} can be “${like.name}”, or “${found.label.name}”, which has that number. Write the name, or #${word}.` };
+  return { key: found.label.key };
+}
+
+/** @param {string} text */
+const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /**
  * Names of another tool with labels, one a line: `stop sign = 14`, `yield = give way`.
@@ -55,9 +76,9 @@ export function parseLabelMap(text, labels) {
     if (line.trim() === '') continue;
     const match = /^\s*(.+?)\s*=\s*([^=]+?)\s*$/.exec(line);
     if (!match) return { error: `Line ${at + 1}: write a name, “=”, and a label. Got “${line.trim().slice(0, 40)}”.` };
-    const found = finderOf(labels).find(match[2]);
-    if (found === null) return { error: `Line ${at + 1}: no label is called “${match[2].slice(0, 40)}”.` };
-    map[match[1]] = found.label.key;
+    const found = meant(match[2], labels);
+    if ('error' in found) return { error: `Line ${at + 1}: ${found.error}` };
+    map[match[1]] = found.key;
   }
   return { map };
 }

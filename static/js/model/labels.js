@@ -51,6 +51,18 @@ export const labelFor = (labels, id) => (id === null || id === undefined ? undef
  */
 export const resolved = (labels, id) => labelFor(labels, id)?.id ?? id;
 
+/**
+ * A command that says by key which label it means: the video may use another label set when the server gets it.
+ * @param {import('../types.js').Command} command
+ * @param {readonly Label[]} labels
+ * @returns {import('../types.js').Command}
+ */
+export function withLabelKey(command, labels) {
+  if (command.label_key !== undefined || command.name === 'split') return command;
+  const label = labels.find(({ id }) => id === command.class_id);
+  return label ? { ...command, label_key: label.key } : command;
+}
+
 /** Labels that can be given: neither hidden nor merged. @param {readonly Label[]} labels */
 export const offeredLabels = (labels) => labels.filter(({ hidden, merged_into }) => !hidden && merged_into === null);
 

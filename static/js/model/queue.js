@@ -15,12 +15,13 @@
  * @property {number} needs_work
  * @property {number} left        open and needs work: what a person still has to decide
  */
+import { hasAttribute } from './attributes.js';
 import { NO_CLASS } from './documents.js';
 import { engineName, labelFor, resolved } from './labels.js';
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
-export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_uncertainty: 0, least_score: null, most_score: null, with_notes: false, text: '', sort: 'uncertainty' });
+export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_uncertainty: 0, least_score: null, most_score: null, with_notes: false, attribute: null, text: '', sort: 'uncertainty' });
 
 /**
  * The queue in its order, under the page's filter.
@@ -128,6 +129,7 @@ function passes(entry, filter, labels) {
     (filter.class_id === null || resolved(labels, entry.class_id ?? NO_CLASS) === resolved(labels, filter.class_id)) &&
     (filter.review === 'all' || entry.review === filter.review) &&
     (!filter.with_notes || entry.notes.length > 0) &&
+    (filter.attribute === null || hasAttribute(labelFor(labels, entry.class_id), entry.doc, filter.attribute.name, filter.attribute.value)) &&
     entry.uncertainty >= filter.least_uncertainty &&
     // a track without a score is neither above a limit nor below one
     (filter.least_score === null || entry.score >= filter.least_score) &&

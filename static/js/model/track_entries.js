@@ -25,8 +25,10 @@
  * @property {TrackDoc['review']} review   also `rejected` where an older version has marked it as no sign
  * @property {boolean} ignore         neither a sign nor background
  * @property {readonly string[]} notes   their texts
+ * @property {TrackDoc|null} doc      what people have made of it; null: nothing
  * @property {readonly string[]} answers   attributes that people have set, in any frame: `ground=red`
  */
+import { answerText } from './attributes.js';
 import { NO_CLASS, verdictOf } from './documents.js';
 import { spanOf } from './effective.js';
 import { shownRuns } from './shown_runs.js';
@@ -100,6 +102,7 @@ function engineEntry(tracks, i, key) {
     review: 'open',
     ignore: false,
     notes: [],
+    doc: null,
     answers: [],
   };
 }
@@ -141,6 +144,7 @@ function documentEntry(tracks, columnOf, doc, column) {
     review: verdictOf(doc),
     ignore: doc.ignore === true,
     notes: doc.notes.map(({ text }) => text),
+    doc,
     answers: answersOf(doc),
   };
 }
@@ -148,7 +152,7 @@ function documentEntry(tracks, columnOf, doc, column) {
 /** @param {TrackDoc} doc @returns {string[]} */
 function answersOf(doc) {
   const said = [doc.attributes, ...Object.values(doc.keys).map(({ attributes }) => attributes)];
-  return [...new Set(said.flatMap((one) => Object.entries(one ?? {}).map(([name, value]) => `${name}=${value === true ? 'yes' : value === false ? 'no' : value}`)))];
+  return [...new Set(said.flatMap((one) => Object.entries(one ?? {}).map(([name, value]) => `${name}=${answerText(value)}`)))];
 }
 
 /**

@@ -304,7 +304,8 @@ export function drawn(app, box, correct, say = toast) {
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {import('../state-types.js').Draft} draft
  * @param {number|null} class_id   null: of none of the known classes
+ * @param {string} [label_key]     of that label
  */
-export function create(app, { key, frame, box }, class_id) {
-  if (app.edit({ name: 'create_track', frame, key, box, class_id })) app.store.dispatch((state) => select(state, key));
+export function create(app, { key, frame, box }, class_id, label_key) {
+  if (app.edit({ name: 'create_track', frame, key, box, class_id, ...(label_key !== undefined && { label_key }) })) app.store.dispatch((state) => select(state, key));
 }

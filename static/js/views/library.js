@@ -9,6 +9,7 @@ import {emptyState, waiting} from './empty.js';
 import {count, plural} from './format.js';
 import {icon} from './icons.js';
 import {STEP, createCards} from './library-list.js';
+import {NOTHING_CHOSEN, createLibraryFilters} from './library-filters.js';
 import {createRunAll} from './library-run-all.js';
 import {acceptDrops} from './drops.js';
 import {createUploads} from './library-uploads.js';
@@ -23,7 +24,7 @@ import {toast} from './toasts.js';
 /** Numbers within names in their order; made once, because it is slow to make. */
 const names = new Intl.Collator(undefined, {numeric: true});
 
-/** Where one was in the library, to come back to after a review. @type {WeakMap<App, {search: string, most: number, top: number}>} */
+/** Where one was in the library, to come back to after a review. @type {WeakMap<App, {search: string, most: number, top: number, chosen: import('./library-filters.js').Chosen}>} */
 const places = new WeakMap();
 
 /** @type {Record<string, {label: string, compare: (a: Video, b: Video) => number}>} */
@@ -62,7 +63,7 @@ export function createLibrary(app) {
   const {store, api} = app;
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const place = places.get(app) ?? {search: '', most: STEP, top: 0};
+  const place = places.get(app) ?? {search: '', most: STEP, top: 0, chosen: NOTHING_CHOSEN};
   places.set(app, place);
   const search = h('input', {class: 'input', type: 'search', placeholder: 'Search name or folder', 'aria-label': 'Search videos', value: place.search, oninput: turn});
   const sort = h('select', {class: 'select', 'aria-label': 'Order of the videos', onchange: () => {
@@ -76,13 +77,22 @@ export function createLibrary(app) {
     files.value = '';
   }});
   const uploads = createUploads(app, signal);
+  const filters = createLibraryFilters(app, {chosen: place.chosen, signal, changed: (chosen) => {
+    if (JSON.stringify(chosen) !== JSON.stringify(place.chosen)) {
+      place.most = STEP;
+      cards.restart();
+    }
+    place.chosen = chosen;
+    found = null;
+    show();
+  }});
   const runAll = createRunAll(app);
   const welcome = createWelcome(app);
   const welcomePlace = h('div', null, welcome.element);
   const total = h('span', {class: 'muted'});
   const cards = createCards(app, {most: place.most, grown: (most) => {
     place.most = most;
-    if (last) void loadRuns(found.slice(0, most));
+    if (last) void loadRuns((found ?? []).slice(0, most));
   }});
   const notice = h('div', {class: 'library-notice'}, waiting('The videos are loaded', {retry: load, signal}));
   const element = h('div', {class: 'library'},
@@ -95,7 +105,7 @@ export function createLibrary(app) {
         runAll.element,
         h('button', {class: 'btn', type: 'button', title: 'Annotations of one or several videos', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export'),
         h('button', {class: 'btn', type: 'button', title: 'Take somebody’s bug bundle into the library', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle')),
-      uploads.element, welcomePlace, notice, cards.element),
+      filters.element, uploads.element, welcomePlace, notice, cards.element),
     h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop videos to upload them, annotations on their video')));
   acceptDrops(element, (dropped) => {
     uploads.add(dropped.filter(isVideoFile));
@@ -108,7 +118,7 @@ export function createLibrary(app) {
   const asked = new Set();
   /** @type {State|null} */
   let last = null;
-  /** @type {Video[]} */
+  /** What is shown; null: to be arranged anew. @type {Video[]|null} */
   let found = [];
   let arranged = '';
   /** @type {readonly Video[]|null} */
@@ -166,9 +176,11 @@ export function createLibrary(app) {
     const state = last;
     if (!state || state.videos === null) return;
     const wanted = `${sort.value} ${search.value}`;
-    if (wanted !== arranged || of !== state.videos) found = arrange(state.videos, search.value, sort.value);
+    const passing = filters.passing();
+    if (found === null || wanted !== arranged || of !== state.videos) found = arrange(state.videos, search.value, sort.value).filter(({id}) => passing === null || passing.has(id));
     [arranged, of] = [wanted, state.videos];
-    welcomePlace.hidden = search.value !== '';
+    filters.element.hidden = state.videos.length === 0;
+    welcomePlace.hidden = search.value !== '' || passing !== null;
     setText(total, found.length === state.videos.length ? plural(found.length, 'video') : `${count(found.length)} of ${plural(state.videos.length, 'video')}`);
     cards.show(found, state.runs);
     runAll.show(found);
@@ -183,12 +195,13 @@ export function createLibrary(app) {
       }));
     } else if (found.length === 0) {
       notify('nothing', () => emptyState({
-        icon: 'search', title: 'No video matches the search', text: 'The search looks at names and folders; every word must occur.',
+        icon: 'search', title: 'No video matches', text: 'The search looks at names and folders; every word must occur. The filters look at the tracks of the run that a video is opened with.',
         actions: [h('button', {class: 'btn', type: 'button', onclick: () => {
           search.value = '';
+          filters.reset();
           turn();
           search.focus();
-        }}, 'Clear the search')],
+        }}, 'Clear search and filters')],
       }));
     } else {
       notify('none');
@@ -202,6 +215,7 @@ export function createLibrary(app) {
       const before = last;
       last = state;
       welcome.update(state);
+      filters.update(state);
       if (before && before.videos === state.videos && before.runs === state.runs) return;
       show();
       if (!before && state.videos && place.top) element.parentElement?.scrollTo({top: place.top});
@@ -209,6 +223,7 @@ export function createLibrary(app) {
     destroy() {
       place.top = element.parentElement?.scrollTop ?? 0;
       ended.abort();
+      filters.destroy();
       cards.destroy();
       element.remove();
     },

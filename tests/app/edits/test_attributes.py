@@ -178,6 +178,23 @@ def test_labels_that_were_given_out_are_taken(labelled: Desk) -> None:
         labelled.service.put_documents(labelled.run, "ann", {"name": "import"}, lambda _: {"hstray01": stray})
 
 
+def test_an_id_of_another_set_is_found_by_the_key_of_its_label(labelled: Desk) -> None:
+    """Whoever sends it may have seen the labels that the video had before."""
+    given = {"name": "relabel_track", "class_id": 43}
+    assert send(labelled, 1, {**given, "label_key": "bus-stop"}).class_id == 60
+    assert send(labelled, 2, {**given, "class_id": 5, "label_key": "STOP"}, 1).class_id == 14, "5 is another label here"
+    drawn = {"name": "create_track", "key": "hdrawn01", "box": BOX, "class_id": 0, "label_key": "yield-here"}
+    for op, raw in enumerate((drawn, {**given, "class_id": 14, "label_key": "yield-here"})):
+        with pytest.raises(
+            Invalid, match="The label set 'Ours', which the video uses now, has no label 'yield-here'"
+        ) as e:
+            send(labelled, 10 + op, raw, 2 if raw is not drawn else 0)
+        assert e.value.code == "no_such_label"
+    assert send(labelled, 3, {**given, "class_id": -1, "label_key": "yield-here"}, 2).class_id == -1
+    again = Undo(name="undo", op_id="op-00000003")
+    assert labelled.service.apply(labelled.run, "op-undo-0001", "ann", again, None).docs[0].class_id == 14
+
+
 def test_attributes_are_those_of_the_label(labelled: Desk) -> None:
     doc = send(labelled, 1, {"name": "attribute", "attribute": "lit", "value": "night"})
     doc = send(labelled, 2, {"name": "attribute", "attribute": "metres", "value": 40}, 1)

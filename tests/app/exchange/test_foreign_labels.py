@@ -5,13 +5,19 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
+from sqlalchemy import select
 
 from app.cli.main import run as tsr
+from app.errors import Conflict
+from app.exchange import imports as imports_module
+from app.exchange.imports import ImportResult, Incoming
+from app.storage.models import LabelWord
 from tests.app.exchange.exchange_desk import ALL, Desk
 from tests.app.toy_home import ToyHome
 
@@ -56,6 +62,9 @@ def test_the_file_of_the_issue(
     assert tsr(onto) == 2
     reported = capsys.readouterr().err
     assert "'pedestrian_crossing' (1 track, 2 boxes" in reported
+    assert "--label NAME=KEY" in reported
+    assert "--unknown add|skip|refuse" in reported
+    assert "unknown=" not in reported
     assert "yield" not in reported
     assert tsr([*onto, "--unknown", "add", "--json"]) == 0
     run = json.loads(capsys.readouterr().out)
@@ -83,6 +92,7 @@ def test_unknown_names_are_listed_before_anything_is_stored(desk: Desk) -> None:
     assert answer.status_code == 422
     error = answer.json()["error"]
     assert error["code"] == "unknown_labels"
+    assert "unknown=add" in error["message"]
     (name,) = error["details"]["labels"]
     assert (name["name"], name["tracks"], name["boxes"]) == ("giveway sign", 1, 2)
     assert name["suggestions"][0] == {"id": 13, "key": "give-way", "name": "give way"}
@@ -121,6 +131,109 @@ def test_labels_are_added_for_every_kind_of_import(desk: Desk, kind: str) -> Non
     again = desk.bring_in(THEIRS, kind, name="b.xml")
     assert not any("added" in sentence for sentence in again["repaired"])
     assert len(labels_of(desk)) == 44
+
+
+def test_some_names_are_added_and_others_left_out_of_one_file(desk: Desk) -> None:
+    """What the file declares of the added ones comes along."""
+    theirs = THEIRS.replace(b'label="yield"', b'label="tree"')
+    found = desk.bring_in(theirs, "run", name="a.xml", unknown="skip", add='["pedestrian_crossing"]')
+    added = labels_of(desk)["pedestrian-crossing"]
+    assert (added["colour"], sorted(each["name"] for each in added["attributes"])) == ("#1e90ff", ["lit", "side"])
+    assert found["tracks"] == 1
+    assert any("'tree'" in item["what"] for item in found["skipped"])
+    assert len(labels_of(desk)) == 44
+    answer = desk.try_import(theirs, "run", name="a.xml", add='"tree"')
+    assert answer.json()["error"]["message"].startswith("add must be a JSON list like")
+
+
+@pytest.mark.parametrize("kind", ["annotation", "truth", "run"])
+def test_labels_and_answers_are_stored_with_the_tracks_or_not_at_all(
+    desk: Desk, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    context = desk.server.context
+    before = desk.get("/api/label-sets/gtsrb-43/history")
+    with monkeypatch.context() as patch:
+        patch.setattr(type(context.edits), "_record", fail)
+        patch.setattr("app.ground_truths.service.pack", fail)
+        patch.setattr("app.exchange.imports.publish_run", fail)
+        path = desk.home / "a.xml"
+        path.write_bytes(THEIRS)
+        said = {"yield": "stop"}
+        incoming = Incoming(path, "a.xml", unknown="add", label_map=said, author="ada")
+        with pytest.raises(OSError, match="No space left"):
+            context.imports.bring_in(desk.video_id, incoming, kind, desk.run_id)  # type: ignore[arg-type]
+    assert desk.get("/api/label-sets/gtsrb-43/history") == before
+    assert len(labels_of(desk)) == 43
+    with context.database.read() as session:
+        assert session.scalars(select(LabelWord)).all() == []
+    assert context.imports.bring_in(desk.video_id, incoming, kind, desk.run_id).tracks == 2  # type: ignore[arg-type]
+
+
+def _while_it_is_read(desk: Desk, monkeypatch: pytest.MonkeyPatch, happens: Callable[[], object]) -> ImportResult:
+    """An import onto a set that somebody changes between reading and storing."""
+    read = imports_module.read_incoming
+
+    def then(*given: Any) -> Any:
+        found = read(*given)
+        happens()
+        return found
+
+    monkeypatch.setattr(imports_module, "read_incoming", then)
+    path = desk.home / "a.xml"
+    path.write_bytes(THEIRS)
+    incoming = Incoming(path, "a.xml", unknown="add", author="ada")
+    return desk.server.context.imports.bring_in(desk.video_id, incoming, "run", desk.run_id)
+
+
+def _change(desk: Desk, **change: Any) -> Any:
+    return desk.post("/api/label-sets/gtsrb-43/changes", {"author": "bob", "change": change})
+
+
+def test_somebody_adds_a_label_meanwhile(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="add", name="bus stop"))
+    assert labels_of(desk)["pedestrian-crossing"]["id"] == 44
+    assert {track.label for track in desk.tracks(found.id).values()} == {44, 13}
+
+
+def test_somebody_adds_the_same_label_meanwhile(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="add", name="Pedestrian crossing"))
+    assert {track.label for track in desk.tracks(found.id).values()} == {43, 13}
+    assert {each["name"] for each in labels_of(desk)["pedestrian-crossing"]["attributes"]} == {"lit", "side"}
+
+
+def test_somebody_is_faster_in_the_last_moment(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The set changes after the tracks were fitted to it: they are fitted again."""
+    write, once = imports_module.write_run, iter([True])
+
+    def slow(*given: Any) -> Any:
+        if next(once, False):
+            _change(desk, type="add", name="bus stop")
+        return write(*given)
+
+    monkeypatch.setattr(imports_module, "write_run", slow)
+    found = _while_it_is_read(desk, monkeypatch, lambda: None)
+    assert {track.label for track in desk.tracks(found.id).values()} == {44, 13}
+    assert {"bus-stop", "pedestrian-crossing"} <= labels_of(desk).keys()
+    assert not list((desk.home / "runs").glob(".import-*"))
+
+
+def test_a_label_is_taken_out_meanwhile(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    version = _change(desk, type="add", name="pedestrian_crossing")["version"]
+    with pytest.raises(Conflict, match="has taken the label 'pedestrian_crossing' out of .* Import it again"):
+        _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="undo", version=version))
+
+
+def test_the_video_changes_to_another_set_meanwhile(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    def use() -> None:
+        answer = desk.server.client.put(f"/api/videos/{desk.video_id}/label-set", json={"set": "vienna"})
+        assert answer.status_code == 200, answer.text
+
+    with pytest.raises(Conflict, match="uses the label set .*Vienna.* since the file was read"):
+        _while_it_is_read(desk, monkeypatch, use)
+    assert len(labels_of(desk)) == 43
 
 
 def test_attributes_of_an_annotation_come_back(desk: Desk) -> None:

@@ -27,9 +27,10 @@ function createWorld() {
       return { version: server.version, label: server.labels.at(-1), sentence: `${author} in ${set}` };
     },
   });
-  const sets = createLabelSets({ store, api, author: () => 'Ben', say: (text) => void said.push(text) });
+  /** @type {number[]} */ const turned = [];
+  const sets = createLabelSets({ store, api, author: () => 'Ben', say: (text) => void said.push(text), turned: () => void turned.push(1) });
   const receive = (version = server.version, subject = 'gtsrb-43') => sets.receive({ seq: 1, kind: 'labels', subject, data: { version } });
-  return { store, server, sets, said, receive };
+  return { store, server, sets, said, turned, receive };
 }
 
 test('labels are those of the video’s own set while it is on the screen', async () => {
@@ -46,6 +47,29 @@ test('labels are those of the video’s own set while it is on the screen', asyn
   sets.sync();
   await new Promise((resolve) => setTimeout(resolve));
   assert.equal(store.get().labels[0].name, 'stop');
+});
+
+test('tracks are read anew where their video has come to use another set, or another version of it', async () => {
+  const { store, server, sets, turned, receive } = createWorld();
+  await sets.reload();
+  const open = (/** @type {any} */ video) => {
+    store.dispatch((state) => ({ ...state, review: initialReview(video) }));
+    sets.sync();
+  };
+  const settle = () => new Promise((resolve) => setTimeout(resolve));
+  open({ id: 'v', label_set: null, frames: 9 });
+  await settle();
+  assert.equal(turned.length, 0, 'a video is opened with the labels of its own set');
+  server.version = 2;
+  await receive();
+  assert.equal(turned.length, 1);
+  store.dispatch((state) => ({ ...state, review: initialReview(/** @type {any} */ ({ id: 'v', label_set: 'vienna', frames: 9 })) }));
+  sets.sync();
+  await settle();
+  assert.equal(turned.length, 2);
+  open({ id: 'w', label_set: null, frames: 9 });
+  await settle();
+  assert.equal(turned.length, 2);
 });
 
 test('a change is in the store once it is made, and is no news to the page that made it', async () => {

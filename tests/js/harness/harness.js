@@ -22,7 +22,7 @@ let state = /** @type {any} */ ({
   review: {
     video: { frames, rate: 30, duration: frames / 30 }, timebase: null, run: { id: 'r1', preset: 'default', engine_version: '0.1', created: '2026-11-21T06:00:00Z', parameters: { 'gate.tau': 15 }, models: { classifier: 'a1b2c3d4e5f6' } },
     tracks: made.tracks, lanes: made.lanes, laneOf: { [lane.id]: lane }, frame: lane.frame[80] ?? lane.frame[5], selected: key, tau: null,
-    span: { first: 0, last: frames }, filter: { class_id: null, review: 'all', least_uncertainty: 0, least_score: null, most_score: null, text: '', sort: 'uncertainty' },
+    span: { first: 0, last: frames }, filter: { class_id: null, review: 'all', least_uncertainty: 0, least_score: null, most_score: null, attribute: null, text: '', sort: 'uncertainty' },
     docs: { [key]: { key, revision: 1, class_id: null, review: 'needs_work', not_a_sign: false, segments: [{ track: lane.id, first: lane.frame[0], last: lane.frame.at(-1) }], keys: { [lane.frame[30]]: keyFrame([1, 1, 9, 9]), [lane.frame[60]]: keyFrame([2, 2, 9, 9]) }, notes: [{ id: 'n1', frame: lane.frame[10], text: 'Half behind a <truck>', author: 'anna', time: '2026-11-21T06:10:00Z' }], gone: false, merged_into: null } },
   },
 });

@@ -20,6 +20,16 @@ test('answers become labels by key, names to add and names to leave out', () => 
   assert.deepEqual(mappingOf([name('<b>')], [{ kind: 'label', word: ' ' }], LABELS), { error: 'Say which label “<b>” is.', at: 0 });
 });
 
+test('a bare number that may be a name or the number of a label is asked about', () => {
+  const many = [label({ id: 2, key: 'limit-50', name: 'speed limit 50 km/h' }), label({ id: 50, key: 'hump', name: 'hump bridge' }), label({ id: 150, key: 'heavy', name: 'over 3.5 t' })];
+  const answer = (/** @type {string} */ word) => mappingOf([name('a')], [{ kind: 'label', word }], many);
+  assert.deepEqual(answer('50'), { error: '“50” can be “speed limit 50 km/h”, or “hump bridge”, which has that number. Write the name, or #50.', at: 0 });
+  assert.deepEqual(answer('#50'), { map: { a: 'hump' }, add: [], skip: [] });
+  assert.deepEqual(answer('2'), { map: { a: 'limit-50' }, add: [], skip: [] });
+  const typed = parseLabelMap('x = 50', many);
+  assert.match('error' in typed ? typed.error : '', /^Line 1: “50” can be/);
+});
+
 test('names of another tool are typed one a line', () => {
   assert.deepEqual(parseLabelMap('stop sign = 14\n\n a = b=yield \nc=#13', LABELS), { map: { 'stop sign': 'stop', 'a = b': 'give-way', c: 'give-way' } });
   for (const text of ['b', '= 3', 'b =', 'b = boar']) {

@@ -54,6 +54,19 @@ test('notes are found by their words, and tracks with notes can be shown alone',
   assert.equal(queueOrder(state(docs)).length, 3);
 });
 
+test('tracks are filtered by an answer to an attribute, also by the one that their label has where nobody answers', () => {
+  const asked = (/** @type {any} */ attribute) => ({ mutable: false, values: [], low: null, high: null, default: null, ...attribute });
+  const labels = [label({ id: 1, name: 'Yield', attributes: [asked({ name: 'dirty', kind: 'checkbox', default: false }), asked({ name: 'lit', kind: 'text' })] }), label({ id: 2, name: 'Stop' })];
+  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
+  const docs = { m1: doc(1, { attributes: { dirty: true }, keys: { 12: { ...key, attributes: { lit: 'dusk' } } } }), m2: doc(2, { attributes: { lit: 'day' } }) };
+  const order = (/** @type {any} */ attribute) => queueOrder({ ...state(docs, { attribute }), labels });
+  assert.deepEqual(order({ name: 'dirty', value: true }), ['m1']);
+  assert.deepEqual(order({ name: 'dirty', value: false }), ['m3']);
+  assert.deepEqual(order({ name: 'lit', value: null }), ['m2', 'm1']);
+  assert.deepEqual(order({ name: 'lit', value: 'dusk' }), ['m1']);
+  assert.deepEqual(order({ name: 'gone', value: 'x' }), []);
+});
+
 test('a person’s label and review state count, not the engine’s', () => {
   const docs = { m1: doc(1, { class_id: 2, review: 'accepted' }) };
   assert.deepEqual(queueOrder(state(docs, { class_id: 2 })), ['m2', 'm1']);

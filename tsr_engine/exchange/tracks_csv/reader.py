@@ -30,6 +30,7 @@ from tsr_engine.exchange.table_columns import (
     class_in,
     columns_of,
     edges_of,
+    is_id_column,
     normal,
     with_video,
 )
@@ -220,20 +221,25 @@ class _Table:
                 self._validator.count(reported, self._name, line)
 
     def _label(self, cells: Mapping[str, str], line: int) -> int:
-        given = (cells[column].strip() for column in self._columns.classes)
-        cell = class_in(each.removeprefix("'") if self._guarded else each for each in given)
+        columns = self._columns
+        given = {column: cells[column].strip() for column in columns.classes}
+        if self._guarded:
+            given = {column: each.removeprefix("'") for column, each in given.items()}
+        cell = class_in(given.values())
         if not cell:
             return UNSAID
         try:
             number = real_number(cell)
         except ValueError:
             return self._validator.label(cell, self._name, line)
-        if not math.isfinite(number) or number != int(number):
-            raise refuse(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
         if number == NONE:
             return NONE
+        if not any(is_id_column(column) for column, each in given.items() if each == cell):
+            return self._validator.label(cell, self._name, line)
+        if not math.isfinite(number) or number != int(number):
+            raise refuse(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
         name = str(int(number))
-        if not self._columns.own and name not in self._validator.target.label_map:
+        if not columns.own and name not in self._validator.target.label_map:
             self._validator.count(OWN_NUMBERS, self._name, line)
         return self._validator.label(name, self._name, line, number=True)
 

@@ -19,7 +19,7 @@ from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import Part, choose
-from tsr_engine.exchange.table_columns import CLASSES, NAMES, class_in, edges_of, normal
+from tsr_engine.exchange.table_columns import CLASSES, NAMES, class_in, edges_of, is_id_column, normal
 from tsr_engine.exchange.tracks_csv.reader import OWN_NUMBERS, own_files, whole_box
 from tsr_engine.exchange.tracks_json.rows import FRAME_KEY, Entry, entries, first_of, inner_of
 from tsr_engine.io.plain_numbers import real_number, whole_number
@@ -248,11 +248,12 @@ class _File:
         return "" if value == "-1" else str(value)
 
     def _label(self, entry: Mapping[str, Any], where: str, default: int) -> int:
-        given = [entry[name] for name in CLASSES if entry.get(name) is not None]
-        wrong = next((value for value in given if type(value) not in (int, str, float)), None)
+        given = {name: entry[name] for name in CLASSES if entry.get(name) is not None}
+        wrong = next((value for value in given.values() if type(value) not in (int, str, float)), None)
         if wrong is not None:
             raise refuse(self._name, where, f"class must be a name or a number. Got {str(wrong)[:40]!r}.")
-        cell = class_in(f"{value:g}" if isinstance(value, float) else str(value) for value in given)
+        cells = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in given.items()}
+        cell = class_in(cells.values())
         if not cell:
             return default
         try:
@@ -261,10 +262,16 @@ class _File:
             return self._validator.label(cell, self._name, where)
         if number == NONE:
             return NONE
+        holding = [name for name, value in cells.items() if value == cell]
+        named = not any(is_id_column(name) or not isinstance(given[name], str) for name in holding)
         if self._classes is not None:
+            if named and cell in self._classes:
+                return self._validator.label(cell, self._name, where)
             if not 0 <= number < len(self._classes):
                 raise refuse(self._name, where, f"class {number} must be 0 to {len(self._classes) - 1} of classes.")
             return self._validator.label(self._classes[number], self._name, where)
+        if named:
+            return self._validator.label(cell, self._name, where)
         if not self._own and cell not in self._validator.target.label_map:
             self._validator.count(OWN_NUMBERS, self._name, where)
         return self._validator.label(cell, self._name, where, number=True)

@@ -18,6 +18,7 @@ from tsr_engine.exchange.checks import MAX_JSON_BYTES, NO_BOX, ImportValidator, 
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.line_ends import tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.picture_rows import Listed, names_in
@@ -92,6 +93,9 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     if not files and not (path / SIDE).is_file():
         raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
     names, named_by = _class_names(path)
+    if names is not None and _are_benchmark_numbers(names):
+        names = dict(enumerate(benchmark_keys()))
+        validator.repair(f"{named_by}: calls {len(names)} classes by their numbers; they were taken as those of GTSRB.")
     more = [picture for name in _LISTS for picture in names_in(path / name)]
     frames = frames_of_pictures([_listed(name) for name in files], validator, path, more)
     found: list[YoloLine] = []
@@ -138,6 +142,13 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
                 listed.pop()
             return {place: text.strip() for place, text in enumerate(listed)}, name
     return None, ""
+
+
+def _are_benchmark_numbers(names: dict[int, str]) -> bool:
+    """Whether the classes of a file are called 0 to 42, as those of GTSRB often are."""
+    return len(names) == len(benchmark_keys()) and all(
+        text.isdecimal() and int(text) == number for number, text in names.items()
+    )
 
 
 def _other_yaml(path: Path) -> list[Path]:

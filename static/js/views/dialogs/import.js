@@ -119,14 +119,10 @@ export function importDialog({app, data, close, signal}) {
     const controls = /** @type {NodeListOf<HTMLInputElement|HTMLSelectElement>} */ (switches.querySelectorAll('select, input'));
     const values = Object.fromEntries([...controls].filter(({value}) => value.trim() !== '').map((control) => [control.dataset.name ?? '', control.value.trim()]));
     try {
-      /** @type {Record<string, string|number>} */
-      const meant = {...map.map, ...answers.map};
-      // one request adds all unknown names or leaves all out: where both are wanted, those to add come first
-      if (answers.skip.length) for (const one of answers.add) meant[one] = (await app.labels.change({type: 'add', name: one}, video?.label_set ?? undefined)).label?.key ?? one;
       const unknown = answers.skip.length ? 'skip' : answers.add.length ? 'add' : 'refuse';
       const found = await progress.during(signal, ({progress: called, sending}) => api.importFile(data.video, file, {
         progress: called, as: as(), format: format.value || null, run: as() === 'annotation' ? run.value : null, name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),
-        switches: JSON.stringify(values), label_map: JSON.stringify(meant), unknown, author: recall('author'),
+        switches: JSON.stringify(values), label_map: JSON.stringify({...map.map, ...answers.map}), unknown, add: JSON.stringify(answers.add), author: recall('author'),
       }, sending));
       setText(error, '');
       if (answers.add.length) await app.labels.reload();

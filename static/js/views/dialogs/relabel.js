@@ -5,11 +5,12 @@ import {sentence} from '../../api/errors.js';
 import {NO_CLASS} from '../../model/documents.js';
 import {labelAt, labelOf} from '../../model/effective.js';
 import {finderOf} from '../../model/label_finder.js';
-import {className, labelFor, offeredLabels, resolved} from '../../model/labels.js';
+import {className, offeredLabels, resolved} from '../../model/labels.js';
 import {documentLane, lastVotes} from '../../model/track_lane.js';
 import {trackName} from '../../model/track_name.js';
 import {create as createTrack} from '../../operations/boxes.js';
 import {followDrawn} from '../../operations/follow.js';
+import {labelSetKey} from '../../editing/label_sets.js';
 import {docOf} from '../../editing/revisions.js';
 import {shownTrack} from '../../review/shown_tracks.js';
 import {edit} from '../app.js';
@@ -98,6 +99,7 @@ export function relabelDialog({app, data, close, signal}) {
   const engineClass = (id) => review?.tracks?.class_id[review.tracks.id.indexOf(id)] ?? null;
   const votes = votesFor(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
   let {labels} = app.store.get();
+  let set = labelSetKey(app.store.get());
   const box = h('input', {type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box', onchange: () => tellBack()});
   const track = h('input', {type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box', onchange: () => tellBack()});
   const scopes = h('fieldset', {class: 'row scopes', hidden: draft !== null},
@@ -117,6 +119,7 @@ export function relabelDialog({app, data, close, signal}) {
   /** The set may change while the dialog is open: what is on offer follows it. */
   function offer() {
     labels = app.store.get().labels;
+    set = labelSetKey(app.store.get());
     const ids = draft ? [labelOfKey(labels, recall('draw.label')), ...recentLabels(labels)]
       : [resolved(labels, doc && labelAt(doc, frame, engineClass)), ...[...votes.keys()].map((id) => resolved(labels, id)), ...recentLabels(labels)];
     const some = withFirst(offeredLabels(labels), ids);
@@ -130,9 +133,9 @@ export function relabelDialog({app, data, close, signal}) {
     choice.search.readOnly = true;
     setText(error, '');
     try {
-      const {label} = await app.labels.change(wanted);
+      const {label} = await app.labels.change(wanted, set);
       if (signal.aborted) return;
-      if (label !== null) give(label.id);
+      if (label !== null) choose(label);
     } catch (thrown) {
       if (signal.aborted) return;
       setText(error, sentence(thrown));
@@ -144,28 +147,20 @@ export function relabelDialog({app, data, close, signal}) {
 
   /** @param {Label} label */
   function choose(label) {
-    give(label.id);
+    noteRecent(label);
+    if (draft) remember('draw.label', label.key);
+    put(label.id, label.key);
   }
 
-  /** @param {number} id */
-  function give(id) {
-    const label = labelFor(app.store.get().labels, id);
-    if (label) {
-      noteRecent(label);
-      if (draft) remember('draw.label', label.key);
-    }
-    put(id);
-  }
-
-  /** @param {number|null} class_id */
-  function put(class_id) {
+  /** @param {number|null} class_id @param {string} [label_key]   of the label that was chosen: the set may be another one by now */
+  function put(class_id, label_key) {
     const now = app.store.get().review;
     const said = now && key ? docOf(now, key) : null;
     if (draft) {
-      createTrack(app, draft, class_id);
+      createTrack(app, draft, class_id, label_key);
       followDrawn(app, draft);
     }
-    else if (key && !(said && isSaid(said, box.checked ? frame : null, class_id))) edit(app, key, {name: box.checked ? 'relabel_box' : 'relabel_track', class_id, frame});
+    else if (key && !(said && isSaid(said, box.checked ? frame : null, class_id))) edit(app, key, {name: box.checked ? 'relabel_box' : 'relabel_track', class_id, frame, ...(label_key !== undefined && {label_key})});
     close();
   }
 

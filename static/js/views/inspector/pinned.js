@@ -2,6 +2,7 @@
 /** The labels that are pinned to digits, one press each, and the picture that an accepted track can give its label. */
 
 import { sentence } from '../../api/errors.js';
+import { labelSetKey } from '../../editing/label_sets.js';
 import { labelFor, offeredLabels } from '../../model/labels.js';
 import { givePinned } from '../../operations/verdicts.js';
 import { shownTrack } from '../../review/shown_tracks.js';
@@ -25,7 +26,8 @@ export function createPinned(app, signal) {
   async function cutOut() {
     const { review } = app.store.get();
     const shown = review?.selected ? shownTrack(review, review.selected) : null;
-    if (!review || !label) return;
+    const [given, set] = [label, labelSetKey(app.store.get())];
+    if (!review || !given) return;
     if (!shown) {
       toast('The track has no box in this frame. Go to a frame where the sign is clear.');
       return;
@@ -33,7 +35,7 @@ export function createPinned(app, signal) {
     cut.disabled = true;
     try {
       const { blob } = await app.api.frame(review.video.id, review.frame, { signal });
-      toast((await app.labels.change({ type: 'picture', id: label.id, png: await pngOf(blob, shown.box) })).sentence, { tone: 'good' });
+      toast((await app.labels.change({ type: 'picture', id: given.id, png: await pngOf(blob, shown.box) }, set)).sentence, { tone: 'good' });
     } catch (thrown) {
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
     } finally {

@@ -1,8 +1,9 @@
 // @ts-check
 /** What the queue shows and in which order. */
 
+import { answerText, attributeChoices } from '../../model/attributes.js';
 import { NO_CLASS } from '../../model/documents.js';
-import { resolved } from '../../model/labels.js';
+import { labelFor, resolved } from '../../model/labels.js';
 import { scoreRange } from '../../model/queue.js';
 import { filter } from '../app.js';
 import { fill, followFocus, h, leaveKeysToPicture, setAttribute } from '../dom.js';
@@ -11,28 +12,57 @@ import { icon } from '../icons.js';
 
 /** @typedef {import('../../state-types.js').QueueFilter} QueueFilter */
 
+/** Answers of one attribute that can be chosen. */
+const MOST_ANSWERS = 200;
+
 /**
  * @param {import('../app.js').ViewApp} app
  * @param {AbortSignal} signal
  */
 export function createFilters(app, signal) {
-  const text = h('input', { class: 'input', type: 'search', placeholder: 'Label, number, reason or note', 'aria-label': 'Search tracks', title: 'Every word must occur. Attributes are found as name=answer, such as dirty=yes' });
+  const text = h('input', { class: 'input', type: 'search', placeholder: 'Label, number, reason or note', 'aria-label': 'Search tracks', title: 'Every word must occur. Answers to attributes are found as well, such as dirty=yes' });
   const review = select('Review state', [['all', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['accepted', 'Accepted'], ['rejected', 'False positive']]);
   const sort = select('Sort by', [['uncertainty', 'By uncertainty'], ['time', 'By time'], ['class', 'By label'], ['score', 'By score']]);
   const uncertainty = select('Least uncertainty', [['0', 'Any uncertainty'], ['0.1', '≥ 10 %'], ['0.25', '≥ 25 %'], ['0.5', '≥ 50 %'], ['0.75', '≥ 75 %']]);
   const kind = select('Label', [['', 'All labels']]);
+  const attribute = select('Attribute', [['', 'Any attribute']]);
   const noted = h('button', { class: 'btn btn-icon queue-noted', type: 'button', title: 'Only tracks with notes', 'aria-label': 'Only tracks with notes', onclick: () => filter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }) }, icon('note'));
   text.addEventListener('input', () => filter(app, { text: text.value }), { signal });
   review.addEventListener('change', () => filter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
   sort.addEventListener('change', () => filter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
   uncertainty.addEventListener('change', () => filter(app, { least_uncertainty: Number(uncertainty.value) }), { signal });
   kind.addEventListener('change', () => filter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
+  attribute.addEventListener('change', () => filter(app, { attribute: attribute.value === '' ? null : JSON.parse(attribute.value) }), { signal });
   const least = limit('Least score', 'Score ≥', (score) => filter(app, { least_score: score }));
   const most = limit('Largest score', 'Score ≤', (score) => filter(app, { most_score: score }));
-  const element = h('div', { class: 'queue-filters' }, h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted), sort, review, kind, uncertainty, least, most);
+  const element = h('div', { class: 'queue-filters' }, h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted), sort, review, kind, uncertainty, least, most, attribute);
   leaveKeysToPicture(element);
   followFocus(element);
   let listed = '';
+  /** What the attributes were listed for. @type {unknown[]} */
+  let listedFor = [];
+
+  /**
+   * Attributes of the labels that tracks have, and what people have said besides.
+   * @param {QueueFilter['attribute']} now
+   * @param {readonly import('../../model/track_entries.js').TrackEntry[]} entries
+   * @param {readonly import('../../types.js').Label[]} labels
+   */
+  function listAttributes(now, entries, labels) {
+    const wanted = now === null ? '' : JSON.stringify(now);
+    if (entries !== listedFor[0] || labels !== listedFor[1]) {
+      listedFor = [entries, labels];
+      const own = [...new Set(entries.map(({ class_id }) => labelFor(labels, class_id)))].filter((label) => label !== undefined);
+      const choices = attributeChoices(own, entries.flatMap(({ doc }) => doc ?? []));
+      fill(attribute, h('option', { value: '' }, 'Any attribute'), choices.map(({ name, values }) => h('optgroup', { label: name },
+        [null, ...values.slice(0, MOST_ANSWERS)].map((value) => h('option', { value: JSON.stringify({ name, value }) }, `${name}: ${value === null ? 'any answer' : answerText(value)}`)))));
+    }
+    // also one that no track has any more
+    if (wanted !== '' && ![...attribute.options].some(({ value }) => value === wanted)) attribute.append(h('option', { value: wanted }, `${now?.name}: ${now?.value === null ? 'any answer' : answerText(now?.value ?? '')}`));
+    attribute.hidden = attribute.options.length < 2;
+    attribute.value = wanted;
+  }
+
   return {
     element,
     /**
@@ -59,6 +89,7 @@ export function createFilters(app, signal) {
       setAttribute(noted, 'aria-pressed', String(now.with_notes));
       review.value = now.review;
       sort.value = now.sort;
+      listAttributes(now.attribute, entries, labels);
       uncertainty.value = String(now.least_uncertainty);
       kind.value = chosen === null ? '' : String(chosen);
       const range = scoreRange(entries);

@@ -1,0 +1,1 @@
+"""Finds videos by what their tracks are."""

@@ -1,0 +1,26 @@
+"""What the engine calls the tracks of a run, beside its evidence: filled when somebody looks for videos by label."""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0012"
+down_revision = "0008"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    """Forward."""
+    op.create_table(
+        "track_classes",
+        sa.Column("run_id", sa.String(length=32), sa.ForeignKey("runs.id", ondelete="CASCADE"), nullable=False),
+        sa.Column("rows", sa.LargeBinary(), nullable=False),
+        sa.PrimaryKeyConstraint("run_id"),
+    )
+
+
+def downgrade() -> None:
+    """Back."""
+    op.drop_table("track_classes")

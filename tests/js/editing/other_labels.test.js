@@ -1,0 +1,71 @@
+// @ts-check
+/** The label set changes while a page is open: an id of the old one is never taken for a label of the new one. */
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { ApiError } from '../../../static/js/api/errors.js';
+import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
+import { withLabelKey } from '../../../static/js/model/labels.js';
+import { setLabels } from '../../../static/js/store/actions/page.js';
+import { label } from '../labels.js';
+import { RUN, createServer, createWorld } from './world.js';
+
+const LABELS = [label({ id: 43, key: 'bus-stop', name: 'bus stop' }), label({ id: 44, key: 'halt', name: 'halt', merged_into: 43 })];
+
+/** A server whose set has lost the label `gone`. @param {any[]} sent */
+function withoutGone(sent) {
+  const server = createServer();
+  const { edit } = server;
+  server.edit = async (run, one, revisions) => {
+    sent.push(one.command);
+    if (one.command.label_key === 'gone') throw new ApiError(422, 'no_such_label', 'The label set has no label gone.');
+    return edit(run, one, revisions);
+  };
+  return server;
+}
+
+const drawn = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'create_track', key, frame: 3, box: [0, 0, 9, 9], class_id: 43, label_key: 'gone' });
+
+test('a command says which label it means, by key', () => {
+  const relabel = /** @type {any} */ ({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43 });
+  assert.equal(withLabelKey(relabel, LABELS).label_key, 'bus-stop');
+  assert.equal(withLabelKey({ ...relabel, class_id: 44 }, LABELS).label_key, 'halt', 'the one that was given, not what stands for it');
+  assert.equal(withLabelKey({ ...relabel, label_key: 'old' }, LABELS).label_key, 'old', 'what was chosen before the set changed');
+  for (const class_id of [-1, null, 7]) assert.equal('label_key' in withLabelKey({ ...relabel, class_id }, LABELS), false);
+});
+
+test('what is sent names the label, also after a reload', async () => {
+  /** @type {any[]} */ const sent = [];
+  const world = await createWorld(withoutGone(sent));
+  world.store.dispatch((state) => setLabels(state, LABELS));
+  world.editor.edit({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43 });
+  world.store.dispatch((state) => setLabels(state, [label({ id: 43, key: 'boar', name: 'boar' })]));
+  await world.editor.settled();
+  assert.deepEqual(sent.map(({ label_key }) => label_key), ['bus-stop']);
+  world.end();
+});
+
+test('a track that was drawn stays, without the label that is gone', async () => {
+  /** @type {any[]} */ const sent = [];
+  const world = await createWorld(withoutGone(sent));
+  world.editor.edit(drawn('hdrawn01'));
+  world.editor.edit({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43, label_key: 'gone' });
+  await world.editor.settled();
+  assert.equal(world.review().docs.hdrawn01.class_id, null);
+  assert.equal(world.review().docs.m1, undefined, 'the engine says what it is, as before');
+  assert.match(world.toasts[0], /^The new track has no label yet\. The label set has no label gone\./);
+  assert.match(world.toasts[1], /^Track relabelled was not possible\./);
+  assert.equal((await world.outbox.all()).length, 0);
+  world.end();
+});
+
+test('so does one of a review that was left', async () => {
+  /** @type {any[]} */ const sent = [];
+  const outbox = createMemoryOutbox();
+  await outbox.put({ op_id: 'op-left-0001', run: RUN, author: 'a', command: drawn('hdrawn02'), seen: {} });
+  const world = await createWorld(withoutGone(sent), outbox, null);
+  await world.background.go();
+  assert.equal(world.server.docs.hdrawn02.class_id, null);
+  assert.deepEqual(sent.map(({ class_id }) => class_id), [43, null]);
+  assert.match(world.toasts[0], /^A new track has no label yet\./);
+  world.end();
+});

@@ -1,0 +1,159 @@
+"""The names of labels in one file: whose label each is, and what becomes of those that no label has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+
+from tsr_engine.exchange.additions import Declared, Unknown, unknown_refused, with_new_labels
+from tsr_engine.exchange.dataset import NONE, UNSAID, Skipped
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.labels import LabelMatcher
+from tsr_engine.exchange.reading import place_of
+from tsr_engine.exchange.track_rows import BOX, TrackRows
+from tsr_engine.labels.model import LabelSet
+
+__all__ = ["LEFT_OUT", "NamesInFile", "Settled"]
+
+LEFT_OUT: Final = -(2**31)
+"""Label of rows that are left out, since no label has their name."""
+_HIDDEN, _CUT = 0.1, 0.2
+"""What the area of a box counts as an example where its sign is hidden or ignored, or the picture cuts it."""
+
+
+@dataclass(slots=True)
+class Settled:
+    """What is said about names that no label has."""
+
+    skipped: list[Skipped] = field(default_factory=list)
+    repaired: list[str] = field(default_factory=list)
+
+
+class NamesInFile:
+    """Gives each name of a file its label; names that no label has get stand-ins until the whole file is read."""
+
+    def __init__(self, target: ImportTarget) -> None:
+        """Take what the file is read onto."""
+        self._target = target
+        self._matcher = LabelMatcher(target.labels, {**target.remembered, **target.label_map})
+        self._known = frozenset(label.id for label in target.labels)
+        self._recalled: set[str] = set()
+        self._strange: dict[str, int] = {}
+        self._places: dict[str, str] = {}
+        self.declared: dict[str, Declared] = {}
+        """What the file says of labels by name, or by an empty name of every label."""
+
+    def label(self, name: str, file: str, line: int | str | None, number: bool) -> int:
+        """The id of a name's label, -1 for "unknown sign", or a stand-in below ``UNSAID``.
+
+        Args:
+            name: as it stands in the file.
+            file: for messages.
+            line: for messages.
+            number: the file has a number there, not a name.
+        """
+        found = self._matcher.numbered(name) if number else self._matcher(name)
+        if found is None:
+            if name not in self._strange:
+                self._strange[name] = UNSAID - 1 - len(self._strange)
+                self._places[name] = place_of(file, line)
+            return self._strange[name]
+        if name in self._target.remembered and name not in self._target.label_map:
+            self._recalled.add(name)
+        return found
+
+    def settle(self, tracks: Iterable[TrackRows], file: str) -> tuple[LabelSet, dict[int, int], Settled]:
+        """What becomes of names that no label has.
+
+        Args:
+            tracks: all rows of the file.
+            file: for messages.
+
+        Returns:
+            The set; the id, or ``LEFT_OUT``, of each stand-in; what is to be reported.
+
+        Raises:
+            UnknownLabels: nobody has said what becomes of them.
+            ImportFormatError: a name can be that of no label.
+        """
+        labels, used, target = self._target.labels, self._strange_used(tracks), self._target
+        if not used:
+            return labels, {}, Settled()
+        new = [name for name in used if target.unknown == "add" or name in target.added]
+        others = [each for name, each in used.items() if name not in new]
+        if others and target.unknown == "refuse":
+            raise unknown_refused(file, labels, self._matcher, others)
+        reported = Settled()
+        for each in others:
+            boxes = f"{each.boxes} {'box' if each.boxes == 1 else 'boxes'}"
+            what = f"{boxes} of {each.tracks} {'track' if each.tracks == 1 else 'tracks'} named {each.name[:80]!r}"
+            reported.skipped.append(Skipped(what, f"No label of {labels.name} has that name (unknown=skip)."))
+        labels, ids = with_new_labels(labels, new, self.declared, file)
+        for name in new:
+            added = labels.get(ids[name])
+            assert added is not None
+            reported.repaired.append(
+                f"Label {name[:80]!r} was added to {labels.name} as {added.key!r}, number {added.id}."
+            )
+        return labels, {self._strange[name]: ids.get(name, LEFT_OUT) for name in used}, reported
+
+    def adds(self, label_id: int) -> bool:
+        """Whether attributes that a label does not have are added to it."""
+        return self._target.unknown == "add" or label_id not in self._known
+
+    def declared_of(self, labels: LabelSet, ids: Mapping[int, int]) -> dict[int, Declared]:
+        """What the file says of labels, by id; arguments as ``settle`` gives them."""
+        declared = {
+            label: about
+            for name, about in self.declared.items()
+            if (label := ids.get(self._strange.get(name, 0), self._matcher(name))) is not None
+        }
+        for each in labels:
+            declared.setdefault(each.id, self.declared.get("", Declared()))
+        return declared
+
+    def recalled(self) -> list[str]:
+        """Sentences about names that people have spoken of before."""
+        return [
+            f"{name[:80]!r} was taken as {self._called(name)}, as was said for an earlier file."
+            for name in sorted(self._recalled)
+        ]
+
+    def _called(self, name: str) -> str:
+        found = self._matcher(name)
+        label = None if found is None or found == NONE else self._target.labels.get(found)
+        return "no label of the set" if label is None else repr(label.key)
+
+    def _strange_used(self, tracks: Iterable[TrackRows]) -> dict[str, Unknown]:
+        """Names that no label has and boxes have, in the order of the file."""
+        if not self._strange:
+            return {}
+        names = {stand_in: name for name, stand_in in self._strange.items()}
+        found: dict[str, Unknown] = {}
+        best: dict[str, float] = {}
+        for rows in tracks:
+            label = np.where(np.frombuffer(rows.kind, dtype=np.int8) == BOX, rows.label, UNSAID)
+            if not (label < UNSAID).any():
+                continue
+            clear = self._clearness(rows)
+            for stand_in in np.unique(label[label < UNSAID]).tolist():
+                name, own = names[stand_in], np.flatnonzero(label == stand_in)
+                at = int(own[np.argmax(clear[own])])
+                each = found.get(name) or Unknown(name, 0, 0, (), 0, (0.0, 0.0, 0.0, 0.0), self._places[name])
+                if clear[at] > best.get(name, -1.0):
+                    best[name] = float(clear[at])
+                    x1, y1, x2, y2 = rows.edges[4 * at : 4 * at + 4]
+                    each = replace(each, frame=rows.frame[at], box=(x1, y1, x2, y2))
+                found[name] = replace(each, tracks=each.tracks + 1, boxes=each.boxes + len(own))
+        return {name: found[name] for name in self._strange if name in found}
+
+    def _clearness(self, rows: TrackRows) -> np.ndarray[Any, Any]:
+        """How well each box shows its sign: its area, px², less where the sign is hidden or the picture ends."""
+        x1, y1, x2, y2 = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4).T
+        hidden = (np.frombuffer(rows.flags, dtype=np.int8) & 6) > 0
+        cut = (x1 <= 0) | (y1 <= 0) | (x2 >= self._target.video.width) | (y2 >= self._target.video.height)
+        clear: np.ndarray[Any, Any] = (x2 - x1) * (y2 - y1) * np.where(hidden, _HIDDEN, 1) * np.where(cut, _CUT, 1)
+        return clear
