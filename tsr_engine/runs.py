@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from tsr_engine.calibration import aimed
+from tsr_engine.counted import counted
 from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.errors import EvidenceError, InputError, StorageError, VideoError
 from tsr_engine.evidence import (
@@ -360,7 +361,7 @@ class _Run:
 def _end(report: RunReport, failure: BaseException | None) -> tuple[RunState, str]:
     """How evidence says that the run ended."""
     if report.interrupted or isinstance(failure, KeyboardInterrupt):
-        return "interrupted", f"Interrupted after {report.frames} frames."
+        return "interrupted", f"Interrupted after {counted(report.frames, 'frame')}."
     if failure is not None:
         return "failed", str(failure)
     return "complete", ""

@@ -10,6 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.beside import is_wrapper, stated_by_manifest
 from tsr_engine.exchange.checks import ImportValidator, read_text, refuse
 from tsr_engine.exchange.counting import Custom
@@ -69,7 +70,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
     )
     skipped = [Skipped(f"{ignored} boxes to ignore", "gt.txt has no such mark.")] if ignored else []
     why = "Their label is none of the 43 classes that gt.txt has numbers for."
-    skipped += [Skipped(f"{unknown} boxes", why)] if unknown else []
+    skipped += [Skipped(counted(unknown, "box", "boxes"), why)] if unknown else []
     what = "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"
     return skipped, {"origin": 0, "corners": corners, "meaning": what, "pictures": pictures}
 
