@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.evidence.tables import FloatColumn, IntColumn, columns, tau_of
-from app.evidence.uncertainty import CLEAR_RATIO, Disagreement, UncertaintyInput, uncertainties
+from app.evidence.uncertainty import Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
@@ -42,8 +42,9 @@ class TrackColumns(Model):
     side: list[float]
     rejected: list[int]
     relocalised: list[int]
-    uncertainty: list[float]
-    doubt: list[float]  # former name
+    uncertainty: list[float | None]
+    """How likely a person changes the track; None: an imported run tells nothing of that."""
+    doubt: list[float | None]  # former name
     """The same under its former name."""
     rank: list[float]
     reasons: list[list[str]]
@@ -71,13 +72,9 @@ class TrackFacts:
     runner_up_share: FloatColumn
     rejected: IntColumn
     relocalised: IntColumn
-    predicted: IntColumn
-    closest: FloatColumn
-    closest_frame: IntColumn
-    closest_value: FloatColumn
-    near: IntColumn
     judged: IntColumn
     tau: float
+    by_engine: bool
 
 
 def no_tracks(tau: float) -> TrackColumns:
@@ -96,9 +93,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
     counts = table[[0, 1, 2, 3, 4, 7]]
     ids, first, last, frames, detected, class_id = np.where(np.isnan(counts), -1, counts).astype(np.int64)
     n = len(rows)
-    tau = tau_of(reader)
-    gates = _gates(reader, ids, last, tau)
-    sources = _sources(reader, ids)
+    gates = _gates(reader, ids, last)
     runner_up, runner_up_share = _runners_up(reader, n, ids)
     return TrackFacts(
         id=ids,
@@ -116,14 +111,10 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         runner_up=runner_up,
         runner_up_share=runner_up_share,
         rejected=gates.rejected,
-        relocalised=sources[2],
-        predicted=sources[1],
-        closest=gates.closest,
-        closest_frame=gates.frame,
-        closest_value=gates.value,
-        near=gates.near,
+        relocalised=_relocalised(reader, ids),
         judged=gates.judged,
-        tau=tau,
+        tau=tau_of(reader),
+        by_engine="imported" not in reader.header.frame_table,
     )
 
 
@@ -187,19 +178,16 @@ def track_columns(
     found = uncertainties(
         UncertaintyInput(
             frames=facts.frames,
-            predicted=facts.predicted,
+            detected=facts.detected,
             name=words.own,
             share=facts.share,
             runner_up=words.runner_up,
             runner_up_share=facts.runner_up_share,
-            closest=facts.closest,
-            closest_frame=facts.closest_frame,
-            closest_value=facts.closest_value,
-            near=facts.near,
+            rejected=facts.rejected,
             judged=facts.judged,
-            tau=facts.tau,
+            by_engine=facts.by_engine,
         ),
-        [] if disagreement is None else [disagreement],
+        disagreement,
     )
     return TrackColumns(
         id=facts.id.tolist(),
@@ -220,9 +208,9 @@ def track_columns(
         side=np.round(np.nan_to_num(facts.side), 1).tolist(),
         rejected=facts.rejected.tolist(),
         relocalised=facts.relocalised.tolist(),
-        uncertainty=found.uncertainty.tolist(),
-        doubt=found.uncertainty.tolist(),  # former name
-        rank=np.where(overruled, 1.0, found.uncertainty).tolist(),
+        uncertainty=_optional(found.uncertainty),
+        doubt=_optional(found.uncertainty),  # former name
+        rank=np.where(overruled, 1.0, found.rank).tolist(),
         reasons=found.reasons,
         tau=facts.tau,
         complete=complete,
@@ -272,52 +260,28 @@ def _places(ids: IntColumn, track: IntColumn) -> tuple[IntColumn, IntColumn]:
 class _Gates:
     """Verdicts of each track."""
 
-    closest: FloatColumn
-    """Smallest ``|ln(L / tau)|``."""
-    frame: IntColumn
-    value: FloatColumn
-    near: IntColumn
     judged: IntColumn
     rejected: IntColumn
 
 
-def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn, tau: float) -> _Gates:
+def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn) -> _Gates:
     """The verdicts that the lanes show: that of the frame in which a track is given up, after its last one, is none."""
     n = len(ids)
-    table = columns(reader.query("SELECT track_id, frame, l_positive, confident FROM gates"), 4)
+    table = columns(reader.query("SELECT track_id, frame, confident FROM gates"), 3)
     rows, place = _places(ids, table[0].astype(np.int64))
     alive = table[1][rows] <= last[place]
     rows, place = rows[alive], place[alive]
-    values = table[2][rows]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance = np.nan_to_num(np.abs(np.log(values / tau)), nan=np.inf)
-    closest = np.full(n, np.inf)
-    frame, value = np.full(n, -1), np.full(n, np.nan)
-    order = np.lexsort((distance, place))
-    first = order[np.flatnonzero(np.diff(place[order], prepend=-1))]
-    closest[place[first]] = distance[first]
-    frame[place[first]] = table[1][rows][first].astype(np.int64)
-    value[place[first]] = values[first]
     return _Gates(
-        closest,
-        frame,
-        value,
-        near=np.bincount(place[distance < np.log(CLEAR_RATIO)], minlength=n),
         judged=np.bincount(place, minlength=n),
-        rejected=np.bincount(place[table[3][rows] == 0], minlength=n),
+        rejected=np.bincount(place[table[2][rows] == 0], minlength=n),
     )
 
 
-def _sources(reader: EvidenceReader, ids: IntColumn) -> dict[int, IntColumn]:
-    """Number of frames by source."""
-    sql = (
-        "SELECT track_id, CASE source WHEN 'predicted' THEN 1 ELSE 2 END FROM track_frames "
-        "WHERE state <> 'dead' AND source <> 'detected'"
-    )
-    table = columns(reader.query(sql), 2).astype(np.int64)
-    rows, place = _places(ids, table[0])
-    source = table[1][rows]
-    return {code: np.bincount(place[source == code], minlength=len(ids)) for code in (1, 2)}
+def _relocalised(reader: EvidenceReader, ids: IntColumn) -> IntColumn:
+    """Number of relocalised frames."""
+    sql = "SELECT track_id FROM track_frames WHERE state <> 'dead' AND source = 'relocalised'"
+    _, place = _places(ids, columns(reader.query(sql), 1)[0].astype(np.int64))
+    return np.bincount(place, minlength=len(ids))
 
 
 def _runners_up(reader: EvidenceReader, n: int, ids: IntColumn) -> tuple[IntColumn, FloatColumn]:

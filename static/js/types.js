@@ -156,7 +156,7 @@
  * @property {number[]} side           longest side, px
  * @property {number[]} rejected       frames with a rejected prediction
  * @property {number[]} relocalised
- * @property {number[]} uncertainty          0..1, without what people said
+ * @property {(number|null)[]} uncertainty   how likely a person changes the track, 0..1, without what people said; null: an imported run tells nothing of that
  * @property {number[]} rank           what the queue sorts by: the uncertainty, with what people had said when this was asked for
  * @property {string[][]} reasons      plain sentences why
  * @property {number} tau
