@@ -146,7 +146,7 @@ def test_a_window_far_from_where_the_sign_is_expected_is_something_else() -> Non
         assert np.array_equal(track.box, track.prediction.box) == (sigmas is not None)
         events[sigmas] = [(event.kind, event.text) for event in frame.events if "window" in event.text]
     assert events[None] == [
-        ("relocalised", "Track 1 has had no detection for 1 frames; a window like it is 30 px left.")
+        ("relocalised", "Track 1 has had no detection for 1 frame; a window like it is 30 px left.")
     ]
     ((kind, text),) = events[3.0]
     assert kind == "rejected"

@@ -1,4 +1,4 @@
-"""Runs: start, follow, rename, cancel, resume, remove."""
+"""Runs: start, follow, put in order, rename, cancel, resume, remove."""
 
 from __future__ import annotations
 
@@ -57,6 +57,13 @@ class NewName(Model):
     name: str = Field(min_length=1, max_length=120, pattern=PLAIN)
 
 
+class Turn(Model):
+    """When a run that waits is to begin."""
+
+    before: str | None = Field(None, pattern="^[0-9a-f]{32}$")
+    """Name of the run that it goes before; null: after all that wait."""
+
+
 class RemovedRuns(Model):
     """Names of the runs that are gone."""
 
@@ -64,7 +71,7 @@ class RemovedRuns(Model):
 
 
 class Runs(Model):
-    """Runs of one video."""
+    """Some runs."""
 
     runs: list[RunView]
 
@@ -97,6 +104,18 @@ def start_run_by_hand(video_id: VideoId, context: ContextDep, wanted: ByHand) ->
     made = context.caged_imports.begin_by_hand(video_id, wanted.name, wanted.author or context.settings.author)
     with context.database.read() as session:
         return run_view(context.runs.get(session, made.id))
+
+
+@router.get("/run-queue", operation_id="get_run_queue", responses=failures())
+def get_run_queue(context: ContextDep) -> Runs:
+    """Runs of the engine that go on or wait, in the order of their turns."""
+    return Runs(runs=[run_view(run) for run in context.runs.line()])
+
+
+@router.post("/runs/{run_id}/turn", operation_id="move_run", responses=failures(404, 409))
+def move_run(run_id: RunId, wanted: Turn, context: ContextDep) -> RunView:
+    """Let a run that waits begin before another one, or after all of them."""
+    return run_view(context.runs.move(run_id, wanted.before))
 
 
 @router.get("/runs/{run_id}", operation_id="get_run", responses=failures(404))

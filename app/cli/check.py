@@ -15,11 +15,11 @@ from tsr_engine.cli.common import (
     ModelsOption,
     PresetOption,
     SetOption,
-    counted,
     out_console,
     print_json,
     say,
 )
+from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
 
 if TYPE_CHECKING:

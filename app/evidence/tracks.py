@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from app.evidence.clearest import clearest_frames
 from app.evidence.tables import FloatColumn, IntColumn, tau_of
-from app.evidence.uncertainty import CLEAR_RATIO, Disagreement, UncertaintyInput, uncertainties
+from app.evidence.uncertainty import Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
-from tsr_engine.evidence.columns import end_boxes, read_columns, runners_up
+from tsr_engine.evidence.columns import SOURCES, end_boxes, read_columns, runners_up
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 
@@ -49,9 +49,9 @@ class TrackColumns(Model):
     rejected: list[int]
     """Frames with a rejected prediction."""
     relocalised: list[int]
-    uncertainty: list[float]
-    """0..1, without what people said."""
-    doubt: list[float]  # former name
+    uncertainty: list[float | None]
+    """How likely a person changes the track; None: an imported run tells nothing of that."""
+    doubt: list[float | None]  # former name
     """The same under its former name."""
     rank: list[float]
     """What the queue sorts by: the uncertainty, with what people had said when this was asked for."""
@@ -82,13 +82,9 @@ class TrackFacts:
     runner_up_share: FloatColumn
     rejected: IntColumn
     relocalised: IntColumn
-    predicted: IntColumn
-    closest: FloatColumn
-    closest_frame: IntColumn
-    closest_value: FloatColumn
-    near: IntColumn
     judged: IntColumn
     tau: float
+    by_engine: bool
 
 
 def no_tracks(tau: float) -> TrackColumns:
@@ -107,9 +103,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
     """Read the columns: scans of ``gates`` and ``track_frames``, and one row of votes a track."""
     rows = read_columns(reader, "tracks", *_SUMMARY, confirmed=True)
     ids, first, last = rows.ints("track_id"), rows.ints("first_frame"), rows.ints("last_frame")
-    tau = tau_of(reader)
-    gates = _gates(reader, ids, last, tau)
-    sources = _sources(reader, ids)
+    gates = _gates(reader, ids, last)
     runner_up, runner_up_share = runners_up(reader)
     return TrackFacts(
         id=ids,
@@ -127,14 +121,10 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         runner_up=runner_up,
         runner_up_share=runner_up_share,
         rejected=gates.rejected,
-        relocalised=sources[2],
-        predicted=sources[1],
-        closest=gates.closest,
-        closest_frame=gates.frame,
-        closest_value=gates.value,
-        near=gates.near,
+        relocalised=_relocalised(reader, ids),
         judged=gates.judged,
-        tau=tau,
+        tau=tau_of(reader),
+        by_engine="imported" not in reader.header.frame_table,
     )
 
 
@@ -198,19 +188,16 @@ def track_columns(
     found = uncertainties(
         UncertaintyInput(
             frames=facts.frames,
-            predicted=facts.predicted,
+            detected=facts.detected,
             name=words.own,
             share=facts.share,
             runner_up=words.runner_up,
             runner_up_share=facts.runner_up_share,
-            closest=facts.closest,
-            closest_frame=facts.closest_frame,
-            closest_value=facts.closest_value,
-            near=facts.near,
+            rejected=facts.rejected,
             judged=facts.judged,
-            tau=facts.tau,
+            by_engine=facts.by_engine,
         ),
-        [] if disagreement is None else [disagreement],
+        disagreement,
     )
     return TrackColumns(
         id=facts.id.tolist(),
@@ -231,9 +218,9 @@ def track_columns(
         side=np.round(np.nan_to_num(facts.side), 1).tolist(),
         rejected=facts.rejected.tolist(),
         relocalised=facts.relocalised.tolist(),
-        uncertainty=found.uncertainty.tolist(),
-        doubt=found.uncertainty.tolist(),  # former name
-        rank=np.where(overruled, 1.0, found.uncertainty).tolist(),
+        uncertainty=_optional(found.uncertainty),
+        doubt=_optional(found.uncertainty),  # former name
+        rank=np.where(overruled, 1.0, found.rank).tolist(),
         reasons=found.reasons,
         tau=facts.tau,
         complete=complete,
@@ -263,46 +250,26 @@ def _places(ids: IntColumn, track: IntColumn) -> tuple[IntColumn, IntColumn]:
 class _Gates:
     """Verdicts of each track."""
 
-    closest: FloatColumn
-    """Smallest ``|ln(L / tau)|``."""
-    frame: IntColumn
-    value: FloatColumn
-    near: IntColumn
     judged: IntColumn
     rejected: IntColumn
 
 
-def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn, tau: float) -> _Gates:
+def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn) -> _Gates:
     """The verdicts that the lanes show: that of the frame in which a track is given up, after its last one, is none."""
     n = len(ids)
-    table = read_columns(reader, "gates", "track_id", "frame", "l_positive", "confident", order="any")
+    table = read_columns(reader, "gates", "track_id", "frame", "confident", order="any")
     frames = table.ints("frame")
     rows, place = _places(ids, table.ints("track_id"))
     alive = frames[rows] <= last[place]
     rows, place = rows[alive], place[alive]
-    values = table.floats("l_positive")[rows]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance = np.nan_to_num(np.abs(np.log(values / tau)), nan=np.inf)
-    closest = np.full(n, np.inf)
-    frame, value = np.full(n, -1), np.full(n, np.nan)
-    order = np.lexsort((distance, place))
-    first = order[np.flatnonzero(np.diff(place[order], prepend=-1))]
-    closest[place[first]] = distance[first]
-    frame[place[first]] = frames[rows][first]
-    value[place[first]] = values[first]
     return _Gates(
-        closest,
-        frame,
-        value,
-        near=np.bincount(place[distance < np.log(CLEAR_RATIO)], minlength=n),
         judged=np.bincount(place, minlength=n),
         rejected=np.bincount(place[table.ints("confident")[rows] == 0], minlength=n),
     )
 
 
-def _sources(reader: EvidenceReader, ids: IntColumn) -> dict[int, IntColumn]:
-    """Number of frames by source."""
+def _relocalised(reader: EvidenceReader, ids: IntColumn) -> IntColumn:
+    """Number of relocalised frames."""
     table = read_columns(reader, "track_frames", "track_id", "source", alive=True, order="any")
     rows, place = _places(ids, table.ints("track_id"))
-    source = table.sources()[rows]
-    return {code: np.bincount(place[source == code], minlength=len(ids)) for code in (1, 2)}
+    return np.bincount(place[table.sources()[rows] == SOURCES.index("relocalised")], minlength=len(ids))

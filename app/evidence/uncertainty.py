@@ -1,30 +1,29 @@
-"""The uncertainty of a track and its reasons in plain sentences; the queue sorts by it. Formulas: docs/queue.md."""
+"""How likely a person changes a track, with reasons in plain sentences; the queue sorts by it. See docs/queue.md.
+
+One logistic over what the evidence says of the track. The weights come from ``python -m benchmarks uncertainty``, which
+judges the tracks of annotated clips and simulated approaches by their truth.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from app.evidence.tables import FloatColumn, IntColumn
+from tsr_engine.counted import counted
 
-__all__ = ["Disagreement", "Uncertainties", "UncertaintyInput", "uncertainties"]
+__all__ = ["WEIGHTS", "Disagreement", "Uncertainties", "UncertaintyInput", "terms", "uncertainties"]
 
-CLEAR_MARGIN = 0.6
-"""A lead of the class over the runner-up, as a share of all votes, that counts as certain."""
-CLEAR_RATIO = 3.0
-"""A factor between L_positive and tau that counts as certain about the verdict."""
-OFTEN_NEAR = 0.25
-"""A share of verdicts within that factor of tau that is as uncertain as near verdicts can make a track."""
 FEW_FRAMES, MANY_FRAMES = 3, 15
 """A track this short is as uncertain as a short track can be; this long, not at all."""
-MANY_PREDICTED = 0.6
-"""A share of frames without a measurement that is as uncertain as predictions can make a track."""
-MOST = {"margin": 1.0, "gate": 0.5, "short": 0.7, "predicted": 0.6, "disagreement": 1.0}
-"""What each reason can add at most."""
-REPORTED = 0.1
-"""A reason below this weight is not told."""
+WEIGHTS: Final[Mapping[str, float]] = {"constant": -4.33, "margin": 3.48, "rejected": 4.21, "gaps": 1.21, "short": 2.00}
+"""Of the terms of :func:`terms`. Each of these is 0 for a track that nothing speaks against, and 1 at most."""
+REPORTED = 0.5
+"""A reason that adds less than this to the log-odds is not told."""
+IMPORTED = "The run was imported, so nothing is known of votes, gate and detections."
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +31,7 @@ class Disagreement:
     """What another view of the video says of each track.
 
     Attributes:
-        weight: shape (n,), 0 agrees or says nothing, 1 contradicts.
+        weight: shape (n,), 0 agrees or says nothing, 1 contradicts, between them: does not have the track.
         sentence: one a track, empty where it agrees.
     """
 
@@ -46,31 +45,25 @@ class UncertaintyInput:
 
     Attributes:
         frames: number of frames.
-        predicted: frames whose result is the motion model's alone.
+        detected: frames with a detection.
         name: what people read for its label, None: never recognised.
         share: its share of all votes; NaN: never recognised.
         runner_up: the same for the label with the second most votes, None: none.
         runner_up_share: its share.
-        closest: smallest ``|ln(L_positive / tau)|``; infinite: never judged near tau.
-        closest_frame: where; -1: nowhere.
-        closest_value: L_positive there.
-        near: verdicts with L_positive within a factor ``CLEAR_RATIO`` of tau.
+        rejected: verdicts of the gate that rejected the prediction.
         judged: all verdicts.
-        tau: of the run.
+        by_engine: the run has evidence of the engine; a run that was imported from another tracker has none.
     """
 
     frames: IntColumn
-    predicted: IntColumn
+    detected: IntColumn
     name: list[str | None]
     share: FloatColumn
     runner_up: list[str | None]
     runner_up_share: FloatColumn
-    closest: FloatColumn
-    closest_frame: IntColumn
-    closest_value: FloatColumn
-    near: IntColumn
+    rejected: IntColumn
     judged: IntColumn
-    tau: float
+    by_engine: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,54 +71,48 @@ class Uncertainties:
     """One entry a track."""
 
     uncertainty: FloatColumn
-    """In [0, 1]."""
+    """Probability that a person changes the track, in (0, 1); NaN: nothing is known."""
+    rank: FloatColumn
+    """What the queue sorts by, in [0, 1]."""
     reasons: list[list[str]]
     """Sentences, the weightiest first."""
 
 
-def uncertainties(given: UncertaintyInput, disagreements: list[Disagreement]) -> Uncertainties:
-    """Uncertainty and its reasons.
+def terms(given: UncertaintyInput) -> dict[str, FloatColumn]:
+    """The terms of the logistic by name, each of shape (n,)."""
+    lead = np.nan_to_num(given.share) - np.nan_to_num(given.runner_up_share)
+    return {
+        "margin": np.clip(1 - lead, 0, 1),
+        "rejected": np.clip(given.rejected / np.maximum(given.judged, 1), 0, 1),
+        "gaps": np.clip(1 - given.detected / np.maximum(given.frames, 1), 0, 1),
+        "short": np.clip((MANY_FRAMES - given.frames) / (MANY_FRAMES - FEW_FRAMES), 0, 1),
+    }
 
-    Each reason has a weight in [0, 1], 0 where there is no uncertainty; together they are ``1 - product of (1 -
-    weight)``, so that a further reason always adds and no reason is averaged away.
+
+def uncertainties(given: UncertaintyInput, other: Disagreement | None) -> Uncertainties:
+    """Uncertainty, order and reasons.
+
+    What another run says otherwise is told last and moves nothing: on the tracks that the weights come from it says
+    nothing of what a person changes. It alone orders the tracks of a run without evidence.
+
+    Args:
+        given: of each track.
+        other: what another run of the video says; None: there is none.
     """
-    weights: list[FloatColumn] = [
-        MOST["margin"] * _margin(given),
-        MOST["gate"] * _gate(given),
-        MOST["short"] * np.clip((MANY_FRAMES - given.frames) / (MANY_FRAMES - FEW_FRAMES), 0, 1),
-        MOST["predicted"] * np.clip(given.predicted / np.maximum(given.frames, 1) / MANY_PREDICTED, 0, 1),
+    n = len(given.frames)
+    said = [""] * n if other is None else other.sentence
+    if not given.by_engine:
+        rank = np.zeros(n) if other is None else other.weight
+        return Uncertainties(np.full(n, np.nan), rank, [[*([one] if one else []), IMPORTED] for one in said])
+    added = np.stack([WEIGHTS[name] * term for name, term in terms(given).items()])
+    uncertainty = np.round(1 / (1 + np.exp(-WEIGHTS["constant"] - added.sum(axis=0))), 4)
+    order = np.argsort(-added, axis=0, kind="stable")
+    tellers = [_margin_sentence, _rejected_sentence, _gaps_sentence, _short_sentence]
+    reasons = [
+        [tellers[k](given, i) for k in order[:, i].tolist() if added[k, i] >= REPORTED] + ([one] if one else [])
+        for i, one in enumerate(said)
     ]
-    tellers: list[Callable[[int], str]] = [
-        lambda i: _margin_sentence(given, i),
-        lambda i: _gate_sentence(given, i),
-        lambda i: f"It is short: {_frames(int(given.frames[i]))}.",
-        lambda i: (
-            f"{int(given.predicted[i])} of its {_frames(int(given.frames[i]))} "
-            f"{'is a prediction' if given.predicted[i] == 1 else 'are predictions'} without a measurement."
-        ),
-    ]
-    for other in disagreements:
-        weights.append(MOST["disagreement"] * np.clip(other.weight, 0, 1))
-        tellers.append(other.sentence.__getitem__)
-    table = np.stack(weights)
-    together = 1 - np.prod(1 - table, axis=0)
-    order = np.argsort(-table, axis=0, kind="stable")
-    reported = table >= REPORTED
-    reasons = [[tellers[k](i) for k in order[:, i] if reported[k, i]] for i in range(table.shape[1])]
-    return Uncertainties(np.round(together, 4), reasons)
-
-
-def _margin(given: UncertaintyInput) -> FloatColumn:
-    lead = given.share - np.nan_to_num(given.runner_up_share)
-    found: FloatColumn = np.where(np.isnan(given.share), 1.0, np.clip(1 - lead / CLEAR_MARGIN, 0, 1))
-    return found
-
-
-def _gate(given: UncertaintyInput) -> FloatColumn:
-    """How close the closest verdict came, times how often one came near: in a long track some verdict always does."""
-    closest = np.clip(1 - given.closest / np.log(CLEAR_RATIO), 0, 1)
-    often: FloatColumn = np.clip(given.near / np.maximum(given.judged, 1) / OFTEN_NEAR, 0, 1)
-    return np.asarray(closest * often)
+    return Uncertainties(uncertainty, uncertainty, reasons)
 
 
 def _margin_sentence(given: UncertaintyInput, i: int) -> str:
@@ -137,12 +124,14 @@ def _margin_sentence(given: UncertaintyInput, i: int) -> str:
     return f"{own}, '{given.runner_up[i]}' {given.runner_up_share[i]:.0%}."
 
 
-def _gate_sentence(given: UncertaintyInput, i: int) -> str:
-    return (
-        f"{int(given.near[i])} of {int(given.judged[i])} verdicts of the gate were close, the closest in frame "
-        f"{int(given.closest_frame[i])}: L = {given.closest_value[i]:.1f} beside tau = {given.tau:g}."
-    )
+def _rejected_sentence(given: UncertaintyInput, i: int) -> str:
+    return f"The gate rejected its prediction in {int(given.rejected[i])} of {counted(int(given.judged[i]), 'frame')}."
 
 
-def _frames(number: int) -> str:
-    return "1 frame" if number == 1 else f"{number} frames"
+def _gaps_sentence(given: UncertaintyInput, i: int) -> str:
+    frames = int(given.frames[i])
+    return f"No detection in {frames - int(given.detected[i])} of {counted(frames, 'frame')}."
+
+
+def _short_sentence(given: UncertaintyInput, i: int) -> str:
+    return f"It is short: {counted(int(given.frames[i]), 'frame')}."

@@ -95,6 +95,34 @@ class JobQueue:
             query = query.where(Job.kind.in_(self.kinds.within(lane)))
         return session.scalars(query).all()
 
+    def move(self, session: Session, subject: str, before: str | None) -> bool:
+        """Let a job that waits take its turn right before another one of its kind and server, or after all of them.
+
+        Args:
+            session: writes.
+            subject: of the job that is moved.
+            before: subject of the other job; None: the end of the line.
+
+        Returns:
+            Whether both wait in one line.
+        """
+        waits = Job.state == "queued", Job.subject == subject
+        moved = session.scalars(select(Job).where(*waits).with_for_update()).first()
+        if moved is None:
+            return False
+        line = Job.state == "queued", Job.kind == moved.kind, Job.place == moved.place
+        query = select(Job).where(*line).order_by(Job.priority.desc(), Job.order).with_for_update()
+        jobs = list(session.scalars(query))
+        turns = [(job.priority, job.order) for job in jobs]
+        jobs.remove(moved)
+        subjects = [job.subject for job in jobs]
+        if before is not None and before not in subjects:
+            return False
+        jobs.insert(len(jobs) if before is None else subjects.index(before), moved)
+        for job, (priority, order) in zip(jobs, turns, strict=True):
+            job.priority, job.order = priority, order
+        return True
+
     def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:
         """Take one job, for a process at a place (:func:`app.storage.identity.place_of`); None: somebody was faster."""
         free = Job.id == job_id, Job.state == "queued", is_here(session, Job.place)

@@ -30,7 +30,7 @@ _ACTIVE = ("queued", "running")
 
 
 class RunService:
-    """Start, list, rename, cancel, resume, remove."""
+    """Start, list, put in order, rename, cancel, resume, remove."""
 
     def __init__(
         self,
@@ -67,6 +67,34 @@ class RunService:
             if session.get(Video, video_id) is None:
                 raise NotFound(f"There is no video {video_id[:80]!r}.")
             return list(session.scalars(select(Run).where(Run.video_id == video_id).order_by(Run.order.desc(), Run.id)))
+
+    def line(self) -> list[Run]:
+        """Runs of the engine that go on or wait, in the order of their turns."""
+        query = (
+            select(Run)
+            .join(Job, Job.subject == Run.id)
+            .where(Job.kind == "track", Job.state.in_(_ACTIVE))
+            .order_by(Job.state != "running", Job.priority.desc(), Job.order)
+        )
+        with self._database.read() as session:
+            return list(session.scalars(query))
+
+    def move(self, run_id: str, before: str | None) -> Run:
+        """Let a run that waits take its turn right before another one, or after all of them.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: one of the two does not wait, or they wait for different servers.
+        """
+        with self._database.write() as session:
+            run = self.get(session, run_id)
+            if not self._jobs.move(session, run_id, before):
+                raise Conflict(
+                    f"{run.name} keeps its turn: it or the other run has begun, is over, or is another server's.",
+                    code="not_waiting",
+                )
+            publish_run(session, self._events, run)
+        return run
 
     def start(
         self,

@@ -21,7 +21,7 @@ __all__ = ["SIGN_SIZES", "UNKNOWN_SIZE", "Hits", "Scene3dData", "Sign", "load_hi
 SIGN_SIZES = {"circle": 0.60, "triangle": 0.90, "inverted triangle": 0.90, "octagon": 0.90, "diamond": 0.60}
 """Width of a sign by shape, m: the sizes of class 2 of the German catalogue (VzKat), usual at 50 to 100 km/h."""
 UNKNOWN_SIZE = 0.60
-FLAGGED_UNCERTAINTY = 0.6
+FLAGGED_UNCERTAINTY = 0.25
 MOST_FLAGGED = 40
 MOST_HITS = 20_000
 
@@ -148,7 +148,7 @@ def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[i
     reported = json.loads(evidence.tracks(run_id))
     ids = np.array(reported["id"], np.int64)
     classes, signs = _signs(reported, place.classes.labels)
-    uncertainty = np.array(reported["rank"], np.float64)
+    rank = np.array(reported["rank"], np.float64)
     with evidence.reading(place) as reader:
         width, height = size_of(reader) or (1280, 720)
         table = read_columns(reader, "frames", "frame", "seconds")
@@ -169,7 +169,7 @@ def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[i
         times=_times(table.floats("seconds"), table.floats("frame")),
         ids=ids,
         class_id=classes,
-        flagged=_flagged(ids, uncertainty, needs_work),
+        flagged=_flagged(ids, rank, needs_work),
         frame=rows.ints("frame")[known],
         track=(order[place_of[known]] if len(ids) else place_of[known]).astype(np.int64),
         boxes=boxes[known],

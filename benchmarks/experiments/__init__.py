@@ -27,6 +27,7 @@ from benchmarks.experiments import (
     svm,
     systems,
     trackers,
+    uncertainty,
     yolo_time,
 )
 
@@ -55,6 +56,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     retraining.EXPERIMENT,
     exports.EXPERIMENT,
     recordings.EXPERIMENT,
+    uncertainty.EXPERIMENT,
     review.EXPERIMENT,
     review_hour.EXPERIMENT,
 )

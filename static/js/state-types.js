@@ -58,7 +58,7 @@
 
 /** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}, once?: string}} Banner   once: under this name it is put away for good when a person hides it */
 
-/** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'bulk-review'
+/** @typedef {{kind: 'help'|'relabel'|'run'|'run-several'|'run-queue'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'bulk-review'
  *   |'export'|'import'|'ground-truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
  *   |'palette'|'merge'|'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
 

@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.review_desk import (
@@ -285,3 +285,28 @@ def test_one_verdict_on_all_shown_tracks(desk: Desk, page: Page) -> None:
     edited(page, lambda: page.keyboard.press("Control+z"))
     undone = {key: doc["review"] for key, doc in desk.documents().items()}
     assert all(undone[key] == before.get(key, "open") for key in undone)
+
+
+def test_the_end_of_the_queue_leads_to_the_next_video(desk: Desk, page: Page) -> None:
+    page.get_by_role("button", name="Bulk review …").click()
+    edited(page, page.get_by_role("dialog").get_by_role("button", name=re.compile(r"^Accept \d+ tracks?$")).click)
+    end = page.locator(".queue-end")
+    expect(end.get_by_role("status")).to_have_text("All tracks reviewed: nothing is left in the library.")
+    expect(end.get_by_role("button")).to_be_hidden()
+    known = desk.server.call("GET", "/videos")["videos"]
+    other = {**known[0], "id": "a" * 64, "name": "next drive.mp4", "review": {"tracks": 12, "reviewed": 5}}
+    page.route(re.compile(r"/api/videos$"), lambda route: route.fulfill(json={"videos": [*known, other]}))
+    page.evaluate("location.hash = '#/'")
+    expect(page.get_by_role("heading", name="next drive.mp4")).to_be_visible()
+    page.go_back()
+    expect(end).to_contain_text("All tracks of this video are reviewed. 1 other video has 7 open tracks.")
+    expect(end.get_by_role("button", name="Next video")).to_have_attribute(
+        "title", "Next video with open tracks (Alt+J)"
+    )
+    page.locator(".picture-stage").focus()
+    page.keyboard.press("Alt+j")
+    page.wait_for_url(re.compile(f"#/review/{'a' * 64}/"))
+    page.unroute(re.compile(r"/api/videos$"))
+    page.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}'")
+    wait(page, lambda s: s["run"] == desk.run and s["undo"] is not None)
+    edited(page, lambda: page.keyboard.press("Control+z"))

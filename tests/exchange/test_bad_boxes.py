@@ -187,7 +187,7 @@ def test_a_box_that_is_none_is_refused_with_the_switch_or_left_out_and_told(
     found = read(tmp_path, kind, (GOOD, box, GOOD), bad_boxes="skip")
     assert frames_of(found) == [10, 12]
     (reported,) = [each for each in found.skipped if "bad_boxes=skip" in each.reason]
-    assert reported.what == "1 boxes"
+    assert reported.what == "1 box"
     assert "the first: " in reported.reason
     place = {
         "coco": "annotation 2",

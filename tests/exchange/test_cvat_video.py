@@ -356,7 +356,7 @@ def test_of_a_project_the_task_of_the_video_counts(read: Read, before: dict[str,
     assert found.repaired == ()
     assert [(item.what, item.reason) for item in found.skipped] == [
         ("annotations.xml: 1 tasks", "They are not about drive.mp4: 1 (other.mp4)."),
-        ("annotations.xml: 1 tracks", "They are of other tasks."),
+        ("annotations.xml: 1 track", "They are of other tasks."),
     ]
     again = read(_project(*tasks, tracks={1: (3, 8), 2: (offset + 10, offset + 16)}), task="1") if offset < 40 else None
     if again is not None:

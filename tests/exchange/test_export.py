@@ -200,7 +200,7 @@ def test_tracks_on_no_side_are_told(tmp_path: Path) -> None:
     reported = export_dataset(
         data, VIDEO, tmp_path / "out.zip", ExportOptions(split={("a" * 64, "m1"): "train"}), zipped=True
     )
-    assert reported.skipped == [{"what": "1 tracks", "reason": "They are on no side of the split."}]
+    assert reported.skipped == [{"what": "1 track", "reason": "They are on no side of the split."}]
     assert reported.counts["tracks"] == 1
     with zipfile.ZipFile(tmp_path / "out.zip") as archive:
         assert b"m2" not in archive.read("annotations.xml")

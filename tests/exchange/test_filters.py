@@ -18,10 +18,10 @@ def test_states_and_classes() -> None:
     data = a_dataset()
     some = filtered(data, Filters(states=frozenset({"accepted", "open"})))
     assert sorted(tracks_of(some)) == ["m1", "m2"]
-    assert _skips(some) == ["drive.mp4: 1 tracks Their review state is needs_work."]
+    assert _skips(some) == ["drive.mp4: 1 track Their review state is needs_work."]
     some = filtered(data, Filters(labels=frozenset({14, -1})))
     assert sorted(tracks_of(some)) == ["h3", "m1"]
-    assert _skips(some) == ["drive.mp4: 1 tracks Their label was not chosen."]
+    assert _skips(some) == ["drive.mp4: 1 track Their label was not chosen."]
 
 
 def test_frames() -> None:

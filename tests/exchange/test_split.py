@@ -72,7 +72,7 @@ def test_two_runs_of_one_video_are_one_video() -> None:
 
 def test_crops_may_share_a_frame() -> None:
     data = a_dataset(a_track("m1"), a_track("m2"))
-    with pytest.raises(ExportError, match="1 groups .* too few for train / val"):
+    with pytest.raises(ExportError, match="1 group .* too few for train / val"):
         deal(data, {"train": 1, "val": 1}, 0)
     split = deal(data, {"train": 1, "val": 1}, 0, "track")
     assert sorted(split.values()) == ["train", "val"]

@@ -167,7 +167,7 @@ def test_of_two_videos_only_the_own_pictures_come_in(tmp_path: Path, format: str
     path = listing(tmp_path, format, [pattern.format(name) for name in ("other", "Drive")])
     back = read(path)
     assert sorted(found_in(back)) == [10]
-    assert "1 pictures: They are of another video than drive.mp4: 'other' (1)." in _reported(back)
+    assert "1 picture: They are of another video than drive.mp4: 'other' (1)." in _reported(back)
     chosen = read(path, video="other")
     assert sorted(found_in(chosen)) == [10]
     assert found_in(chosen) != found_in(back)
@@ -206,8 +206,8 @@ def test_pictures_that_name_nothing_are_left_out_beside_those_of_the_video(tmp_p
     names = [f"drive_mp4-0010_jpg.rf.{OLD[0]}", f"75_jpg.rf.{OLD[1]}", f"cat_jpg.rf.{OLD[2]}"]
     back = read(listing(tmp_path, format, names))
     assert sorted(found_in(back)) == [10]
-    assert "1 pictures: They are of another video" in _reported(back)
-    assert "1 pictures: Their names have no frame number" in _reported(back)
+    assert "1 picture: They are of another video" in _reported(back)
+    assert "1 picture: Their names have no frame number" in _reported(back)
 
 
 @every_format
@@ -283,7 +283,7 @@ def test_a_picture_that_several_files_of_coco_list(tmp_path: Path) -> None:
         made = listing(tmp_path / name, "coco", ["frame_000010"])
         (tmp_path / "in").mkdir(exist_ok=True)
         (made / "instances.json").rename(tmp_path / "in" / f"{name}.json")
-    assert "1 pictures are listed by several files" in _reported(read(tmp_path / "in"))
+    assert "1 picture is listed by several files" in _reported(read(tmp_path / "in"))
 
 
 @pytest.mark.parametrize(

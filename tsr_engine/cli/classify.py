@@ -9,7 +9,8 @@ from typing import Annotated
 
 import typer
 
-from tsr_engine.cli.common import JsonOption, ModelsOption, counted, print_json, say
+from tsr_engine.cli.common import JsonOption, ModelsOption, print_json, say
+from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
 
 __all__ = ["classify"]

@@ -28,7 +28,6 @@ __all__ = [
     "ParameterCommand",
     "PresetOption",
     "SetOption",
-    "counted",
     "existing",
     "frame_range",
     "make_network",
@@ -169,11 +168,6 @@ def frame_range(text: str | None) -> tuple[int, int | None]:
     if start < 0 or (stop is not None and stop <= start):
         raise UsageError(f"--frames {text} is empty: expected 0 <= A < B, counted from frame 0.")
     return start, stop
-
-
-def counted(number: int, noun: str) -> str:
-    """``1 frame``, ``2 frames``; for nouns that take an s."""
-    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def existing(path: Path, what: str) -> Path:

@@ -18,12 +18,12 @@ from tsr_engine.cli.common import (
     OnnxSizeOption,
     PresetOption,
     SetOption,
-    counted,
     make_network,
     make_params,
     print_json,
     say,
 )
+from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
 
 __all__ = ["detect"]

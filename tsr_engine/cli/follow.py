@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tsr_engine.cli.common import ModelsOption, counted, existing, say
+from tsr_engine.cli.common import ModelsOption, existing, say
+from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:

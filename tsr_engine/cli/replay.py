@@ -20,6 +20,7 @@ from tsr_engine.cli.common import (
     split_settings,
 )
 from tsr_engine.cli.replay_bundle import replay_bundle_file
+from tsr_engine.counted import counted
 from tsr_engine.errors import EvidenceError, UsageError
 
 if TYPE_CHECKING:
@@ -98,7 +99,8 @@ def replay(
         if not other_models:
             check_models(reader, components, params)
         if reader.state != "complete":
-            say(f"warning: the run in {evidence} is {reader.state}: {len(reader)} frames are replayed.")
+            replayed = counted(len(reader), "frame is", "frames are")
+            say(f"warning: the run in {evidence} is {reader.state}: {replayed} replayed.")
     report, results = ReplayReport(), ResultStream()
     with progress_bar("replaying", "frames") as show, stop_on_interrupt() as stopped:
         frames = replay_run(evidence, params, components, report=report, on_frame=lambda _, n, m: show(n, m, ""))
@@ -118,12 +120,13 @@ def replay(
     else:
         print_report(report, changed)
     if not changed and not other_models and report.identical != report.frames:
-        other = report.frames - report.identical
-        say(f"warning: {other} frames differ from the run, first at {report.first_difference}.")
+        other = counted(report.frames - report.identical, "frame differs", "frames differ")
+        say(f"warning: {other} from the run, first at {report.first_difference}.")
     if report.missing_pixels:
         say(
-            f"warning: {report.missing_pixels} pixels in {report.missing_frames} frames are not in the evidence; the "
-            "nearest stored ones stood in for them. Track again with a larger keep_radius for exact results."
+            f"warning: the evidence lacks {counted(report.missing_pixels, 'pixel')} in "
+            f"{counted(report.missing_frames, 'frame')}; the nearest stored ones stood in for them. "
+            "Track again with a larger keep_radius for exact results."
         )
 
 
@@ -170,7 +173,8 @@ def print_report(report: ReplayReport, changed: list[str]) -> None:
     console = out_console()
     what = ", ".join(changed) if changed else "no parameter changed"
     console.print(
-        f"{report.frames} frames replayed in {report.seconds:.1f} s ({what}); {report.identical} are identical.",
+        f"{counted(report.frames, 'frame')} replayed in {report.seconds:.1f} s ({what}); "
+        f"{counted(report.identical, 'is', 'are')} identical.",
         soft_wrap=True,
     )
     if report.tracks:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from tsr_engine.cli.common import out_console, print_json, say, split_settings
+from tsr_engine.counted import counted
 
 if TYPE_CHECKING:
     from tsr_engine.bundle import Bundle, BundleReplay
@@ -141,7 +142,7 @@ def print_report(report: BundleReplay, bundle: Bundle) -> None:
 def _frames_run(report: BundleReplay) -> str:
     """How many frames were run; those that lead in to the others are more than the report is about."""
     leading = report.frames - report.judged
-    return f"{report.frames} frames run" + (f" ({leading} of them to lead in)" if leading > 0 else "")
+    return f"{counted(report.frames, 'frame')} run" + (f" ({leading} of them to lead in)" if leading > 0 else "")
 
 
 def _reproduction(report: BundleReplay, whole: bool) -> str:

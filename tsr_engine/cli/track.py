@@ -18,7 +18,6 @@ from tsr_engine.cli.common import (
     OnnxSizeOption,
     PresetOption,
     SetOption,
-    counted,
     frame_range,
     make_network,
     make_params,
@@ -26,6 +25,7 @@ from tsr_engine.cli.common import (
     print_json,
     say,
 )
+from tsr_engine.counted import counted
 from tsr_engine.io.video_kinds import KINDS
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.checks import refuse
 from tsr_engine.exchange.dataset import Dataset, Skipped, Track
 from tsr_engine.labels.model import AttributeValue
@@ -117,15 +118,11 @@ def without(dataset: Dataset, *, all_of_them: bool, title: str) -> list[Skipped]
             changing += len(track.changing)
     found = []
     if all_of_them and whole:
-        found.append(Skipped(f"{_count(whole, 'attribute')} of tracks", f"{title} has no place for them."))
+        found.append(Skipped(f"{counted(whole, 'attribute')} of tracks", f"{title} has no place for them."))
     if changing:
-        what = f"{_count(changing, 'attribute')} that change from frame to frame"
+        what = f"{counted(changing, 'attribute')} that change from frame to frame"
         found.append(Skipped(what, f"{title} has no place for them."))
     return found
-
-
-def _count(number: int, word: str) -> str:
-    return f"{number} {word}{'s' * (number != 1)}"
 
 
 def inner(values: Mapping[str, AttributeValue]) -> str:

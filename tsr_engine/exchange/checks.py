@@ -12,6 +12,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.additions import Declared, Said, attributed
 from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo, Skipped, Track
@@ -394,10 +395,13 @@ class ImportValidator:
 
     def _tell_counts(self) -> None:
         if self._outside:
-            self.skip(f"{self._outside} boxes", f"They lie outside of the picture; the first: {self._first_outside}.")
+            self.skip(
+                counted(self._outside, "box", "boxes"),
+                f"They lie outside of the picture; the first: {self._first_outside}.",
+            )
         if self._bad:
             self.skip(
-                f"{self._bad} boxes",
+                counted(self._bad, "box", "boxes"),
                 "They have no area, or coordinates that are missing or no numbers "
                 f"({BAD_BOXES.name}=skip); the first: {self._first_bad}",
             )

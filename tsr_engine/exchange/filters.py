@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo, Skipped, Track
 
@@ -235,8 +236,12 @@ def _held_back(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> lis
             unlabelled = int((inside & (track.labels == NONE)).sum())
         none += unlabelled
         small += max(left - unlabelled, 0)
-    found = [(f"{count} tracks", why) for why, count in sorted(held.items())]
-    found += [(f"{none} boxes", "They have no label of the set (not_in_set=leave-out).")] if none else []
-    found += [(f"{frames} boxes", f"They lie outside of frames {part.first} to {part.stop - 1}.")] if frames else []
-    found += [(f"{small} boxes", f"Their shorter side is below {filters.min_side:g} px.")] if small else []
+    found = [(counted(count, "track"), why) for why, count in sorted(held.items())]
+    for boxes, why in (
+        (none, "They have no label of the set (not_in_set=leave-out)."),
+        (frames, f"They lie outside of frames {part.first} to {part.stop - 1}."),
+        (small, f"Their shorter side is below {filters.min_side or 0:g} px."),
+    ):
+        if boxes:
+            found.append((counted(boxes, "box", "boxes"), why))
     return [Skipped(f"{video.name}: {what}", reason) for what, reason in found]

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.geometry.boxes import iou
@@ -112,8 +113,9 @@ class LooseBoxes:
                 score=box.score,
                 said=box.said,
             )
-        how = f"linked to {len(names)} tracks by overlap" if linked else "taken as tracks of one frame"
-        self._validator.repair(f"{self._file}: {len(boxes)} boxes have no track id; they were {how}.")
+        how = f"linked to {counted(len(names), 'track')} by overlap" if linked else "taken as tracks of one frame"
+        untied = counted(len(boxes), "box has", "boxes have")
+        self._validator.repair(f"{self._file}: {untied} no track id: {how}.")
         self._boxes.clear()
 
 

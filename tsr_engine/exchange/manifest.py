@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.checks import check_track, read_json
 from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo, Skipped, Track
@@ -127,8 +128,8 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
             entry["boxes"] += len(track.frames)
         annotated.append(np.flatnonzero(shown).astype(np.int64))
         negatives.append(tuple(rejected))
-    skipped = [Skipped(f"{left_out} tracks", "They are on no side of the split.")] if left_out else []
-    skipped += [Skipped(f"{outside} boxes", "They lie outside of the picture.")] if outside else []
+    skipped = [Skipped(counted(left_out, "track"), "They are on no side of the split.")] if left_out else []
+    skipped += [Skipped(counted(outside, "box", "boxes"), "They lie outside of the picture.")] if outside else []
     repaired = [f"Boxes that reached over the edge of the picture were cut there: {cut}."] if cut else []
     return Survey(tracks, boxes, negatives, annotated, counts, skipped, repaired)
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo
 
@@ -94,7 +95,7 @@ def deal(
     weights = [weight for weight in weights if weight]
     if len(weights) < len(wanted):
         raise ExportError(
-            f"The signs form {len(weights)} groups that must each stay whole, too few for {' / '.join(wanted)}. "
+            f"The signs form {counted(len(weights), 'group')} that must stay whole, too few for {' / '.join(wanted)}. "
             + ("Use more videos." if rule == "video" else "Use more videos, or fewer subsets.")
         )
     order = sorted(range(len(weights)), key=lambda g: _hash(seed, min(members[g])))

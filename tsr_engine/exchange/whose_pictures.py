@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tsr_engine.counted import counted
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.counting import origin_of
@@ -175,7 +176,8 @@ def _refuse_twins(listed: Sequence[Listed], out: list[int | None], validator: Im
             "another video, of another subset, or that is an augmented copy.",
         )
     if again:
-        validator.repair(f"{again} pictures are listed by several files; the boxes of all of these were taken.")
+        listed_again = counted(again, "picture is", "pictures are")
+        validator.repair(f"{listed_again} listed by several files; the boxes of all of these were taken.")
 
 
 def _tell_others(
@@ -184,11 +186,11 @@ def _tell_others(
     if rows:
         count = sum(len(row.places) for row in rows)
         reason = f"They are of another video than {validator.target.video.name}"
-        validator.skip(f"{count} pictures", f"{reason}: {_listing(rows, lambda row: row.shown)}.")
+        validator.skip(counted(count, "picture"), f"{reason}: {_listing(rows, lambda row: row.shown)}.")
     if nameless:
         first = listed[nameless[0].place]
         reason = f"Their names have no frame number, and do not name {validator.target.video.name}"
-        validator.skip(f"{len(nameless)} pictures", f"{reason}; the first is {first.name[:80]!r}.")
+        validator.skip(counted(len(nameless), "picture"), f"{reason}; the first is {first.name[:80]!r}.")
 
 
 def _several(rows: list[Row], listed: Sequence[Listed], why: str, *, by_folder: bool = False) -> ImportFormatError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tsr_engine.counted import counted
 from tsr_engine.labels.changes import Changed, next_version
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label, LabelSet
@@ -61,8 +62,8 @@ def adopt_labels(labels: LabelSet, other: LabelSet) -> Adopted:
         return Adopted(Changed(labels, f"All labels of '{other.name}' are here already."), (), known)
     content = (*labels.labels, *added_labels)
     changed = next_version(labels, content, labels.next_id + len(added_labels))
-    count = "1 label" if len(added_labels) == 1 else f"{len(added_labels)} labels"
-    return Adopted(Changed(changed, f"Added {count} of '{other.name}'."), added_labels, known)
+    sentence = f"Added {counted(len(added_labels), 'label')} of '{other.name}'."
+    return Adopted(Changed(changed, sentence), added_labels, known)
 
 
 def _known(finder: LabelFinder, label: Label) -> Label | None:

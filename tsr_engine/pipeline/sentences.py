@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tsr_engine.counted import counted
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.params.gate import GateParams
 from tsr_engine.protocols import ScoredBox
@@ -51,7 +52,9 @@ def found_by_search(
         refused: what it saw and took for none, where the window counts the less for it.
     """
     dx, dy = _displacement(prediction, found)
-    text = f"Track {track_id} has had no detection for {undetected} frames; a window like it is {_move(dx, dy)}"
+    text = (
+        f"Track {track_id} has had no detection for {counted(undetected, 'frame')}; a window like it is {_move(dx, dy)}"
+    )
     values: dict[str, float | int | str] = {
         "undetected": undetected, "dx": dx, "dy": dy, "probability": found.probability,
     }  # fmt: skip
@@ -69,8 +72,8 @@ def astray(track_id: int, undetected: int, prediction: FloatArray, found: Reloca
     """The online detector has found something like the sign where the sign can hardly be."""
     dx, dy = _displacement(prediction, found)
     text = (
-        f"Track {track_id} has had no detection for {undetected} frames; a window like it is {_move(dx, dy)}, too far "
-        f"from where it is expected ({sigmas:.1f} standard deviations) to be the sign."
+        f"Track {track_id} has had no detection for {counted(undetected, 'frame')}; a window like it is "
+        f"{_move(dx, dy)}, too far from where it is expected ({sigmas:.1f} standard deviations) to be the sign."
     )
     values = {"undetected": undetected, "dx": dx, "dy": dy, "probability": found.probability, "sigmas": sigmas}
     return Event("rejected", track_id, text, values)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tsr_engine.counted import counted
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, RunHeader
 from tsr_engine.evidence.schema import RUN_FILE
@@ -94,7 +95,7 @@ class RunEvidence:
             StorageError: what is still in memory cannot be written.
         """
         if report.interrupted or isinstance(failure, KeyboardInterrupt):
-            self.writer.close("interrupted", f"Interrupted after {report.frames} frames.")
+            self.writer.close("interrupted", f"Interrupted after {counted(report.frames, 'frame')}.")
         elif failure is not None:
             self.writer.close("failed", str(failure))
         else:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import NONE, REJECTED, Track
 from tsr_engine.exchange.relabel import relabelled
 from tsr_engine.geometry.boxes import iou_each
@@ -84,7 +85,7 @@ def _number(label_id: int, classes: RunClasses) -> int:
 
 def _lacking(export: OpenedExport, lacking: Counter[str]) -> Iterator[str]:
     if lacking:
-        named = ", ".join(f"'{name}' ({_tracks(count)})" for name, count in sorted(lacking.items()))
+        named = ", ".join(f"'{name}' ({counted(count, 'track')})" for name, count in sorted(lacking.items()))
         yield (
             f"{export.about['name']}: the model has no label for {named}. They teach nothing, neither a sign nor "
             "background."
@@ -185,7 +186,3 @@ def _short(notes: Sequence[str]) -> list[str]:
         return list(notes)
     kept = [note for note in notes if note not in against[_REPORTED:]]
     return [*kept, f"{len(against) - _REPORTED} more places are contradictory in the same way."]
-
-
-def _tracks(count: int) -> str:
-    return "1 track" if count == 1 else f"{count} tracks"

@@ -120,6 +120,13 @@ export function createApi(setup = {}) {
     },
     /** @param {string} video @param {RunRequest} request @param {Call} [call] @returns {Promise<Run>} */
     startRun: async (video, request, call) => expectObject('POST /videos/…/runs', await json(`/videos/${e(video)}/runs`, {...call, method: 'POST', body: request}), RUN),
+    /** Runs of the engine that go on or wait, in the order of their turns. @param {Call} [call] @returns {Promise<Run[]>} */
+    runQueue: async (call) => {
+      const answer = expectObject('GET /run-queue', await json('/run-queue', call), {runs: 'array'});
+      return expectList('GET /run-queue', answer.runs, RUN);
+    },
+    /** @param {string} id @param {string|null} before   null: after all that wait @param {Call} [call] @returns {Promise<Run>} */
+    moveRun: async (id, before, call) => expectObject('POST /runs/…/turn', await json(`/runs/${e(id)}/turn`, {...call, method: 'POST', body: {before}}), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
     run: async (id, call) => expectObject('GET /runs/…', await json(`/runs/${e(id)}`, call), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */

@@ -1322,7 +1322,7 @@ export interface components {
             created: string;
             finished: string | null;
         };
-        /** @description Runs of one video. */
+        /** @description Some runs. */
         Runs: {
             runs: components["schemas"]["RunView"][];
         };
@@ -1699,10 +1699,10 @@ export interface components {
             /** @description Frames with a rejected prediction. */
             rejected: number[];
             relocalised: number[];
-            /** @description 0..1, without what people said. */
-            uncertainty: number[];
+            /** @description How likely a person changes the track; None: an imported run tells nothing of that. */
+            uncertainty: (number | null)[];
             /** @description The same under its former name. */
-            doubt: number[];
+            doubt: (number | null)[];
             /** @description What the queue sorts by: the uncertainty, with what people had said when this was asked for. */
             rank: number[];
             /** @description Plain sentences why. */
@@ -1813,6 +1813,11 @@ export interface components {
             tau: number;
             /** @description The run's parameter: a smaller symmetry_magnitude counts as this in `symmetry`. */
             symmetry_floor: number;
+        };
+        /** @description When a run that waits is to begin. */
+        Turn: {
+            /** @description Name of the run that it goes before; null: after all that wait. */
+            before?: string | null;
         };
         /** @description Take an operation back. */
         Undo: {

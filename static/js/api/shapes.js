@@ -1,6 +1,7 @@
 // @ts-check
 /** Light checks of what the server sends: enough that a wrong answer is named where it arrives, not far away in a view. */
 
+import {plural} from '../model/numbers.js';
 import {ApiError} from './errors.js';
 
 /** @typedef {'string'|'number'|'boolean'|'array'|'object'|'nullable'} Kind */
@@ -48,7 +49,7 @@ export function expectColumns(place, value, names) {
   const length = value[names[0]].length;
   for (const name of names) {
     if (value[name].length !== length) {
-      throw wrong(place, `${length} entries in column '${name}'`, value[name].length);
+      throw wrong(place, `${plural(length, 'entry', 'entries')} in column '${name}'`, value[name].length);
     }
   }
   return value;

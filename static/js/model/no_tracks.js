@@ -5,6 +5,7 @@
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  */
 
+import { plural } from './numbers.js';
 import { resumable, runPercent } from './run_progress.js';
 
 /** What to do where a video has no run. */
@@ -25,7 +26,7 @@ export function whyNoTracks(review, total) {
   if (tracks.id.length > 0) return 'Every track is deleted.';
   if (run.state === 'running') return `The run has found no sign yet; ${runPercent(run)} of its frames are done.`;
   if (run.state === 'complete') return 'The run has found no sign. N draws a track by hand.';
-  return `The run was ${run.state} after ${run.frames_done} frames, and has found no sign in them.`;
+  return `The run was ${run.state} after ${plural(run.frames_done, 'frame')}, and has found no sign in them.`;
 }
 
 /**

@@ -1,6 +1,8 @@
 // @ts-check
 /** What happened to a track in plain sentences, out of its lane. Pure. */
 
+import { count, figure } from './numbers.js';
+
 /** @typedef {import('../types.js').TrackLane} TrackLane */
 /** @typedef {{frame: number, kind: string, text: string}} Sentence   `text` begins with a small letter and has no frame */
 
@@ -160,6 +162,6 @@ export function short(value) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
   const size = Math.abs(value);
   if (size >= 1e6) return 'very large';
-  if (size >= 1000) return Math.round(value).toLocaleString('en-GB');
-  return String(Number(value.toPrecision(3)));
+  if (size >= 1000) return count(Math.round(value));
+  return figure(value);
 }

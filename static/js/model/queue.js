@@ -18,6 +18,7 @@
 import { hasAttribute } from './attributes.js';
 import { NO_CLASS } from './documents.js';
 import { engineName, labelFor, resolved } from './labels.js';
+import { plural } from './numbers.js';
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
@@ -75,7 +76,7 @@ export function endOfQueue(state, direction) {
   const end = direction > 0 ? 'This is the end of the queue.' : 'This is the beginning of the queue.';
   const { left } = queueCounts(shownQueue(state).filter(({ key }) => key !== state.review?.selected));
   if (left === 0) return end;
-  return `${end} ${left === 1 ? '1 track' : `${left} tracks`} ${direction > 0 ? 'before' : 'after'} this one ${left === 1 ? 'is' : 'are'} still to be decided.`;
+  return `${end} ${plural(left, 'track')} ${direction > 0 ? 'before' : 'after'} this one ${left === 1 ? 'is' : 'are'} still to be decided.`;
 }
 
 /**
@@ -130,7 +131,7 @@ function passes(entry, filter, labels) {
     (filter.review === 'all' || entry.review === filter.review) &&
     (!filter.with_notes || entry.notes.length > 0) &&
     (filter.attribute === null || hasAttribute(labelFor(labels, entry.class_id), entry.doc, filter.attribute.name, filter.attribute.value)) &&
-    entry.uncertainty >= filter.least_uncertainty &&
+    (filter.least_uncertainty === 0 || (entry.uncertainty !== null && entry.uncertainty >= filter.least_uncertainty)) &&
     // a track without a score is neither above a limit nor below one
     (filter.least_score === null || entry.score >= filter.least_score) &&
     (filter.most_score === null || entry.score <= filter.most_score)

@@ -1,6 +1,8 @@
 // @ts-check
 /** Several videos that are added or run at once: which ones, and what has come of them. Pure. */
 
+import { plural } from './numbers.js';
+
 /** @typedef {import('../types.js').Video} Video */
 
 /**
@@ -40,6 +42,6 @@ export const notRunYet = (videos) => videos.filter(({ state, missing, runs }) =>
 export function addedWords(added) {
   const coming = added.filter(({ state }) => state === 'importing').length;
   if (added.length === 1) return `${added[0].name} is ${coming ? 'being imported' : 'in the library'}.`;
-  if (coming === 0) return `${added.length} videos are in the library.`;
+  if (coming === 0) return `${plural(added.length, 'video')} are in the library.`;
   return coming === added.length ? `${coming} videos are being imported.` : `${coming} of ${added.length} videos are being imported, the others are in the library.`;
 }

@@ -17,7 +17,7 @@
  * @property {readonly import('./join.js').Span[]} runs   stretches of frames that it shows something in
  * @property {number|null} class_id   a person's label, also `NO_CLASS`, else the engine's
  * @property {boolean} relabelled     the label is a person's
- * @property {number} uncertainty           0..1
+ * @property {number|null} uncertainty      how likely a person changes it, 0..1; null: not known
  * @property {number} rank            the queue's order; as of when the columns were asked for, whatever people do since
  * @property {number} score           best final score; NaN: no detection
  * @property {string|null} word         what the engine calls it, where that is its label and the set lacks it

@@ -7,11 +7,12 @@ import { exchange } from './exchange.js';
 import { following } from './follow.js';
 import { navigation } from './navigate.js';
 import { page } from './page.js';
+import { library } from './next_video.js';
 import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...attributes, ...exchange, ...view, ...page];
+export const allOperations = () => [...following, ...navigation, ...library, ...boxes, ...verdicts, ...attributes, ...exchange, ...view, ...page];
 
 /**
  * Run an operation if it can be run now.

@@ -8,8 +8,12 @@ import { trackName } from '../model/track_name.js';
 import { docOf } from '../editing/revisions.js';
 import { engineClass } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
+import { leftElsewhere } from '../model/left_elsewhere.js';
 import { endOfQueue, nextInQueue, queueCounts, shownQueue } from '../model/queue.js';
+import { trackEntries } from '../model/track_entries.js';
+import { reviewedWords } from '../views/queue/end.js';
 import { openTrack } from './navigate.js';
+import { NEXT_VIDEO_KEY } from './next_video.js';
 import { toast } from '../views/toasts.js';
 import { editSelected, needsRun, needsTrack, operation } from './helpers.js';
 
@@ -74,10 +78,19 @@ export function judge(app, review, say = toast) {
   const present = doc ? verdictOf(doc) : 'open';
   const next = nextInQueue(before, 1);
   if (before.review && !giveVerdict(app, before.review, key, review)) return;
-  const { left } = queueCounts(shownQueue(app.store.get()));
-  if (left === 0) say('Nothing in the queue is left to be decided.', { topic: 'queue' });
+  const after = app.store.get();
+  const { left } = queueCounts(shownQueue(after));
+  if (left === 0) say(endWords(after), { topic: 'queue' });
   else if (next !== null) openTrack(app, next);
   else if (present === review) say(endOfQueue(before, 1), { topic: 'queue' });
+}
+
+/** @param {import('../state-types.js').State} state   with nothing left to be decided under the filter */
+function endWords({ review, videos }) {
+  const counts = queueCounts(review === null ? [] : trackEntries(review.tracks, review.docs));
+  if (counts.left > 0) return 'Nothing that the filter shows is left to be decided.';
+  const left = leftElsewhere(videos, review?.video.id);
+  return `${reviewedWords(left, counts.total)}${left.next === null ? '' : ` ${NEXT_VIDEO_KEY} opens the next.`}`;
 }
 
 /** @type {import('../page-types.js').Operation[]} */

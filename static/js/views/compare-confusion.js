@@ -4,6 +4,7 @@
 import {className, labelFor} from '../model/labels.js';
 import {h} from './dom.js';
 import {count, plural} from './format.js';
+import {pictureThatMayMiss} from './pictures.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Cell} Cell */
@@ -54,7 +55,7 @@ export function createConfusion(found, labels, show) {
   const head = (id, none) => {
     const picture = labelFor(labels, id)?.picture;
     const words = id === null ? none : found.confusion.words?.[String(id)] ?? className(labels, id);
-    return h('span', {class: 'matrix-head', title: words}, picture && h('img', {src: picture, alt: '', width: 24, height: 24}), h('span', {class: 'truncate'}, words));
+    return h('span', {class: 'matrix-head', title: words}, picture && pictureThatMayMiss({src: picture, width: 24, height: 24}), h('span', {class: 'truncate'}, words));
   };
   /** @param {Cell} entry */
   const tone = (entry) => entry.reference === entry.candidate ? 'right' : 'wrong';

@@ -1,5 +1,9 @@
 // @ts-check
-/** Numbers as people read them. Pure functions. */
+/** Sizes, times and shares as people read them. Pure functions. */
+
+import { count } from '../model/numbers.js';
+
+export { count, figure, plural } from '../model/numbers.js';
 
 /** @param {number|null|undefined} bytes @returns {string} `3.7 MB` */
 export function bytes(bytes) {
@@ -32,28 +36,20 @@ export function timeLeft(seconds) {
   return `about ${(seconds / 3600).toFixed(1)} h left`;
 }
 
-/** @param {number|null|undefined} value @returns {string} `132,400` */
-export function count(value) {
-  return value === null || value === undefined ? '–' : value.toLocaleString('en-GB');
-}
-
 /** @param {number} first @param {number} last   both included @returns {string} `20`, `20–34` */
 export const frameSpan = (first, last) => (first === last ? count(first) : `${count(first)}–${count(last)}`);
-
-/** @param {number} value @param {string} one @param {string} [many] @returns {string} `1 run`, `3 runs` */
-export function plural(value, one, many = `${one}s`) {
-  return `${count(value)} ${value === 1 ? one : many}`;
-}
 
 /** @param {number|null|undefined} share 0..1 @returns {string} `93.1 %` */
 export function percent(share) {
   return share === null || share === undefined ? '–' : `${(share * 100).toFixed(share === 1 || share === 0 ? 0 : 1)} %`;
 }
 
-/** @param {number|null|undefined} value @param {number} [digits] significant digits @returns {string} */
-export function figure(value, digits = 3) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return '–';
-  return Number.isInteger(value) ? count(value) : String(Number(value.toPrecision(digits)));
+/** @param {number|null|undefined} share 0..1 @returns {string} `93 %`; `<1 %` and `>99 %` where it is not quite none or all */
+export function roundPercent(share) {
+  if (share === null || share === undefined) return '–';
+  if (share > 0 && share < 0.01) return '<1 %';
+  if (share > 0.99 && share < 1) return '>99 %';
+  return `${Math.round(share * 100)} %`;
 }
 
 /** @param {string|null|undefined} iso @returns {string} `21 Nov 2026, 06:20` in the reader's time zone */

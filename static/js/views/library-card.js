@@ -20,9 +20,10 @@ import {toast} from './toasts.js';
 /**
  * @param {App} app
  * @param {Video} first
- * @returns {{element: HTMLElement, show: (video: Video, runs: Run[]|undefined) => void}}
+ * @param {(on: boolean, range: boolean) => void} choose   for what is done with several; range: all from the one before
+ * @returns {{element: HTMLElement, show: (video: Video, runs: Run[]|undefined, chosen: boolean) => void}}
  */
-export function createCard(app, first) {
+export function createCard(app, first, choose) {
   const picture = h('img', {class: 'card-picture', alt: '', loading: 'lazy', width: 320, height: 180, hidden: true, onerror: () => {
     picture.hidden = true;
   }});
@@ -31,8 +32,10 @@ export function createCard(app, first) {
   const facts = h('p', {class: 'card-facts muted small'});
   const state = h('div', {class: 'card-state'});
   const actions = h('div', {class: 'card-actions'});
+  const box = h('input', {type: 'checkbox', onclick: (/** @type {MouseEvent} */ event) => choose(box.checked, event.shiftKey)});
+  const choice = h('label', {class: 'card-choice', title: 'Choose, to run the engine on several. With Shift: all from the one before'}, box);
   const element = h('li', {class: 'card', 'aria-labelledby': title.id},
-    h('div', {class: 'card-frame'}, icon('film'), picture, length),
+    h('div', {class: 'card-frame'}, icon('film'), picture, length, choice),
     h('div', {class: 'card-body'}, title, facts, state, actions));
   acceptDrops(element, ([file]) => {
     if (!file || isVideoFile(file)) return false;
@@ -46,8 +49,11 @@ export function createCard(app, first) {
   /**
    * @param {Video} video
    * @param {Run[]|undefined} runs
+   * @param {boolean} chosen
    */
-  function show(video, runs) {
+  function show(video, runs, chosen) {
+    box.checked = chosen;
+    element.classList.toggle('card-chosen', chosen);
     if (shown && shown[0] === video && shown[1] === runs) return;
     if (shown?.[0] !== video) showFacts(video);
     shown = [video, runs];
@@ -61,6 +67,7 @@ export function createCard(app, first) {
   /** @param {Video} video */
   function showFacts(video) {
     setText(title, video.name);
+    box.setAttribute('aria-label', `Choose ${video.name}`);
     title.title = video.path;
     setText(length, clock(video.duration));
     length.hidden = video.duration === null;

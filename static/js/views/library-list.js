@@ -18,10 +18,11 @@ const AHEAD = '100%';
 
 /**
  * @param {import('../page-types.js').App} app
- * @param {{most: number, grown: (most: number) => void}} options   most: cards to begin with; grown: told when there are more
- * @returns {{element: HTMLElement, show: (videos: readonly Video[], runs: Record<string, Run[]>) => void, restart: () => void, destroy: () => void}}
+ * @param {{most: number, grown: (most: number) => void, selection: Pick<ReturnType<typeof import('./library-selection.js').createSelection>, 'has'|'choose'>}} options
+ *   most: cards to begin with; grown: told when there are more; selection: of videos
+ * @returns {{element: HTMLElement, show: (videos: readonly Video[], runs: Record<string, Run[]>) => void, draw: () => void, asRows: (rows: boolean) => void, restart: () => void, destroy: () => void}}
  */
-export function createCards(app, {most, grown}) {
+export function createCards(app, {most, grown, selection}) {
   const list = h('ul', {class: 'cards', 'aria-label': 'Videos'});
   const more = h('button', {class: 'btn library-more', type: 'button', hidden: true, onclick: () => {
     const next = grow();
@@ -40,10 +41,10 @@ export function createCards(app, {most, grown}) {
 
   function draw() {
     reconcile(list, all.slice(0, most), ({id}) => id, (video) => {
-      const card = createCard(app, video);
+      const card = createCard(app, video, (on, range) => selection.choose(video.id, on, range));
       cards.set(card.element, card);
       return card.element;
-    }, (item, video) => cards.get(item)?.show(video, runsOf[video.id]));
+    }, (item, video) => cards.get(item)?.show(video, runsOf[video.id], selection.has(video.id)));
     const left = all.length - most;
     more.hidden = left <= 0;
     setText(more, `Show more (${count(Math.max(0, left))} left)`);
@@ -79,6 +80,8 @@ export function createCards(app, {most, grown}) {
       draw();
       watch();
     },
+    draw,
+    asRows: (rows) => void list.classList.toggle('cards-rows', rows),
     /** Another search or order: from the top again. */
     restart() {
       most = STEP;

@@ -44,7 +44,8 @@ export function createWelcome(app) {
   function update(state) {
     const sample = state.session?.sample;
     const video = sample && state.videos?.find(({id}) => id === sample.video_id);
-    element.hidden = !video || recall('welcome') === 'hidden';
+    // who has videos of their own knows what the page is for
+    element.hidden = !video || recall('welcome') === 'hidden' || state.videos?.some((one) => !one.sample) === true;
     if (!video || element.hidden) return;
     const address = app.api.thumbnailUrl(video.id);
     if (video.state === 'ready' && picture.getAttribute('src') !== address) {

@@ -3,6 +3,7 @@
 
 import {sentence} from '../api/errors.js';
 import {isVideoFile, VIDEO_FILES} from '../model/exchange.js';
+import {leftIn} from '../model/left_elsewhere.js';
 import {hideBanner, openDialog, setRuns, setSession, setVideos} from '../store/actions/page.js';
 import {h, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
@@ -12,6 +13,7 @@ import {STEP, createCards} from './library-list.js';
 import {NOTHING_CHOSEN, createLibraryFilters} from './library-filters.js';
 import {createRunAll} from './library-run-all.js';
 import {acceptDrops} from './drops.js';
+import {createSelection} from './library-selection.js';
 import {createUploads} from './library-uploads.js';
 import {createWelcome} from './library-welcome.js';
 import {recall, remember} from './preferences.js';
@@ -31,12 +33,9 @@ const places = new WeakMap();
 const SORTS = {
   newest: {label: 'Newest first', compare: (a, b) => (a.created < b.created ? 1 : a.created > b.created ? -1 : 0)},
   name: {label: 'Name', compare: (a, b) => names.compare(a.name, b.name)},
-  open: {label: 'Most left to review', compare: (a, b) => left(b) - left(a)},
+  open: {label: 'Most left to review', compare: (a, b) => leftIn(b) - leftIn(a)},
   longest: {label: 'Longest first', compare: (a, b) => (b.duration ?? 0) - (a.duration ?? 0)},
 };
-
-/** @param {Video} video */
-const left = (video) => video.review.tracks - video.review.reviewed;
 
 /**
  * The videos that a search finds, in order.
@@ -90,22 +89,28 @@ export function createLibrary(app) {
   const welcome = createWelcome(app);
   const welcomePlace = h('div', null, welcome.element);
   const total = h('span', {class: 'muted'});
-  const cards = createCards(app, {most: place.most, grown: (most) => {
+  const selection = createSelection(app, () => cards.draw());
+  const cards = createCards(app, {most: place.most, selection, grown: (most) => {
     place.most = most;
     if (last) void loadRuns((found ?? []).slice(0, most));
   }});
+  const layout = h('button', {class: 'btn btn-icon', type: 'button', onclick: () => {
+    remember('library.layout', recall('library.layout') === 'rows' ? 'cards' : 'rows');
+    showLayout();
+  }});
+  const runQueue = h('button', {class: 'btn', type: 'button', title: 'Runs that go on or wait, and their order', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'run-queue'}))}, icon('sort'), 'Run queue');
   const notice = h('div', {class: 'library-notice'}, waiting('The videos are loaded', {retry: load, signal}));
   const element = h('div', {class: 'library'},
     h('div', {class: 'library-inner'},
       h('div', {class: 'library-head'},
         h('h1', null, 'Library'), total, h('div', {class: 'grow'}),
-        h('div', {class: 'input-with-icon library-search'}, icon('search'), search), sort,
+        h('div', {class: 'input-with-icon library-search'}, icon('search'), search), sort, layout,
         h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'add-video'}))}, icon('folder'), 'Add from folder'),
         h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'), files,
-        runAll.element,
+        runAll.element, runQueue,
         h('button', {class: 'btn', type: 'button', title: 'Annotations of one or several videos', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export'),
         h('button', {class: 'btn', type: 'button', title: 'Take somebody’s bug bundle into the library', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle')),
-      filters.element, uploads.element, welcomePlace, notice, cards.element),
+      filters.element, uploads.element, welcomePlace, notice, selection.element, cards.element),
     h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop videos to upload them, annotations on their video')));
   acceptDrops(element, (dropped) => {
     uploads.add(dropped.filter(isVideoFile));
@@ -164,6 +169,14 @@ export function createLibrary(app) {
     notice.replaceChildren(...(create ? [create()] : []));
   }
 
+  function showLayout() {
+    const rows = recall('library.layout') === 'rows';
+    cards.asRows(rows);
+    layout.replaceChildren(icon(rows ? 'grid' : 'rows'));
+    layout.title = rows ? 'Show cards' : 'Show rows';
+    layout.setAttribute('aria-label', layout.title);
+  }
+
   /** Another search or order. */
   function turn() {
     place.search = search.value;
@@ -182,6 +195,7 @@ export function createLibrary(app) {
     filters.element.hidden = state.videos.length === 0;
     welcomePlace.hidden = search.value !== '' || passing !== null;
     setText(total, found.length === state.videos.length ? plural(found.length, 'video') : `${count(found.length)} of ${plural(state.videos.length, 'video')}`);
+    selection.show(found, state.videos);
     cards.show(found, state.runs);
     runAll.show(found);
     void loadRuns(found.slice(0, place.most));
@@ -208,6 +222,7 @@ export function createLibrary(app) {
     }
   }
 
+  showLayout();
   if (store.get().videos === null) void load();
   return {
     element,

@@ -72,7 +72,7 @@ export function findParameters(parameters, text) {
  * @param {Record<string, unknown>} [options.initial]        changes to begin with, by name
  * @param {(changed: number, invalid: number) => void} [options.onChange]
  * @param {(name: string, value: unknown) => string} [options.warn]   what a changed value is good for, but not wholly; empty: nothing
- * @returns {{element: HTMLElement, changes: () => Record<string, unknown>, invalid: () => number, rebase: (base: (parameter: Parameter) => unknown) => void, focus: HTMLElement}}
+ * @returns {{element: HTMLElement, changes: () => Record<string, unknown>, invalid: () => number, rebase: (base: (parameter: Parameter) => unknown) => void, reset: () => void, focus: HTMLElement}}
  */
 export function createParameters(options) {
   let {base} = options;
@@ -168,6 +168,13 @@ export function createParameters(options) {
         if (result && 'value' in result) changes[parameter.name] = result.value;
       }
       return changes;
+    },
+    /** Every parameter as without a change. */
+    reset() {
+      typed.clear();
+      pinned.clear();
+      show();
+      options.onChange?.(0, 0);
     },
     rebase(next) {
       base = next;

@@ -42,14 +42,14 @@ export function runTone(run) {
 export function runProgress(run) {
   if (run.state === 'queued') return 'Waits for a free worker.';
   if (run.state === 'running') {
-    const done = `${count(run.frames_done)} of ${count(run.frames_total)} frames`;
+    const done = `${count(run.frames_done)} of ${run.frames_total === null ? 'the frames' : plural(run.frames_total, 'frame')}`;
     const speed = run.rate ? `${figure(run.rate)} fps` : 'starting';
     return [done, speed, timeLeft(run.remaining)].filter(Boolean).join(' · ');
   }
   if (run.state === 'complete') return [run.tracks === null ? '' : plural(run.tracks, 'track'), run.rate ? `processed at ${figure(run.rate)} fps` : ''].filter(Boolean).join(' · ');
   if (run.state === 'failed') return run.error ?? 'The run failed without saying why; the terminal of the server has more.';
-  if (run.state === 'cancelled') return `Cancelled after ${count(run.frames_done)} frames. It can go on from there.`;
-  return `Interrupted after ${count(run.frames_done)} frames. It can go on from there.`;
+  if (run.state === 'cancelled') return `Cancelled after ${plural(run.frames_done, 'frame')}. It can go on from there.`;
+  return `Interrupted after ${plural(run.frames_done, 'frame')}. It can go on from there.`;
 }
 
 /** What a replay had to do without: its results may differ from a run with these parameters. @param {Run} run @returns {string} empty: nothing */

@@ -62,10 +62,11 @@ def test_track_columns_say_what_the_records_say(home: Any) -> None:
         rejected = sum(t.gate is not None and not t.gate.confident for _, t in frames)
         assert columns["rejected"][place] == rejected
         # as many verdicts as the lanes show: not that of the frame in which the track was given up
-        for reported in re.findall(r"of (\d+) verdicts", " ".join(columns["reasons"][place])):
+        said = " ".join(columns["reasons"][place])
+        for reported in re.findall(r"rejected its prediction in \d+ of (\d+) frame", said):
             assert int(reported) == sum(t.gate is not None for _, t in frames)
     assert sum(columns["rejected"]) > 0
-    assert any("verdicts of the gate" in text for reasons in columns["reasons"] for text in reasons)
+    assert any("The gate rejected its prediction" in text for reasons in columns["reasons"] for text in reasons)
 
 
 def test_lanes_are_runs_of_equal_source(home: Any) -> None:

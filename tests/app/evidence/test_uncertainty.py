@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 from app.evidence.disagreement import against_run, overruled
 from app.evidence.tables import confirmed_boxes
 from app.evidence.tracks import track_facts
-from app.evidence.uncertainty import CLEAR_RATIO, Disagreement, UncertaintyInput, uncertainties
+from app.evidence.uncertainty import IMPORTED, WEIGHTS, Disagreement, UncertaintyInput, terms, uncertainties
 from app.storage.models import Run, TrackDocument
 from tsr_engine.labels.files import shipped_set
 
@@ -23,95 +24,97 @@ def sure(**changes: Any) -> UncertaintyInput:
     """One track that nothing speaks against."""
     given: dict[str, Any] = {
         "frames": [30],
-        "predicted": [0],
+        "detected": [30],
         "name": ["stop"],
-        "share": [0.95],
+        "share": [1.0],
         "runner_up": ["give way"],
-        "runner_up_share": [0.05],
-        "closest": [np.inf],
-        "closest_frame": [-1],
-        "closest_value": [np.nan],
-        "near": [0],
+        "runner_up_share": [0.0],
+        "rejected": [0],
         "judged": [29],
-        "tau": 15.0,
+        "by_engine": True,
     }
     given |= changes
-    floats = {"share", "runner_up_share", "closest", "closest_value"}
-    plain = {"name", "runner_up", "tau"}
+    floats = {"share", "runner_up_share"}
+    plain = {"name", "runner_up", "by_engine"}
     arrays = {k: v if k in plain else np.array(v, float if k in floats else int) for k, v in given.items()}
     return UncertaintyInput(**arrays)
 
 
-def test_a_clear_track_is_not_uncertain() -> None:
-    found = uncertainties(sure(), [])
-    assert found.uncertainty.tolist() == [0.0]
+def test_a_clear_track_is_hardly_uncertain() -> None:
+    found = uncertainties(sure(), None)
+    assert 0 < found.uncertainty[0] < 0.02
     assert found.reasons == [[]]
 
 
 @pytest.mark.parametrize(
-    ("changes", "uncertainty", "sentence"),
+    ("changes", "term", "value", "sentence"),
     [
-        ({"share": [0.5], "runner_up_share": [0.2]}, 0.5, "'stop' has 50% of the votes, 'give way' 20%."),
-        ({"share": [0.4], "runner_up_share": [0.4]}, 1.0, "'stop' has 40% of the votes, 'give way' 40%."),
-        ({"name": [None], "share": [np.nan]}, 1.0, "It was never recognised."),
-        ({"frames": [9]}, 0.35, "It is short: 9 frames."),
-        ({"frames": [1], "judged": [0]}, 0.7, "It is short: 1 frame."),
-        ({"predicted": [9]}, 0.3, "9 of its 30 frames are predictions without a measurement."),
+        ({"share": [0.5], "runner_up_share": [0.2]}, "margin", 0.7, "'stop' has 50% of the votes, 'give way' 20%."),
         (
-            {"closest": [np.log(CLEAR_RATIO) / 2], "closest_frame": [7], "closest_value": [26.0], "near": [29]},
-            0.25,
-            "29 of 29 verdicts of the gate were close, the closest in frame 7: L = 26.0 beside tau = 15.",
+            {"share": [0.6], "runner_up": [None], "runner_up_share": [np.nan]},
+            "margin",
+            0.4,
+            "'stop' has 60% of the votes.",
         ),
-        (
-            {"closest": [0.0], "closest_frame": [7], "closest_value": [15.0], "near": [4], "judged": [32]},
-            0.25,
-            "4 of 32 verdicts of the gate were close, the closest in frame 7: L = 15.0 beside tau = 15.",
-        ),
+        ({"name": [None], "share": [np.nan], "runner_up_share": [np.nan]}, "margin", 1.0, "It was never recognised."),
+        ({"frames": [9], "detected": [9]}, "short", 0.5, "It is short: 9 frames."),
+        ({"frames": [1], "detected": [1], "judged": [0]}, "short", 1.0, "It is short: 1 frame."),
+        ({"detected": [12]}, "gaps", 0.6, "No detection in 18 of 30 frames."),
+        ({"rejected": [12], "judged": [30]}, "rejected", 0.4, "The gate rejected its prediction in 12 of 30 frames."),
     ],
 )
-def test_each_reason_alone(changes: dict[str, Any], uncertainty: float, sentence: str) -> None:
-    found = uncertainties(sure(**changes), [])
-    assert found.uncertainty[0] == pytest.approx(uncertainty, abs=1e-3)
+def test_each_reason_alone(changes: dict[str, Any], term: str, value: float, sentence: str) -> None:
+    given = sure(**changes)
+    assert {name: one[0] for name, one in terms(given).items() if one[0]} == {term: pytest.approx(value)}
+    found = uncertainties(given, None)
+    chance = 1 / (1 + math.exp(-WEIGHTS["constant"] - WEIGHTS[term] * value))
+    assert found.uncertainty[0] == pytest.approx(chance, abs=1e-4)
+    assert found.rank.tolist() == found.uncertainty.tolist()
     assert found.reasons == [[sentence]]
 
 
-def test_reasons_add_up_and_the_weightiest_comes_first() -> None:
-    found = uncertainties(sure(frames=[9], share=[0.5], runner_up_share=[0.2]), [])
-    assert found.uncertainty[0] == pytest.approx(1 - (1 - 0.5) * (1 - 0.35), abs=1e-3)
-    assert [reason.split()[0] for reason in found.reasons[0]] == ["'stop'", "It"]
+def test_the_reason_that_adds_most_comes_first_and_another_run_last() -> None:
+    given = sure(frames=[9], detected=[9], share=[0.5], runner_up_share=[0.2])
     other = Disagreement(np.array([1.0]), ["Run 2 calls it 'yield'."])
-    contradicted = uncertainties(sure(frames=[9]), [other])
-    assert contradicted.uncertainty[0] == 1.0
-    assert contradicted.reasons[0][0] == "Run 2 calls it 'yield'."
+    found = uncertainties(given, other)
+    assert [reason.split()[0] for reason in found.reasons[0]] == ["'stop'", "It", "Run"]
+    assert found.uncertainty.tolist() == uncertainties(given, None).uncertainty.tolist()
+
+
+def test_an_imported_run_has_no_percentage_and_the_order_of_what_another_run_says() -> None:
+    given = sure(frames=[30, 30], detected=[30, 30], name=["stop"] * 2, runner_up=[None] * 2, by_engine=False)
+    other = Disagreement(np.array([0.0, 1.0]), ["", "Run 2 calls it 'yield'."])
+    found = uncertainties(given, other)
+    assert np.isnan(found.uncertainty).all()
+    assert found.rank.tolist() == [0.0, 1.0]
+    assert found.reasons == [[IMPORTED], ["Run 2 calls it 'yield'.", IMPORTED]]
+    assert uncertainties(given, None).rank.tolist() == [0.0, 0.0]
 
 
 def test_uncertainty_never_falls_when_a_track_gets_worse() -> None:
     rng = np.random.default_rng(3)
     n = 200
+    frames = rng.integers(2, 60, n)
     given = UncertaintyInput(
-        frames=rng.integers(1, 60, n),
-        predicted=np.zeros(n, int),
+        frames=frames,
+        detected=frames,
         name=["stop"] * n,
         share=rng.uniform(0.3, 1, n),
         runner_up=["give way"] * n,
         runner_up_share=rng.uniform(0, 0.3, n),
-        closest=rng.exponential(1, n),
-        closest_frame=np.zeros(n, int),
-        closest_value=np.full(n, 10.0),
-        near=rng.integers(0, 10, n),
+        rejected=rng.integers(0, 10, n),
         judged=np.full(n, 10),
-        tau=15.0,
+        by_engine=True,
     )
-    before = uncertainties(given, []).uncertainty
-    assert ((before >= 0) & (before <= 1)).all()
+    before = uncertainties(given, None).uncertainty
+    assert ((before > 0) & (before < 1)).all()
     for worse in (
         replace(given, runner_up_share=given.runner_up_share + 0.1),
-        replace(given, frames=np.maximum(given.frames - 3, 1)),
-        replace(given, predicted=given.frames // 2),
-        replace(given, closest=given.closest / 2),
-        replace(given, near=given.near + 1),
+        replace(given, frames=np.maximum(frames - 3, 1), detected=np.maximum(frames - 3, 1)),
+        replace(given, detected=frames // 2),
+        replace(given, rejected=given.rejected + 1),
     ):
-        assert (uncertainties(worse, []).uncertainty >= before).all()
+        assert (uncertainties(worse, None).uncertainty >= before).all()
 
 
 def test_another_run_that_says_something_else(home: Any) -> None:

@@ -31,6 +31,15 @@ for (const [filter, order] of /** @type {[object, string[]][]} */ ([[{ class_id:
   test(`filter ${JSON.stringify(filter)}`, () => assert.deepEqual(queueOrder(state({}, filter)), order));
 }
 
+test('a track of an imported run has no percentage: it passes no limit of it, and the order is that of the ranks', () => {
+  const imported = (/** @type {object} */ filter) => {
+    const { labels, review } = state({}, filter);
+    return /** @type {any} */ ({ labels, review: { ...review, tracks: { ...review.tracks, uncertainty: [null, null, null], rank: [0, 0, 1] } } });
+  };
+  assert.deepEqual(queueOrder(imported({})), ['m3', 'm2', 'm1']);
+  assert.deepEqual(queueOrder(imported({ least_uncertainty: 0.1 })), []);
+});
+
 test('a filter by score has two ends; what has no score passes none of them', () => {
   assert.deepEqual(queueOrder(state({}, { least_score: 2 })), ['m2', 'm1']);
   assert.deepEqual(queueOrder(state({}, { most_score: 2 })), ['m2', 'm3']);

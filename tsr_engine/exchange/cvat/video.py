@@ -14,6 +14,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.attributes import at_row, ours_in, said_in
 from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
 from tsr_engine.exchange.cvat.common import (
@@ -178,7 +179,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
             elif task.has(node, name):
                 _read_track(node, name, validator, task)
         if task.others:
-            validator.skip(f"{name}: {task.others} tracks", "They are of other tasks.")
+            validator.skip(f"{name}: {counted(task.others, 'track')}", "They are of other tasks.")
     return validator.finish(files[0][1], interpolate=True)
 
 

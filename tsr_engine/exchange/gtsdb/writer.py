@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.gtsdb.reader import LIST, TRUTH, read_gtsdb, sniff_gtsdb
@@ -54,7 +55,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
     )
     skipped = [Skipped(f"{ignored} boxes to ignore", "gt.txt has no such mark.")] if ignored else []
     why = "Their label is none of the 43 classes that gt.txt has numbers for."
-    skipped += [Skipped(f"{unknown} boxes", why)] if unknown else []
+    skipped += [Skipped(counted(unknown, "box", "boxes"), why)] if unknown else []
     what = "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"
     return skipped, {"origin": 0, "corners": corners, "meaning": what, "pictures": pictures}
 

@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.checks import ImportValidator, refuse
 from tsr_engine.exchange.dataset import NONE, REJECTED, UNSAID, Dataset
@@ -147,7 +148,7 @@ class _File:
         frames = video.get("frames") if isinstance(video, dict) else None
         if isinstance(frames, int) and frames != self._validator.target.video.frames:
             target = self._validator.target.video
-            reported = f"is about a video of {frames} frames, {target.name} has {target.frames}"
+            reported = f"is about a video of {counted(frames, 'frame')}, {target.name} has {target.frames}"
             self._validator.repair(f"{self._name}: {reported}.")
         classes = found.get("classes")
         if classes is not None:

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.beside import seen_in
 from tsr_engine.exchange.checks import MAX_JSON_BYTES, NO_BOX, ImportValidator, read_text, refuse
 from tsr_engine.exchange.counting import Custom
@@ -214,8 +215,8 @@ def _take_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: L
         first = sixth[0]
         meaning = "confidences" if kind == "confidence" else "track ids"
         validator.repair(
-            f"{first.file}, line {first.line}: YOLO has 5 columns; the sixth of {len(sixth)} rows was taken as "
-            f"{meaning}: {why} (column6)."
+            f"{first.file}, line {first.line}: YOLO has 5 columns; the sixth of {counted(len(sixth), 'row')} was "
+            f"taken as {meaning}: {why} (column6)."
         )
 
 

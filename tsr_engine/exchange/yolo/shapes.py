@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import repeat
 from math import inf
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.checks import ImportValidator, refuse
 
 __all__ = ["YoloLine", "YoloRow", "boxed"]
@@ -84,8 +85,8 @@ def _takes_triangles(lines: Sequence[YoloLine], validator: ImportValidator) -> b
     triangles, why = _what_six_are(six, any(len(line.values) > _EITHER for line in lines))
     meaning = "triangles" if triangles else "boxes with confidence and track id"
     validator.repair(
-        f"{six[0].file}, line {six[0].line}: {len(six)} rows have six numbers behind the class; they were taken as "
-        f"{meaning}: {why}."
+        f"{six[0].file}, line {six[0].line}: {counted(len(six), 'row has', 'rows have')} six numbers "
+        f"behind the class, taken as {meaning}: {why}."
     )
     return triangles
 

@@ -131,7 +131,7 @@ function row(name, text, detail, act, video) {
  * @param {Pick<import('../../api/client.js').Folder, 'folders'|'videos'>} folder
  */
 export function lacking({folders, videos}) {
-  return `This folder holds more: the first ${count(folders.length + videos.length)} folders and videos by name are listed. Type the path of any other one above.`;
+  return `This folder holds more than is listed: the first ${plural(folders.length + videos.length, 'folder or video', 'folders and videos')} by name. Type the path of any other one above.`;
 }
 
 /** @param {string} path */

@@ -8,6 +8,7 @@ import {trackName} from '../../model/track_name.js';
 import {seek, select} from '../../store/actions/review.js';
 import {fill, h} from '../dom.js';
 import {frameSpan, moment} from '../format.js';
+import {pictureThatMayMiss, showPicture} from '../pictures.js';
 
 /** Rows of the log that one answer has at most; fewer are the last ones. */
 const PAGE = 1000;
@@ -65,11 +66,11 @@ export function deletedDialog({app, close, signal}) {
   function picture(doc, last, drawn) {
     const from = pictureOf(doc, last);
     const run = store.get().review?.run;
-    const instead = () => (drawn ? image.setAttribute('src', drawn) : image.removeAttribute('src'));
-    const image = h('img', {class: 'deleted-picture', alt: '', loading: 'lazy', decoding: 'async'});
+    const instead = () => showPicture(image, drawn);
+    const image = pictureThatMayMiss({class: 'deleted-picture', loading: 'lazy', decoding: 'async'});
     if (from && run) {
       image.addEventListener('error', instead, {once: true, signal});
-      image.src = app.api.cropUrl(run.id, from.track, from.frame, PICTURE);
+      showPicture(image, app.api.cropUrl(run.id, from.track, from.frame, PICTURE));
     } else instead();
     return image;
   }

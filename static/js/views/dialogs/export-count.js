@@ -61,7 +61,7 @@ export function createExportCount(app, signal, tell) {
         for (const [id, found] of out.byLabel) byLabel.set(id, (byLabel.get(id) ?? 0) + found);
       }
       const apart = sum.rejected ? `${plural(sum.rejected, 'false positive')} apart` : '';
-      const signs = sum.tracks ? `${plural(sum.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${count(sum.boxes)} boxes` : '';
+      const signs = sum.tracks ? `${plural(sum.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${plural(sum.boxes, 'box', 'boxes')}` : '';
       const behind = [sum.open ? `${plural(sum.open, 'open track')} ${sum.open === 1 ? 'stays' : 'stay'} behind` : '', sum.unlabelled ? `${count(sum.unlabelled)} not in the set` : ''];
       setText(element, [[signs, apart].filter(Boolean).join('; ') || 'Nothing would go out: no track fits', ...behind].filter(Boolean).join('; '));
       tell(byLabel);

@@ -5,7 +5,7 @@ import {sentence} from '../../api/errors.js';
 import {formatRoute} from '../../model/route.js';
 import {putRun, putVideo} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
-import {bytes, count} from '../format.js';
+import {bytes, count, plural} from '../format.js';
 import {icon} from '../icons.js';
 import {recall} from '../preferences.js';
 import {createDropField} from './drop-field.js';
@@ -36,8 +36,8 @@ export function importBundleDialog({app, data, close, signal}) {
       fill(result,
         h('p', {class: 'import-done', role: 'status'}, icon('check'), h('strong', null, `${video.name} is in the library. Its frames are decoded once before they can be looked at.`)),
         report.note && h('blockquote', {class: 'note-quote'}, report.note),
-        h('p', {class: 'muted small'}, `Frames ${count(report.first + report.offset)} to ${count(report.stop - 1 + report.offset)} of ${report.video_name}${report.offset ? `, ${count(report.first)} to ${count(report.stop - 1)} of this clip` : ''}; ${count(report.corrections)} corrections; made with tsr ${report.engine_version}.`),
-        report.other_pictures > 0 && h('p', {class: 'field-hint'}, `${count(report.other_pictures)} pictures decode to other values here than where it was made, so small differences are to be expected.`),
+        h('p', {class: 'muted small'}, `Frames ${count(report.first + report.offset)} to ${count(report.stop - 1 + report.offset)} of ${report.video_name}${report.offset ? `, ${count(report.first)} to ${count(report.stop - 1)} of this clip` : ''}; ${plural(report.corrections, 'correction')}; made with tsr ${report.engine_version}.`),
+        report.other_pictures > 0 && h('p', {class: 'field-hint'}, `${plural(report.other_pictures, 'picture decodes', 'pictures decode')} to other values here than where it was made, so small differences are to be expected.`),
         report.expected.length > 0 && h('table', {class: 'table'},
           h('thead', null, h('tr', null, h('th', {scope: 'col'}, 'Expected'), h('th', {scope: 'col'}, 'When it was made'))),
           h('tbody', null, ...report.expected.map((one) => h('tr', null, h('td', null, one.expected), h('td', null, one.met ? '✓ ' : '✗ ', one.got))))),

@@ -3,6 +3,7 @@
 
 import {finderOf} from '../../model/label_finder.js';
 import {h, reconcile, setText} from '../dom.js';
+import {pictureThatMayMiss, showPicture} from '../pictures.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -42,17 +43,14 @@ export function createLabelChoice({take, aside = () => '', last = () => null, pl
     return h('li', {class: 'label', role: 'option', id: `label-${label.id}`, onclick: () => {
       const now = found.find(({id}) => id === label.id);
       if (now) take(now);
-    }}, h('img', {class: 'label-picture', alt: '', width: 32, height: 32, loading: 'lazy', decoding: 'async'}),
+    }}, pictureThatMayMiss({class: 'label-picture', width: 32, height: 32, loading: 'lazy', decoding: 'async'}),
     h('span', {class: 'label-id muted small'}, label.id), h('span', {class: 'truncate grow', dir: 'auto'}), h('kbd', {class: 'label-key'}), h('span', {class: 'muted small label-aside'}));
   }
 
   /** @param {HTMLElement} row @param {Label} label */
   function fillRow(row, label) {
     const [picture, , name, key, beside] = /** @type {HTMLElement[]} */ ([...row.children]);
-    const image = /** @type {HTMLImageElement} */ (picture);
-    picture.classList.toggle('no-picture', label.picture === null);
-    if (label.picture !== null && image.getAttribute('src') !== label.picture) image.src = label.picture;
-    if (label.picture === null) image.removeAttribute('src');
+    showPicture(/** @type {HTMLImageElement} */ (picture), label.picture);
     setText(name, label.name);
     row.title = [label.name, label.key, ...label.aliases].join('\n');
     key.hidden = label.pinned === null;

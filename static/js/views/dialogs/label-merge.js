@@ -31,7 +31,7 @@ export function labelMergeDialog({app, data, close, signal}) {
   const label = data.label;
   /** @type {Label|null} */
   let into = null;
-  const words = h('p', {role: 'status'}, `Which label is '${label.name}'?${data.usage ? ` It is used in ${count(data.usage.tracks)} tracks.` : ''}`);
+  const words = h('p', {role: 'status'}, `Which label is '${label.name}'?${data.usage ? ` It is used in ${plural(data.usage.tracks, 'track')}.` : ''}`);
   const error = h('p', {class: 'field-error grow', role: 'alert'});
   const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('merge'), 'Merge');
   const choice = createLabelChoice({placeholder: 'Type the name of the label that stays', take: (chosen) => {

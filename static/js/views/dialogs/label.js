@@ -6,6 +6,7 @@ import {CATEGORIES, SHAPES, changeOf, formOf} from '../../model/label_form.js';
 import {h, setText} from '../dom.js';
 import {icon} from '../icons.js';
 import {pngOf} from '../label_picture.js';
+import {pictureThatMayMiss, showPicture} from '../pictures.js';
 import {toast} from '../toasts.js';
 import {field, group} from './fields.js';
 import {createAttributes} from './label-attributes.js';
@@ -48,7 +49,7 @@ export function labelDialog({app, data, close, signal}) {
   const keys = h('datalist', {id: 'label-keys'}, ...data.labels.map((/** @type {Label} */ one) => h('option', {value: one.key}, one.name)));
   const colour = text('colour', first.colour, {placeholder: 'as the tool chooses', maxlength: 7});
   const attributes = createAttributes(first.attributes);
-  const picture = h('img', {class: 'label-shown', alt: '', width: 64, height: 64, hidden: label?.picture == null, src: label?.picture ?? undefined});
+  const picture = pictureThatMayMiss({class: 'label-shown', width: 64, height: 64, hidden: label?.picture == null, src: label?.picture});
   const file = h('input', {type: 'file', accept: 'image/*', class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Picture of the label', onchange: () => void setPicture()});
 
   async function setPicture() {
@@ -57,7 +58,7 @@ export function labelDialog({app, data, close, signal}) {
     setText(error, '');
     try {
       const {sentence: said} = await app.labels.change({type: 'picture', id: label.id, png: await pngOf(chosen)}, data.set);
-      picture.src = URL.createObjectURL(chosen);
+      showPicture(picture, URL.createObjectURL(chosen));
       picture.hidden = false;
       toast(said, {tone: 'good'});
     } catch (thrown) {

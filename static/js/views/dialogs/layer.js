@@ -15,6 +15,7 @@
  *   label-files, label-history: `{set}`
  * - merge: `{marked}`: keys of tracks
  * - record, bundle, second, settings: nothing
+ * - run-several: `{videos, done?}`; run-queue: nothing
  * - run: `{video}`; whatif: `{run}`; compare: `{video, run?, reference?, candidate?}`
  */
 
@@ -44,6 +45,8 @@ import {recordDialog} from './record.js';
 import {relabelDialog} from './relabel.js';
 import {retrainDialog} from './retrain.js';
 import {runDialog} from './run.js';
+import {runQueueDialog} from './run-queue.js';
+import {runSeveralDialog} from './run-several.js';
 import {secondDialog} from './second.js';
 import {settingsDialog} from './settings.js';
 import {groundTruthsDialog} from './ground-truths.js';
@@ -97,6 +100,8 @@ const KINDS = {
   relabel: relabelDialog,
   retrain: retrainDialog,
   run: runDialog,
+  'run-queue': runQueueDialog,
+  'run-several': runSeveralDialog,
   second: secondDialog,
   settings: settingsDialog,
   'ground-truths': groundTruthsDialog,

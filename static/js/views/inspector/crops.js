@@ -7,7 +7,8 @@ import { short } from '../../model/plain_words.js';
 import { isLoaded } from '../../model/track_lane.js';
 import { seek } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
-import { percent, plural } from '../format.js';
+import { figure, percent, plural } from '../format.js';
+import { pictureThatMayMiss } from '../pictures.js';
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createCrops(app, signal) {
@@ -120,7 +121,7 @@ function createCell(lane, i, labels, url) {
   const weight = lane.weight[i];
   const label = labelFor(labels, lane.top[i]);
   return h('button', { class: 'crop', type: 'button', title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}` },
-    h('img', { src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
-    h('span', { class: 'crop-frame' }, lane.frame[i]), h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${Number(weight.toPrecision(2))}`),
-    h('span', { class: 'crop-value' }, label?.picture && h('img', { class: 'crop-read', src: label.picture, alt: label.name }), `P ${probability === null ? '–' : probability.toFixed(2)}`));
+    pictureThatMayMiss({ src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
+    h('span', { class: 'crop-frame' }, lane.frame[i]), h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${figure(weight, 2)}`),
+    h('span', { class: 'crop-value' }, label?.picture && pictureThatMayMiss({ class: 'crop-read', src: label.picture, alt: label.name }), `P ${probability === null ? '–' : probability.toFixed(2)}`));
 }

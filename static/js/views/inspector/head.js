@@ -8,6 +8,7 @@ import { giveVerdict } from '../../operations/verdicts.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, frameSpan, percent } from '../format.js';
 import { icon } from '../icons.js';
+import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 /** @typedef {import('../../types.js').TrackDoc['review']} Review */
 /** @type {{review: Review, label: string, icon: import('../icons.js').IconName, key: string, title?: string}[]} */
@@ -19,7 +20,7 @@ const CHOICES = [
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createHead(app, signal) {
-  const picture = h('img', { class: 'inspector-picture', alt: '' });
+  const picture = pictureThatMayMiss({ class: 'inspector-picture' });
   const name = h('h2', { class: 'inspector-name', dir: 'auto' });
   const sub = h('p', { class: 'small muted' });
   const human = h('p', { class: 'small inspector-human' });
@@ -48,7 +49,7 @@ export function createHead(app, signal) {
       now = entry.review;
       const address = labelFor(state.labels, entry.class_id)?.picture ?? null;
       picture.hidden = address === null;
-      setAttribute(picture, 'src', address);
+      showPicture(picture, address);
       setText(name, engineName(state.labels, entry.class_id, entry.word));
       setText(sub, `Track ${entry.name} · ${entry.first === entry.last ? 'frame' : 'frames'} ${frameSpan(entry.first, entry.last)} (${count(framesIn(entry.runs))})`);
       const i = entry.column;

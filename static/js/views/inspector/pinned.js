@@ -9,6 +9,7 @@ import { shownTrack } from '../../review/shown_tracks.js';
 import { fill, h } from '../dom.js';
 import { icon } from '../icons.js';
 import { pngOf } from '../label_picture.js';
+import { pictureThatMayMiss } from '../pictures.js';
 import { toast } from '../toasts.js';
 
 /** @typedef {import('../../types.js').Label} Label */
@@ -45,7 +46,7 @@ export function createPinned(app, signal) {
 
   /** @param {Label} one */
   const button = (one) => h('button', { class: 'btn btn-small', type: 'button', title: `${one.name} (Ctrl+${one.pinned})`, onclick: () => givePinned(app, String(one.pinned)) },
-    one.picture && h('img', { class: 'pinned-picture', src: one.picture, alt: '' }), h('span', { class: 'truncate', dir: 'auto' }, one.short || one.name.slice(0, 12)), h('kbd', null, one.pinned));
+    one.picture && pictureThatMayMiss({ class: 'pinned-picture', src: one.picture }), h('span', { class: 'truncate', dir: 'auto' }, one.short || one.name.slice(0, 12)), h('kbd', null, one.pinned));
 
   return {
     element,

@@ -4,6 +4,7 @@
 import { labelsById } from '../../model/labels.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count } from '../format.js';
+import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 /** @typedef {Record<string, {tracks: number, videos: number}>|null} Usage */
@@ -124,7 +125,7 @@ export function createTable({ choose, open, signal }) {
 
 /** @param {number} id */
 function createRow(id) {
-  const picture = h('img', { class: 'label-picture', alt: '', loading: 'lazy', decoding: 'async', width: 32, height: 32 });
+  const picture = pictureThatMayMiss({ class: 'label-picture', loading: 'lazy', decoding: 'async', width: 32, height: 32 });
   const cells = COLUMNS.slice(1).map(() => h('span', { class: 'truncate', role: 'gridcell', dir: 'auto' }));
   const element = h('div', { class: 'label-row', role: 'row', id: `label-row-${id}`, dataset: { id: String(id) } }, h('span', { role: 'gridcell' }, picture), ...cells);
   return {
@@ -142,8 +143,7 @@ function createRow(id) {
       setAttribute(element, 'aria-selected', String(selected));
       const gone = away(label, labels);
       element.classList.toggle('label-away', gone !== '');
-      picture.classList.toggle('no-picture', label.picture === null);
-      setAttribute(picture, 'src', label.picture);
+      showPicture(picture, label.picture);
       const used = usage?.[String(label.id)];
       const texts = [
         label.key, label.name + (label.pinned === null ? '' : ` · Ctrl+${label.pinned}`) + (gone && ` · ${gone}`), label.short, label.aliases.join(', '), label.shape, label.category,

@@ -11,6 +11,8 @@ import { dialog, mark } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
 import { createNoTracks } from '../no_tracks.js';
+import { openNextVideo } from '../../operations/next_video.js';
+import { createQueueEnd } from './end.js';
 import { createFilters } from './filters.js';
 import { createRow } from './row.js';
 
@@ -33,10 +35,11 @@ export function createQueue(app) {
   const meter = h('div', { class: 'meter meter-good', role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' }, bar);
   const list = h('div', { class: 'queue-rows' });
   const empty = createNoTracks(app, 'queue-empty');
+  const end = createQueueEnd(() => void openNextVideo(app));
   const scroller = h('div', { class: 'queue-list', role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by uncertainty' }, list);
   const element = h('section', { class: 'queue panel', 'aria-label': 'Queue' },
     h('div', { class: 'panel-head' }, h('h2', { class: 'queue-title' }, 'Queue'), left, h('span', { class: 'grow' }), deleted, judge, shown),
-    meter, filters.element, h('div', { class: 'queue-body' }, scroller, empty.element));
+    meter, filters.element, h('div', { class: 'queue-body' }, scroller, empty.element), end.element);
 
   /** @type {State|null} */ let state = null;
   /** @type {readonly TrackEntry[]} */ let entries = [];
@@ -119,10 +122,12 @@ export function createQueue(app) {
       const before = state?.review ?? null;
       const review = next.review;
       const labelled = state?.labels === next.labels;
+      const elsewhere = state?.videos !== next.videos;
       state = next;
       if (review === null) return;
       const data = !before || before.tracks !== review.tracks || before.docs !== review.docs || before.run?.state !== review.run?.state || before.timebase !== review.timebase;
       const turned = data || !labelled || before.filter !== review.filter;
+      if (turned || elsewhere) end.update(next, queueCounts(trackEntries(review.tracks, review.docs)));
       if (!turned && before?.selected === review.selected && before?.marked === review.marked) return;
       if (data) entries = trackEntries(review.tracks, review.docs);
       if (turned) {

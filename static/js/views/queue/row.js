@@ -4,7 +4,8 @@
 import { NO_CLASS } from '../../model/documents.js';
 import { labelFor } from '../../model/labels.js';
 import { h, setAttribute, setText } from '../dom.js';
-import { figure, frameSpan, percent } from '../format.js';
+import { figure, frameSpan, roundPercent } from '../format.js';
+import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 const STATES = {
   open: { text: 'Open', tone: '' },
@@ -15,14 +16,14 @@ const STATES = {
 
 /** @param {string} key   of the track */
 export function createRow(key) {
-  const picture = h('img', { class: 'queue-picture', alt: '', loading: 'lazy', decoding: 'async' });
+  const picture = pictureThatMayMiss({ class: 'queue-picture', loading: 'lazy', decoding: 'async' });
   const name = h('span', { class: 'queue-name truncate', dir: 'auto' });
   const number = h('span', { class: 'queue-number muted small' });
   const badge = h('span', { class: 'badge' });
   const reasons = [0, 1].map(() => h('span', { class: 'queue-reason truncate small muted' }));
   const span = h('span', { class: 'queue-span small muted', title: 'Frames' });
   const score = h('span', { class: 'queue-score truncate small muted', title: 'Best score of its detections' });
-  const uncertainty = h('span', { class: 'queue-uncertainty', title: 'Uncertainty' }, h('span'));
+  const uncertainty = h('span', { class: 'queue-uncertainty' }, h('span'));
   const uncertaintyText = h('span', { class: 'small queue-uncertainty-text' });
   const element = h('div', { class: 'queue-row', role: 'option', id: `queue-${key}`, dataset: { key } },
     picture,
@@ -46,8 +47,7 @@ export function createRow(key) {
       element.classList.toggle('queue-marked', view.marked);
       setAttribute(element, 'aria-posinset', view.place + 1);
       setAttribute(element, 'aria-setsize', view.size);
-      picture.classList.toggle('queue-no-picture', address === null);
-      setAttribute(picture, 'src', address);
+      showPicture(picture, address);
       setText(name, label?.name ?? entry.word ?? (entry.class_id === NO_CLASS ? 'Not in the set' : 'No label yet'));
       setAttribute(name, 'title', entry.word === null ? null : `What the engine calls it; the label set has no such label`);
       setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.ignore ? ' · ignored' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
@@ -63,8 +63,11 @@ export function createRow(key) {
       element.title = [...reasonsAndHint, ...entry.notes.map((note) => `Note: ${note}`)].join('\n');
       setText(span, frameSpan(entry.first, entry.last));
       setText(score, Number.isFinite(entry.score) ? `· score ${figure(entry.score)}` : '');
-      setText(uncertaintyText, `uncertainty ${percent(entry.uncertainty)}`);
-      /** @type {HTMLElement} */ (uncertainty.firstElementChild).style.setProperty('width', `${entry.uncertainty * 100}%`);
+      const known = entry.uncertainty !== null;
+      setText(uncertaintyText, known ? `uncertainty ${roundPercent(entry.uncertainty)}` : 'uncertainty not known');
+      setAttribute(uncertaintyText, 'title', known ? 'How likely a person changes the track' : 'An imported run tells nothing of it');
+      uncertainty.hidden = !known;
+      /** @type {HTMLElement} */ (uncertainty.firstElementChild).style.setProperty('width', `${(entry.uncertainty ?? 0) * 100}%`);
     },
   };
 }

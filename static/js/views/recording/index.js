@@ -10,7 +10,7 @@ import {sentence} from '../../api/errors.js';
 import {seek, select} from '../../store/actions/review.js';
 import {fill, h, reconcile, setText} from '../dom.js';
 import {emptyState, waiting} from '../empty.js';
-import {count} from '../format.js';
+import {count, plural} from '../format.js';
 import {icon} from '../icons.js';
 import {createRecordingApi} from './api.js';
 import {covers, framesOf, isActive, rangeAround, recordingFor} from './choice.js';
@@ -102,7 +102,7 @@ export function createRecordingView(app) {
     fill(body, emptyState({
       icon: 'film', title: range ? 'No recording has this frame yet' : 'The run has no frames yet',
       text: range
-        ? `A recording holds the picture, all boxes, the gate's factors, votes and events of ${count(range.stop - range.first)} frames in one file, for the Rerun viewer. It takes a second or two.`
+        ? `A recording holds the picture, all boxes, the gate's factors, votes and events of ${plural(range.stop - range.first, 'frame')} in one file, for the Rerun viewer. It takes a second or two.`
         : 'Wait until it has stored its first frames.',
       actions: [range ? h('button', {class: 'btn btn-primary', type: 'button', onclick: () => void make()}, `Record frames ${count(range.first)} to ${count(range.stop - 1)}`) : null],
     }));

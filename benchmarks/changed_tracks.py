@@ -1,0 +1,246 @@
+"""Tracks of annotated videos, and whether a person who knows the truth would change them.
+
+The evidence of the runs is kept, so that a longer measurement goes on where it was stopped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.evidence.disagreement import MATCH_IOU, against_run
+from app.evidence.tables import BoxTable, confirmed_boxes
+from app.evidence.tracks import TrackFacts, track_facts
+from app.evidence.uncertainty import Disagreement
+from benchmarks.corrected_clips import dimmed
+from benchmarks.peers.cache import ENGINE, code, file_digest
+from tsr_engine.errors import TsrError
+from tsr_engine.evaluation.tracking_rows import GroundTruth, thinned
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.geometry.boxes import area, intersection, iou
+from tsr_engine.io.video import open_video
+from tsr_engine.io.video_writer import VideoWriter
+from tsr_engine.labels.files import shipped_set
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, load_components
+from tsr_engine.runs.live import RunRequest, track_video
+
+__all__ = ["ALIKE", "CAMERAS", "RUNS", "Filmed", "JudgedRun", "filmed", "judge", "judged_runs"]
+
+RUNS: Mapping[str, Params] = {
+    "default": Params.preset("default"),
+    "lenient": Params.preset("default").with_settings(
+        [("birth_score", -4.0), ("confirm_score", -4.0), ("sure_score", None)]
+    ),
+    "paper": Params.preset("paper"),
+}
+"""Runs that people review: as shipped; with the tracks of weak detections that are left out otherwise; and the preset
+that makes the most mistakes."""
+OTHERS: Mapping[str, str] = {"default": "paper", "lenient": "default", "paper": "default"}
+"""The run that the queue compares each with."""
+
+ALIKE = 0.5
+"""A box with a smaller IoU than this is moved, or deleted where the sign is gone."""
+LOOSE_FRAMES, LOOSE_SHARE = 2, 0.1
+"""A person corrects the boxes of a track from so many such frames on, if they are more than this share of all."""
+EDGE = 2.0
+"""A box this close to the edge of the picture may show a part of a sign that the truth leaves out, px."""
+ALL_FRAMES = (0, 2**62)
+
+
+@dataclass(frozen=True, slots=True)
+class Filmed:
+    """A video as a camera films it.
+
+    Attributes:
+        clip: name of the video.
+        camera: of ``CAMERAS``.
+        path: the file.
+        truth: in its frames and pixels.
+    """
+
+    clip: str
+    camera: str
+    path: Path
+    truth: GroundTruth
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedRun:
+    """The confirmed tracks of one run.
+
+    Attributes:
+        clip: name of the video.
+        camera: that filmed it.
+        run: of ``RUNS``.
+        facts: what the evidence says of each track.
+        other: what the run of ``OTHERS`` says otherwise.
+        change: why a person changes each track, ``false``, ``label``, ``boxes`` or ``split``; empty: they accept it;
+            None: the truth does not tell.
+    """
+
+    clip: str
+    camera: str
+    run: str
+    facts: TrackFacts
+    other: Disagreement
+    change: tuple[str | None, ...]
+
+
+def _coarse(source: Path, place: Path) -> None:
+    with open_video(source) as video:
+        width, height = video.width // 2, video.height // 2
+        with VideoWriter(place, width, height, video.rate, crf=32) as writer:
+            for frame in video.frames():
+                writer.write(cv2.resize(frame.picture, (width, height), interpolation=cv2.INTER_AREA))
+
+
+def _slow(source: Path, place: Path) -> None:
+    with open_video(source) as video, VideoWriter(place, video.width, video.height, video.rate / SLOW) as writer:
+        for frame in video.frames():
+            if frame.ordinal % SLOW == 0:
+                writer.write(frame.picture)
+
+
+def _same(truth: GroundTruth) -> GroundTruth:
+    return truth
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """Another way to film a video.
+
+    Attributes:
+        film: writes the video as it films it; None: it is the video itself.
+        truth: the truth in its frames and pixels.
+    """
+
+    film: Callable[[Path, Path], object] | None = None
+    truth: Callable[[GroundTruth], GroundTruth] = _same
+
+
+SLOW = 3
+CAMERAS: Mapping[str, Camera] = {
+    "as filmed": Camera(),
+    "dim": Camera(dimmed),
+    "coarse": Camera(_coarse, lambda truth: replace(truth, boxes=truth.boxes / 2)),
+    "slow": Camera(_slow, lambda truth: thinned(truth, SLOW)),
+}
+"""Worse cameras make the mistakes that good ones hardly make: a fifth of the light; half the size, compressed hard;
+every third frame."""
+
+
+def filmed(videos: Mapping[str, tuple[Path, GroundTruth]], scratch: Path, cameras: Sequence[str]) -> Iterator[Filmed]:
+    """Each video as some cameras film it.
+
+    Args:
+        videos: name -> (file, truth).
+        scratch: where the videos of the worse cameras are kept.
+        cameras: of ``CAMERAS``.
+    """
+    for name, (path, truth) in videos.items():
+        for camera in cameras:
+            how = CAMERAS[camera]
+            place = path
+            if how.film is not None:
+                place = scratch / camera / f"{file_digest(path)[:16]}.mp4"
+                if not place.is_file():
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                    how.film(path, place)
+            yield Filmed(name, camera, place, how.truth(truth))
+
+
+def judged_runs(videos: Iterable[Filmed], scratch: Path) -> Iterator[JudgedRun]:
+    """Run each video with the parameters of ``RUNS`` and judge the tracks of each run.
+
+    Args:
+        videos: with their truth.
+        scratch: where the evidence is kept.
+    """
+    parts = {name: load_components(params) for name, params in RUNS.items()}
+    labels = shipped_set("gtsrb-43")
+    for video in videos:
+        facts, boxes = {}, {}
+        for name, params in RUNS.items():
+            with EvidenceReader(_evidence(video.path, params, parts[name], scratch / name)) as reader:
+                facts[name], boxes[name] = track_facts(reader), confirmed_boxes(reader)
+                size = int(reader.header.frame_table["width"]), int(reader.header.frame_table["height"])
+        for name, other in OTHERS.items():
+            said = against_run(boxes[name], boxes[other], facts[name], other, ALL_FRAMES, labels)
+            change = judge(boxes[name], facts[name].class_id, video.truth, size)
+            yield JudgedRun(video.clip, video.camera, name, facts[name], said, change)
+
+
+def judge(
+    boxes: BoxTable, labels: NDArray[np.int64], truth: GroundTruth, size: tuple[int, int]
+) -> tuple[str | None, ...]:
+    """Why a person who knows the truth changes each track.
+
+    Args:
+        boxes: of the tracks.
+        labels: of each track.
+        truth: of the video.
+        size: width and height of the pictures, px.
+
+    Returns:
+        One entry a track, see :class:`JudgedRun`.
+    """
+    boxes = boxes.inside(*size)
+    signs, changes = [], []
+    for track in range(len(boxes.keys)):
+        rows = np.flatnonzero(boxes.track == track)
+        sign, change = _judge_track(boxes.boxes[rows], boxes.frame[rows], int(labels[track]), truth, size)
+        signs.append(sign)
+        changes.append(change)
+    shared = {sign for sign in signs if sign is not None and signs.count(sign) > 1}
+    return tuple(
+        "split" if change == "" and sign in shared else change for sign, change in zip(signs, changes, strict=True)
+    )
+
+
+def _judge_track(
+    boxes: NDArray[np.float64], frames: NDArray[np.int64], label: int, truth: GroundTruth, size: tuple[int, int]
+) -> tuple[int | None, str | None]:
+    """The sign that a track shows, and why it is changed."""
+    overlap: dict[int, dict[int, float]] = {}
+    excused = _at_edge(boxes, size)
+    for k, frame in enumerate(frames.tolist()):
+        here = np.flatnonzero(truth.frame == frame)
+        found = iou(boxes[k : k + 1], truth.boxes[here])[0]
+        own = intersection(boxes[k : k + 1], truth.boxes[here])[0] / max(float(area(boxes[k : k + 1])[0]), 1e-9)
+        excused[k] |= bool((truth.ignore[here] & (np.maximum(found, own) >= ALIKE)).any())
+        for row, value in zip(here.tolist(), found.tolist(), strict=True):
+            if not truth.ignore[row] and value >= MATCH_IOU:
+                overlap.setdefault(int(truth.track_id[row]), {})[k] = value
+    if not overlap:
+        return None, None if excused.mean() >= ALIKE else "false"
+    sign = max(overlap, key=lambda one: (len(overlap[one]), -one))
+    if label != int(truth.class_id[truth.track_id == sign][0]):
+        return sign, "label"
+    loose = sum(not excused[k] and overlap[sign].get(k, 0.0) < ALIKE for k in range(len(frames)))
+    return sign, "boxes" if loose >= LOOSE_FRAMES and loose > LOOSE_SHARE * len(frames) else ""
+
+
+def _at_edge(boxes: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.bool_]:
+    outside = (boxes[:, :2] <= EDGE).any(axis=1) | (boxes[:, 2:] >= np.array(size) - EDGE).any(axis=1)
+    return np.asarray(outside, dtype=np.bool_)
+
+
+def _evidence(path: Path, params: Params, parts: Components, store: Path) -> Path:
+    folder = store / f"{file_digest(path)[:16]}-{code(ENGINE)[:16]}"
+    if not _is_complete(folder):
+        track_video(RunRequest(path, params, evidence=folder, restart=True), parts)
+    return folder
+
+
+def _is_complete(folder: Path) -> bool:
+    try:
+        with EvidenceReader(folder) as reader:
+            return reader.state == "complete"
+    except TsrError:  # there is none yet, or it is damaged: it is made anew
+        return False

@@ -1,0 +1,23 @@
+// @ts-check
+/**
+ * What is left to be reviewed in the other videos of the library. Pure.
+ *
+ * @typedef {import('../types.js').Video} Video
+ * @typedef {{videos: number, tracks: number, next: Video|null}} LeftElsewhere   `next`: where to go on; null: nothing is left
+ */
+
+/** Tracks that a person still has to decide on. @param {Video} video */
+export const leftIn = ({ review }) => Math.max(0, review.tracks - review.reviewed);
+
+/**
+ * @param {readonly Video[]|null} videos   in the order of the library
+ * @param {string|undefined} present       the video on the screen
+ * @returns {LeftElsewhere} `next` is the next one below the present video that has open tracks, else the first one
+ */
+export function leftElsewhere(videos, present) {
+  const all = videos ?? [];
+  const at = all.findIndex(({ id }) => id === present);
+  const others = [...all.slice(at + 1), ...all.slice(0, Math.max(0, at))]
+    .filter((video) => video.state === 'ready' && !video.missing && video.latest_run !== null && leftIn(video) > 0);
+  return { videos: others.length, tracks: others.reduce((sum, video) => sum + leftIn(video), 0), next: others[0] ?? null };
+}

@@ -1,0 +1,38 @@
+// @ts-check
+/**
+ * Preset and parameters of the last run that was started, which the next one begins with. Pure.
+ *
+ * @typedef {import('../types.js').Parameter} Parameter
+ * @typedef {{preset: string, parameters: Record<string, unknown>}} RunChoice
+ */
+
+/** @param {RunChoice} choice @returns {string} as it is remembered */
+export const keptChoice = ({ preset, parameters }) => JSON.stringify({ preset, parameters });
+
+/**
+ * What was remembered, checked field by field: it may come from another version.
+ *
+ * @param {string|null} text
+ * @param {readonly string[]} presets
+ * @param {readonly Parameter[]} parameters   those that there are
+ * @returns {RunChoice}
+ */
+export function restoredChoice(text, presets, parameters) {
+  /** @type {RunChoice} */
+  const usual = { preset: presets.includes('default') ? 'default' : presets[0] ?? 'default', parameters: {} };
+  const kept = parsed(text);
+  if (kept === null || typeof kept !== 'object' || !presets.includes(Reflect.get(kept, 'preset'))) return usual;
+  const values = Reflect.get(kept, 'parameters');
+  const known = new Set(parameters.map(({ name }) => name));
+  const pairs = values !== null && typeof values === 'object' ? Object.entries(values).filter(([name]) => known.has(name)) : [];
+  return { preset: Reflect.get(kept, 'preset'), parameters: Object.fromEntries(pairs) };
+}
+
+/** @param {string|null} text @returns {unknown} */
+function parsed(text) {
+  try {
+    return JSON.parse(text ?? 'null');
+  } catch {
+    return null;
+  }
+}

@@ -1,0 +1,40 @@
+// @ts-check
+/** From the end of one queue to the next. */
+
+import { leftElsewhere } from '../model/left_elsewhere.js';
+import { formatRoute } from '../model/route.js';
+import { setVideos } from '../store/actions/page.js';
+import { toast } from '../views/toasts.js';
+import { operation } from './helpers.js';
+
+/** Key of the operation, for those who tell of it. */
+export const NEXT_VIDEO_KEY = 'Alt+J';
+
+/** @param {import('../state-types.js').State} state */
+const elsewhere = ({ videos, route }) => leftElsewhere(videos, route.screen === 'review' ? route.video : undefined);
+
+/**
+ * Open the next video that has open tracks. The list is asked for once more, since others review too.
+ *
+ * @param {Pick<import('../views/app.js').ViewApp, 'store'|'api'|'load'>} app
+ * @param {(text: string, options: import('../views/toasts.js').ToastOptions) => void} [say]
+ */
+export async function openNextVideo({ store, api, load }, say = toast) {
+  try {
+    await load(() => api.videos(), setVideos);
+  } catch {
+    // without an answer, what is known has to do
+  }
+  const { next } = elsewhere(store.get());
+  if (next === null) say('No other video has open tracks.', { topic: 'queue' });
+  else location.hash = formatRoute({ screen: 'review', video: next.id, run: null, frame: null, track: null });
+}
+
+/** @type {import('../page-types.js').Operation[]} */
+export const library = [
+  operation({
+    id: 'next-video', label: 'Next video with open tracks', keys: [NEXT_VIDEO_KEY], icon: 'film', group: 'Queue',
+    disabled: (state) => (elsewhere(state).next === null ? 'No other video has open tracks.' : null),
+    run: (app) => void openNextVideo(app),
+  }),
+];

@@ -1,0 +1,47 @@
+// @ts-check
+/** The end of the queue: what is left in the library, and the way to the next video. */
+
+import { leftElsewhere } from '../../model/left_elsewhere.js';
+import { NEXT_VIDEO_KEY } from '../../operations/next_video.js';
+import { h, setText } from '../dom.js';
+import { count, plural } from '../format.js';
+import { icon } from '../icons.js';
+
+/**
+ * What is said where every track of a video is reviewed.
+ *
+ * @param {import('../../model/left_elsewhere.js').LeftElsewhere} left
+ * @param {number} total   tracks of this video
+ * @returns {string}
+ */
+export function reviewedWords({ videos, tracks }, total) {
+  if (tracks === 0) return 'All tracks reviewed: nothing is left in the library.';
+  const where = videos === 1 ? '1 other video' : `${count(videos)} other videos`;
+  return `${total > 0 ? 'All tracks of this video are reviewed' : 'This video has no track to review'}. ${where} ${videos === 1 ? 'has' : 'have'} ${plural(tracks, 'open track')}.`;
+}
+
+/** @param {() => void} next   opens the next video */
+export function createQueueEnd(next) {
+  const text = h('p', { role: 'status' });
+  const name = h('span', { class: 'truncate' });
+  const button = h('button', { class: 'btn btn-small btn-primary', type: 'button', onclick: next }, icon('film'), h('span', null, 'Next video'));
+  const element = h('div', { class: 'queue-end', hidden: true }, text, h('div', { class: 'queue-end-next' }, button, name));
+  return {
+    element,
+    /**
+     * @param {import('../../state-types.js').State} state
+     * @param {import('../../model/queue.js').QueueCounts} counts   of all tracks, whatever the filter
+     */
+    update({ videos, review }, counts) {
+      const over = review?.tracks && review.run && !['queued', 'running'].includes(review.run.state);
+      element.hidden = !over || videos === null || counts.left > 0;
+      if (!review || element.hidden) return;
+      const left = leftElsewhere(videos, review.video.id);
+      setText(text, reviewedWords(left, counts.total));
+      button.hidden = name.hidden = left.next === null;
+      button.title = `Next video with open tracks (${NEXT_VIDEO_KEY})`;
+      setText(name, left.next?.name ?? '');
+      name.title = left.next?.name ?? '';
+    },
+  };
+}
