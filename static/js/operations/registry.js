@@ -5,12 +5,13 @@ import { attributes } from './attributes.js';
 import { boxes } from './boxes.js';
 import { exchange } from './exchange.js';
 import { following } from './follow.js';
+import { groundTruth } from './ground_truth.js';
 import { navigation } from './navigate.js';
 import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...attributes, ...exchange, ...view];
+export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...attributes, ...groundTruth, ...exchange, ...view];
 
 /**
  * Run an operation if it can be run now.
