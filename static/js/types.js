@@ -398,6 +398,7 @@
  * @typedef {object} ModelRequest
  * @property {string} name
  * @property {string[]} parts
+ * @property {string[]} reviews        ids of runs: their corrections as they are when the making begins
  * @property {string[]} exports        ids of outputs
  * @property {{gtsdb?: string, gtsrb?: string}} folders
  * @property {number} seed

@@ -167,7 +167,7 @@ def _retrained(page: Page, facts: dict[str, Any]) -> None:
     version["lineage"] = {
         "asked": {"exports": [{"name": "corrections.zip"}], "folders": {}, "seed": 4},
         "parts": ["detector", "classifier"],
-        "exports": [{"videos": [{"name": "country_road.mp4", "edit_revision": 41}]}],
+        "exports": [{"names": ["country_road.mp4"], "videos": ["0" * 64], "runs": [{"edit_revision": 41}]}],
         "used": {"frames": 212, "signs": 24, "videos": ["country_road.mp4"]},
         "held_out": {"by": "sign", "signs": ["a", "b", "c"]},
     }
