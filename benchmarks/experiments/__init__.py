@@ -6,6 +6,7 @@ from benchmarks.experiment import Experiment
 from benchmarks.experiments import (
     ablations,
     clips,
+    day,
     deep,
     detection,
     detection_video,
@@ -55,6 +56,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     retraining.EXPERIMENT,
     exports.EXPERIMENT,
     recordings.EXPERIMENT,
+    day.EXPERIMENT,
     review.EXPERIMENT,
     review_hour.EXPERIMENT,
 )
