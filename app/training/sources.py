@@ -23,7 +23,7 @@ class ReviewSource(Model):
     video: str
     video_name: str
     edit_revision: int
-    """Number of the newest edit."""
+    """Number of the newest edit; 0: it has none, its documents came in otherwise."""
     accepted: int
     rejected: int
     """False positives: they teach background."""
@@ -90,9 +90,9 @@ def _taken_back(rows: Iterable[tuple[str, str | None]]) -> set[str]:
 def _reviews(session: Session) -> list[ReviewSource]:
     newest = dict(session.execute(select(Edit.run_id, func.max(Edit.seq)).group_by(Edit.run_id)).tuples().all())
     runs = select(Run).where(Run.kind != "whatif", Run.state.in_(["complete", "cancelled"])).order_by(*latest_last())
-    chosen = {run.video_id: run for run in session.scalars(runs) if run.id in newest}
-    names = dict(session.execute(select(Video.id, Video.name)).tuples().all())
     counts = _counts(session)
+    chosen = {run.video_id: run for run in session.scalars(runs) if run.id in counts}
+    names = dict(session.execute(select(Video.id, Video.name)).tuples().all())
     found = []
     for run in chosen.values():
         own = counts[run.id]
@@ -103,7 +103,7 @@ def _reviews(session: Session) -> list[ReviewSource]:
                 run_name=run.name,
                 video=run.video_id,
                 video_name=names[run.video_id],
-                edit_revision=newest[run.id],
+                edit_revision=newest.get(run.id, 0),
                 accepted=own["accepted"],
                 rejected=own["rejected"],
                 left=max(0, tracks - own["accepted"] - own["rejected"]),

@@ -1,7 +1,8 @@
 """Pictures of every screen, for people to look at: ``python -m tests.e2e.screenshots --out DIR``.
 
-A server is started on an empty data folder with the sample drives. Each screen is taken at 1280x720 and 3840x2160,
-light and dark. axe-core (``node_modules``) looks at every screen too; what it finds is printed and is the exit code.
+A server is started on an empty data folder with the sample drives. Each screen is taken at 1280x720, 1440x900 and
+3840x2160, light and dark. axe-core (``node_modules``) looks at every screen too; what it finds is printed and is the
+exit code.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ PATIENCE = 60_000
 """How long a scene may take on a slow machine, ms."""
 AXE = Path(__file__).resolve().parents[2] / "node_modules" / "axe-core" / "axe.min.js"
 DRAWN = [100, 120, 180, 200]
-SIZES = {"1280x720": (1280, 720), "3840x2160": (3840, 2160)}
+SIZES = {"1280x720": (1280, 720), "1440x900": (1440, 900), "3840x2160": (3840, 2160)}
 
 
 class Scene(NamedTuple):
@@ -104,6 +105,17 @@ def _compare(page: Page, facts: dict[str, Any]) -> None:
     quiet(page)
 
 
+def _truth(page: Page, facts: dict[str, Any]) -> None:
+    """A place of the comparison, opened: close to the pair, the sign of the ground truth chosen."""
+    _compare(page, facts)
+    page.locator(".place").first.click()
+    page.wait_for_function(
+        "() => { const r = tsr.store.get().review; return r && r.truthSign !== null && r.shown === r.frame"
+        " && r.overlays[r.frame]; }"
+    )
+    quiet(page)
+
+
 def _no_match(page: Page, facts: dict[str, Any]) -> None:
     _library(page, facts)
     page.get_by_role("searchbox", name="Search videos").fill("no such drive")
@@ -143,6 +155,12 @@ def _screen(name: str) -> Callable[[Page, dict[str, Any]], None]:
         quiet(page)
 
     return go
+
+
+def _labels(page: Page, _: dict[str, Any]) -> None:
+    _address(page, "#/labels")
+    page.locator(".label-rows .label-row").first.wait_for()
+    quiet(page)
 
 
 def _over(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Page, dict[str, Any]], None]:
@@ -255,7 +273,9 @@ SCENES = (
     Scene("review-recording", _beside("recording", ".empty")),
     Scene("files", _screen("files")),
     Scene("models", _retrained),
+    Scene("labels", _labels),
     Scene("compare", _compare),
+    Scene("review-truth", _truth),
     Scene("compare-error", _broken),
     Scene("offline", _offline),  # leaves the page offline, so it is the last
 )

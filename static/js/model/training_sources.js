@@ -31,7 +31,7 @@ export const firstChoice = (sources) => /** @type {const} */ (['finished', 'begu
 /** What the review of a video teaches, and how far it is. @param {ReviewSource} source */
 export function reviewWords({ accepted, rejected, left, edit_revision }) {
   const parts = [`${accepted} accepted`, rejected > 0 && `${rejected} false positive${rejected === 1 ? '' : 's'}`, left > 0 && `${left} undecided, left alone unless edited`];
-  return `${parts.filter(Boolean).join(', ')} · up to edit ${edit_revision}`;
+  return `${parts.filter(Boolean).join(', ')}${edit_revision > 0 ? ` · up to edit ${edit_revision}` : ''}`;
 }
 
 /** What a person has to know before a file teaches: empty if nothing has changed since. @param {ExportAge|undefined} age */
