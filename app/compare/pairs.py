@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from app.evidence.overlap import overlap
-from app.evidence.tables import BoxTable
+from app.evidence.tables import BoxTable, FloatColumn
 from app.shapes import Model
 
 __all__ = ["Pair", "PairFinder"]
@@ -70,6 +70,6 @@ class PairFinder:
         )
 
 
-def _sides(box: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Sides:
+def _sides(box: FloatColumn) -> Sides:
     x1, y1, x2, y2 = (round(float(side), 2) for side in box)
     return x1, y1, x2, y2

@@ -85,8 +85,9 @@ class TakeOverService:
                 field="signs",
             )
         rows[:, 2:6] = clip(rows[:, 2:6], source.video.width, source.video.height)
+        wanted = set(signs)
         every = dict.fromkeys([*signs, *(() if label is None else np.unique(rows[:, 1]).astype(int).tolist())])
-        tracks = [track for sign in every for track in _tracks(rows, sign) if sign in signs or track.label == label]
+        tracks = [track for sign in every for track in _tracks(rows, sign) if sign in wanted or track.label == label]
         if not tracks:
             raise Conflict(
                 "There is nothing to take over: all boxes of these signs are marked to be ignored or lie outside the "

@@ -69,7 +69,7 @@ def export_age(session: Session, output: Output) -> ExportAge:
             continue
         revision = int(video.get("edit_revision", 0))
         later = select(Edit.kind, Edit.reverts).where(Edit.run_id == run.id, Edit.seq > revision).order_by(Edit.seq)
-        rows = list(session.execute(later))
+        rows = list(session.execute(later).tuples())
         edits += len(rows)
         held = select(Edit.op_id).where(Edit.run_id == run.id, Edit.seq <= revision)
         undone += len(_taken_back(rows) & set(session.scalars(held)))

@@ -52,14 +52,12 @@ def _day(clips: Mapping[str, tuple[Path, GroundTruth]], seed: int, code: Path | 
     done: list[Work] = []
     left: list[dict[str, float]] = []
     with tempfile.TemporaryDirectory() as home:
-        route = "ground-truths" if code is None else "truths"
         roots = (next(iter(clips.values()))[0].parent,)
         with open_desk(Path(home), roots, sample=False, code=code) as desk:
             for path, truth in clips.values():
                 video = desk.server.add_video(path)
                 rows = path.parent / "gt" / f"{path.stem}.csv"
-                desk.server.call("PUT", f"/videos/{video['id']}/{route}/truth", rows.read_bytes(), "text/csv")
-                given = desk.server.call("GET", f"/videos/{video['id']}/{route}")[route.replace("-", "_")][0]["id"]
+                given = _brought(desk, video, rows.read_bytes(), "truth")
                 for turn in range(ROUNDS):
                     run, found = _one(desk, video, truth, turn, seed)
                     asked = f"/compare?reference=truth:{given}&candidate=annotation:{run}"
@@ -77,8 +75,7 @@ def _day(clips: Mapping[str, tuple[Path, GroundTruth]], seed: int, code: Path | 
 def _one(desk: Desk, video: Mapping[str, Any], truth: GroundTruth, turn: int, seed: int) -> tuple[str, list[Work]]:
     size = int(video["width"]), int(video["height"])
     content, cases = planted(truth, size, int(video["frames"]), turn, seed)
-    asked = f"/videos/{video['id']}/imports?as=run&name=round{turn}&format=tracks-csv"
-    run = desk.server.call("POST", asked, content, "application/octet-stream")["id"]
+    run = _brought(desk, video, content, "run")
     page = desk.page()
     open_review(page, video["id"], run)
     page.wait_for_function(f"() => {_LABELS}?.length")
@@ -86,6 +83,12 @@ def _one(desk: Desk, video: Mapping[str, Any], truth: GroundTruth, turn: int, se
     found = Annotator(page, cases, names).work_off()
     page.context.close()
     return run, found
+
+
+def _brought(desk: Desk, video: Mapping[str, Any], content: bytes, kind: str) -> str:
+    """Bring a table onto a video, as a run or as truth; its id."""
+    asked = f"/videos/{video['id']}/imports?as={kind}&name={kind}&format=tracks-csv"
+    return str(desk.server.call("POST", asked, content, "application/octet-stream")["id"])
 
 
 def _by_kind(done: Sequence[Work]) -> dict[str, Any]:

@@ -79,6 +79,7 @@ class Annotator:
                 self._key("j")
                 now = self._wait(lambda s, key=key: s["selected"] not in (None, key) and s["ready"])
             number = self._number(now["selected"])
+            assert number is not None, "a run that was brought in has engine tracks alone"
             left.remove(number)
             self._treat(now["selected"], self._cases[number], last=not left)
             done.append(self._finished(self._cases[number].kind, began))

@@ -108,6 +108,7 @@ def _compare(page: Page, facts: dict[str, Any]) -> None:
 def _truth(page: Page, facts: dict[str, Any]) -> None:
     """A place of the comparison, opened: close to the pair, the sign of the ground truth chosen."""
     _compare(page, facts)
+    page.locator(".figures-table tr", has_text="Localisation error").get_by_role("button").first.click()
     page.locator(".place").first.click()
     page.wait_for_function(
         "() => { const r = tsr.store.get().review; return r && r.truthSign !== null && r.shown === r.frame"

@@ -19,17 +19,17 @@ const SIDE = 160;
  */
 export function openOver(app, run, {second = null, truth = null, video = null}, place = null) {
   if (second === null && truth === null && place === null) return;
-  let laid = false;
+  let layered = false;
   let done = false;
   /** @param {import('../state-types.js').State} state */
   function check(state) {
     if (!state.review?.timebase || (run !== null && state.review.run?.id !== run) || (video !== null && state.review.video.id !== video)) return;
-    if (!laid) {
-      laid = true;
+    if (!layered) {
+      layered = true;
       if (second !== null) app.loader.showSecond(second.run, second.corrected);
       if (truth !== null) app.loader.showTruth(truth);
     }
-    if (done) return; // what was laid over has led here once more
+    if (done) return; // the layers that were just shown have led here once more
     // the picture fits itself into its place first; what that shows is the whole of it
     const {review} = app.store.get();
     if (place !== null && (review === null || review.viewport.zoom === 0 || review.shown !== place.frame)) return;
