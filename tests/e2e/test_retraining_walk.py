@@ -92,7 +92,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     expect(mine.get_by_text("in use")).to_be_hidden()
 
     mine.get_by_role("button", name="Promote Mine").click()
-    dialog.get_by_role("button", name="Use it").click()
+    dialog.get_by_role("button", name="Promote", exact=True).click()
     expect(mine.get_by_text("in use")).to_be_visible(timeout=WORK)
 
     page.go_back()

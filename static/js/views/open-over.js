@@ -31,10 +31,11 @@ export function openOver(app, run, {second = null, truth = null, video = null}, 
     }
     if (done) return; // the layers that were just shown have led here once more
     // the picture fits itself into its place first; what that shows is the whole of it
-    const {review} = app.store.get();
-    if (place !== null && (review === null || review.viewport.zoom === 0 || review.shown !== place.frame)) return;
+    const {review, route} = app.store.get();
+    if (place !== null && (review === null || route.screen !== 'review' || review.viewport.zoom === 0 || review.shown !== place.frame)) return;
     stop();
-    if (place !== null) app.store.dispatch((now) => changeReview(setViewport(now, zoomedTo(place.box, SIDE, sizeOf(now.review?.video))), {truthSign: place.sign}));
+    // the address that has led here selects a track yet, which lets go of a sign
+    if (place !== null) queueMicrotask(() => app.store.dispatch((now) => changeReview(setViewport(now, zoomedTo(place.box, SIDE, sizeOf(now.review?.video))), {truthSign: place.sign})));
   }
   const leave = app.store.subscribe(check);
   const timer = setTimeout(stop, PATIENCE);
