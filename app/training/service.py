@@ -112,7 +112,7 @@ class TrainingService:
         with self._database.write() as session:
             parent = self._parent(session, wanted.parent)
             exports = [_export(session, name) for name in dict.fromkeys(wanted.exports)]
-            reviews = self._reviews(session, list(dict.fromkeys(wanted.reviews)))
+            reviews = _reviews(session, list(dict.fromkeys(wanted.reviews)))
             version = ModelVersion(
                 id=uuid.uuid4().hex,
                 name=wanted.name or self._next_name(session),
@@ -244,25 +244,6 @@ class TrainingService:
         if version is not None:
             publish_model(session, self._events, version)
 
-    @staticmethod
-    def _reviews(session: Session, runs: list[str]) -> list[dict[str, Any]]:
-        """What the lineage says of the reviews that are asked for."""
-        found: list[dict[str, Any]] = []
-        for run_id in runs:
-            run = session.get(Run, run_id)
-            if run is None:
-                raise NotFound(f"There is no run {run_id!r}.", field="reviews")
-            require_here(session, run.place, run.name)
-            name = session.get_one(Video, run.video_id).name
-            if run.state in _ACTIVE:
-                raise Conflict(
-                    f"The run of {name} is still {run.state}. Wait until it is complete.", code="still_running"
-                )
-            if any(one["video"] == run.video_id for one in found):
-                raise Invalid(f"Two of the runs are of {name}. Choose one run a video.", field="reviews")
-            found.append({"run": run_id, "video": run.video_id, "name": name})
-        return found
-
     def _folder(self, path: str, name: str) -> str:
         folder = allowed_path(path, self._settings.roots)
         if not folder.is_dir():
@@ -325,6 +306,23 @@ def _require(session: Session, version_id: str) -> ModelVersion:
     if version is None:
         raise NotFound(f"There are no models {version_id[:40]!r}.")
     return version
+
+
+def _reviews(session: Session, runs: list[str]) -> list[dict[str, Any]]:
+    """What the lineage says of the reviews that are asked for."""
+    found: list[dict[str, Any]] = []
+    for run_id in runs:
+        run = session.get(Run, run_id)
+        if run is None:
+            raise NotFound(f"There is no run {run_id!r}.", field="reviews")
+        require_here(session, run.place, run.name)
+        name = session.get_one(Video, run.video_id).name
+        if run.state in _ACTIVE:
+            raise Conflict(f"The run of {name} is still {run.state}. Wait until it is complete.", code="still_running")
+        if any(one["video"] == run.video_id for one in found):
+            raise Invalid(f"Two of the runs are of {name}. Choose one run a video.", field="reviews")
+        found.append({"run": run_id, "video": run.video_id, "name": name})
+    return found
 
 
 def _export(session: Session, name: str) -> Output:

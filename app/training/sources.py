@@ -69,7 +69,7 @@ def export_age(session: Session, output: Output) -> ExportAge:
             continue
         revision = int(video.get("edit_revision", 0))
         later = select(Edit.kind, Edit.reverts).where(Edit.run_id == run.id, Edit.seq > revision).order_by(Edit.seq)
-        rows = list(session.execute(later).tuples())
+        rows = [(kind, reverts) for kind, reverts in session.execute(later)]
         edits += len(rows)
         held = select(Edit.op_id).where(Edit.run_id == run.id, Edit.seq <= revision)
         undone += len(_taken_back(rows) & set(session.scalars(held)))
@@ -88,11 +88,12 @@ def _taken_back(rows: Iterable[tuple[str, str | None]]) -> set[str]:
 
 
 def _reviews(session: Session) -> list[ReviewSource]:
-    newest = dict(session.execute(select(Edit.run_id, func.max(Edit.seq)).group_by(Edit.run_id)).tuples().all())
+    edits = select(Edit.run_id, func.max(Edit.seq)).group_by(Edit.run_id)
+    newest: dict[str, int] = {run_id: seq for run_id, seq in session.execute(edits)}  # noqa: C416 - rows, not pairs
     runs = select(Run).where(Run.kind != "whatif", Run.state.in_(["complete", "cancelled"])).order_by(*latest_last())
     counts = _counts(session)
     chosen = {run.video_id: run for run in session.scalars(runs) if run.id in counts}
-    names = dict(session.execute(select(Video.id, Video.name)).tuples().all())
+    names = {video.id: video.name for video in session.execute(select(Video.id, Video.name))}
     found = []
     for run in chosen.values():
         own = counts[run.id]

@@ -74,10 +74,9 @@ class Annotator:
         while left:
             self._work, began = Work(""), time.monotonic()
             now = self._state()
-            key = now["selected"]
-            if key is None or self._number(key) not in left:
+            if self._number(now["selected"]) not in left:
                 self._key("j")
-                now = self._wait(lambda s, key=key: s["selected"] not in (None, key) and s["ready"])
+                now = self._next(now["selected"])
             number = self._number(now["selected"])
             assert number is not None, "a run that was brought in has engine tracks alone"
             left.remove(number)
@@ -116,6 +115,10 @@ class Annotator:
     def _verdict(self, letter: str, key: str, *, last: bool) -> None:
         self._key(letter)
         self._left("accepted" if letter == "a" else "rejected", key, last=last)
+
+    def _next(self, before: str | None) -> dict[str, Any]:
+        """The state once another track is selected and its frame is there."""
+        return self._wait(lambda s: s["selected"] not in (None, before) and s["ready"])
 
     def _left(self, wanted: str, key: str, *, last: bool) -> None:
         """Wait until a track has its verdict, and the page shows the next one."""
