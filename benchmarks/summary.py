@@ -180,19 +180,6 @@ def _review(f: Figures) -> str:
     return f"p95 {clip['step']['p95']:.0f} ms, {clip['seek']['p95']:.0f} ms, {rate} frames/s with {playing}"
 
 
-def _day(f: Figures) -> str:
-    kinds = f["day"]["now"]["kinds"]
-    right, whole = kinds["right"]["actions"], kinds["box, label and end"]["actions"]
-    old = f["day"].get("before")
-    if old is None:
-        return f"{right:.2f}, {whole:.2f}"
-    before = old["kinds"]
-    return (
-        f"{right:.2f}, {whole:.2f} (before {before['right']['actions']:.2f}, "
-        f"{before['box, label and end']['actions']:.2f})"
-    )
-
-
 def _network(f: Figures) -> str:
     times = f["yolo_time"]
     peer = "YOLO11n, 736x576"
@@ -295,12 +282,6 @@ ROWS: tuple[Row, ...] = (
         ("review",),
         _review,
         _say("Chromium on the same machine; `review`"),
-    ),
-    Row(
-        "review screen: actions a track that is right, and one that needs a box, a label and an end",
-        ("day",),
-        _day,
-        lambda f: f"{f['day']['now']['tracks']} tracks of three clips, real keys in Chromium; `day`",
     ),
     Row(
         "time of detection and of the whole engine beside a YOLO11n-size network",
