@@ -130,7 +130,8 @@ def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(desk: Desk) 
     page.get_by_role("button", name="Missed boxes").last.click()
     page.locator(".place").first.click()
     page.wait_for_function(
-        "() => { const r = tsr.store.get().review; return r && r.truthSign !== null && r.overlays[r.frame]; }"
+        "() => { const r = tsr.store.get().review;"
+        " return r && r.truthSign !== null && r.overlays[r.frame] && r.truth[r.frame]; }"
     )
     sign = page.evaluate("() => tsr.store.get().review.truthSign")
     box = page.evaluate(
