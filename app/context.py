@@ -18,6 +18,7 @@ from app.evidence.service import EvidenceService
 from app.exchange.caged import CagedImports
 from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
+from app.exchange.take_over import TakeOverService
 from app.exchange.underway import ImportsUnderway
 from app.finding.labelled import LabelledVideos
 from app.follows.service import FollowService
@@ -68,6 +69,7 @@ class Context:
     evidence: EvidenceService
     edits: EditService
     ground_truths: GroundTruthService
+    take_overs: TakeOverService
     whatif: WhatIfService
     follows: FollowService
     compare: CompareService
@@ -140,6 +142,7 @@ def build_context(settings: Settings) -> Context:
         evidence=evidence,
         edits=edits,
         ground_truths=ground_truths,
+        take_overs=TakeOverService(settings, database, edits, ground_truths),
         whatif=WhatIfService(database, events, jobs),
         follows=FollowService(database, jobs),
         compare=CompareService(database, evidence, edits, ground_truths),

@@ -89,9 +89,10 @@ def _track() -> Task:
 
 
 def _retrain() -> Task:
+    from app.exchange.reviews import export_reviews
     from app.training.task import retrain_models
 
-    return retrain_models
+    return partial(retrain_models, export_reviews=export_reviews)
 
 
 KINDS: Final = JobKinds(

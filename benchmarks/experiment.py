@@ -34,6 +34,7 @@ class Data:
         seed: of everything random.
         tuning: simulated approaches that parameters were chosen on; their scenes are never reported on.
         boards: simulated approaches to signs of no label set.
+        before: checkout of an earlier version of the project, for what is measured beside it.
         seconds: that one call may spend on a drive of hours; None: as the experiment says.
     """
 
@@ -46,6 +47,7 @@ class Data:
     tuning: Path | None = None
     seconds: float | None = None
     boards: Path | None = None
+    before: Path | None = None
 
     def need(self, name: str) -> Path:
         """A folder of data.

@@ -11,11 +11,15 @@ from app.api.former import DEPRECATED_SINCE
 from app.api.responses import PICTURE, failures
 from app.api.runs import VideoId
 from app.context import ContextDep
+from app.errors import Invalid
+from app.evidence.crops import encode
 from app.videos.frame_server import Encoding
 
 __all__ = ["router"]
 
 router = APIRouter(tags=["videos"])
+
+Edge = Annotated[int, Query(ge=0, le=2**20, description="edge of the part, px")]
 
 
 @router.get(
@@ -56,6 +60,34 @@ def get_frame(
     if served.data is None:
         return Response(status_code=304, headers=headers)
     return Response(served.data, media_type=f"image/{served.encoding}", headers=headers)
+
+
+@router.get(
+    "/videos/{video_id}/frames/{ordinal}/crop",
+    operation_id="get_frame_crop",
+    response_class=Response,
+    responses={200: PICTURE, **failures(404, 409)},
+)
+def get_frame_crop(
+    video_id: VideoId,
+    ordinal: Annotated[int, Path(ge=0, le=2**31 - 1)],
+    context: ContextDep,
+    x1: Edge,
+    y1: Edge,
+    x2: Edge,
+    y2: Edge,
+    size: Annotated[int, Query(ge=16, le=512, description="longer side of the answer, px")] = 96,
+) -> Response:
+    """The part of frame k from pixel (x1, y1) to, not including, (x2, y2), as PNG."""
+    picture = context.frames.raw(video_id, ordinal)
+    height, width = picture.shape[:2]
+    if not (x1 < x2 <= width and y1 < y2 <= height):
+        raise Invalid(
+            f"The part must lie in the picture of {width}x{height} px and have an area. Got {x1}, {y1}, {x2}, {y2}.",
+            field="x2",
+        )
+    kept = {"Cache-Control": "private, max-age=31536000, immutable"}
+    return Response(encode(picture[y1:y2, x1:x2], size), media_type="image/png", headers=kept)
 
 
 def _tags(header: str | None) -> frozenset[str]:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
 from fastapi import APIRouter, Body, Path, Query
+from pydantic import Field, model_validator
 
+from app.api.edits import Author
 from app.api.responses import failures
+from app.api.runs import RunId
 from app.context import ContextDep
+from app.edits.documents import ClassId
+from app.exchange.take_over import TakenOver
 from app.shapes import Model
 from app.storage.models import GroundTruth
 
@@ -53,6 +58,22 @@ class GroundTruthBoxes(Model):
     boxes: list[GroundTruthBox]
 
 
+class TakeOver(Model):
+    """Signs of a ground truth that a run shall show: by their numbers, or all of a label."""
+
+    truth: Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
+    signs: Annotated[list[Annotated[int, Field(ge=0, le=2**31 - 1)]], Field(max_length=5000)] = Field([])
+    label: ClassId | None = None
+    """-1: signs of none of the labels."""
+    author: Author | None = None
+
+    @model_validator(mode="after")
+    def _some(self) -> Self:
+        if not self.signs and self.label is None:
+            raise ValueError("name signs, or a label")
+        return self
+
+
 def _view(truth: GroundTruth) -> GroundTruthView:
     return GroundTruthView(id=truth.id, name=truth.name, count=truth.count)
 
@@ -90,6 +111,13 @@ def get_truth_boxes(truth_id: GroundTruthId, first: Ordinal, last: Ordinal, cont
             for row in rows
         ]
     )
+
+
+@router.post("/runs/{run_id}/take-over", operation_id="take_over", responses=failures(404, 409))
+def take_over(run_id: RunId, wanted: TakeOver, context: ContextDep) -> TakenOver:
+    """Correct a run by signs of a ground truth, all in one operation that one undo takes back."""
+    author = wanted.author or context.settings.author
+    return context.take_overs.take(run_id, wanted.truth, author, wanted.signs, wanted.label)
 
 
 @router.delete("/ground-truths/{truth_id}", operation_id="remove_truth", status_code=204, responses=failures(404))

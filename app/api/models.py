@@ -10,6 +10,7 @@ from app.api.responses import failures
 from app.context import ContextDep
 from app.shapes import Model
 from app.training.service import NewModel
+from app.training.sources import TrainingSources
 from app.training.view import ModelView
 
 __all__ = ["router"]
@@ -38,7 +39,7 @@ def list_models(context: ContextDep) -> Models:
 
 @router.post("/models", operation_id="train_models", status_code=202, responses=failures(404, 409))
 def train_models(wanted: NewModel, context: ContextDep) -> ModelView:
-    """Queue the making of a version, from exports of corrections or from public data."""
+    """Queue the making of a version, from present reviews, exports of corrections, or public data."""
     return context.training.start(wanted)
 
 
@@ -46,6 +47,12 @@ def train_models(wanted: NewModel, context: ContextDep) -> ModelView:
 def roll_back_models(context: ContextDep) -> ModelView:
     """Take the last promotion back; answers the version that is active now."""
     return context.training.rollback()
+
+
+@router.get("/models/sources", operation_id="list_training_sources", responses=failures())
+def list_training_sources(context: ContextDep) -> TrainingSources:
+    """Reviews and exports that a version can be made from, and what has changed since an export was made."""
+    return context.training.sources()
 
 
 @router.get("/models/{version_id}", operation_id="get_models", responses=failures(404))

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from pydantic import Field
 
 from app.compare.matching import Matching
+from app.compare.pairs import Pair, PairFinder
 from app.evidence.tables import BoxTable, IntColumn
 from app.shapes import Model
 
@@ -41,6 +44,8 @@ class Figure(Model):
     partners: list[str | None]
     places: int
     """Number of places, also where the lists are cut."""
+    pairs: list[Pair] = Field([])
+    """Both boxes in the first frame of each place."""
     errors: list[float] | None = None
     """How large the error is in each place, where the places are in its order."""
 
@@ -61,6 +66,7 @@ class Cell(Model):
     lasts: list[int]
     tracks: list[str]
     partners: list[str | None]
+    pairs: list[Pair]
 
 
 class Confusion(Model):
@@ -121,11 +127,11 @@ def figures(reference: BoxTable, candidate: BoxTable, found: Matching) -> dict[s
         "signs_classified": _share(len(seen) - len(wrong), len(seen), [(f, f, k) for f, k in wrong]),
         "false_tracks": _count(false),
     }
-    of_reference = _Partners(reference, found.reference, candidate, found.candidate)
-    of_candidate = _Partners(candidate, found.candidate, reference, found.reference)
+    of_reference = _Places(reference, found.reference, candidate, found.candidate)
+    of_candidate = _Places(candidate, found.candidate, reference, found.reference)
     found_by = {name: of_candidate if name in OF_CANDIDATE else of_reference for name in every}
     return {
-        name: figure.model_copy(update={"partners": found_by[name].at(figure.frames, figure.tracks)})
+        name: figure.model_copy(update=found_by[name].at(figure.frames, figure.tracks))
         for name, figure in every.items()
     }
 
@@ -160,7 +166,8 @@ def confusion(
     number = {name: i for i, name in enumerate(dict.fromkeys(names))}
     track = np.array([number[name] for name in names], dtype=np.int64)
     spelled = list(number)
-    partners = _Partners(reference, found.reference, candidate, found.candidate)
+    of_reference = _Places(reference, found.reference, candidate, found.candidate)
+    of_candidate = _Places(candidate, found.candidate, reference, found.reference)
     cells = []
     for a, b in sorted({*zip(ours.tolist(), theirs.tolist(), strict=True)}):
         rows = np.flatnonzero((ours == a) & (theirs == b))
@@ -174,7 +181,7 @@ def confusion(
                 frames=firsts,
                 lasts=[p[1] for p in places],
                 tracks=tracks,
-                partners=[None] * len(places) if a == nothing else partners.at(firsts, tracks),
+                **(of_candidate if a == nothing else of_reference).at(firsts, tracks),
             )
         )
     classes = {int(c) for c in np.concatenate([ours, theirs]) if c != nothing}
@@ -185,17 +192,23 @@ def confusion(
 _Place = tuple[int, int, str]
 
 
-class _Partners:
-    """What the other side calls a track in a frame in which both have it."""
+class _Places:
+    """What the other side has where places of one side's tracks lie."""
 
     def __init__(self, own: BoxTable, rows: IntColumn, other: BoxTable, partners: IntColumn) -> None:
+        self._pairs = PairFinder(own, other)
         self._number = {key: i for i, key in enumerate(own.keys)}
         codes = own.frame[rows] * len(own.keys) + own.track[rows]
         order = np.argsort(codes, kind="stable")
         self._codes, self._tracks, self._keys = codes[order], other.track[partners][order], other.keys
 
-    def at(self, frames: list[int], tracks: list[str]) -> list[str | None]:
-        """Keys of the other side, one for each frame and key of this one."""
+    def at(self, frames: list[int], tracks: list[str]) -> dict[str, Any]:
+        """The fields ``partners`` and ``pairs`` of places, one for each frame and key of this side."""
+        partners = self._partners(frames, tracks)
+        return {"partners": partners, "pairs": self._pairs.at(frames, tracks, partners)}
+
+    def _partners(self, frames: list[int], tracks: list[str]) -> list[str | None]:
+        """Keys of the other side, None where it has no match."""
         wanted = [f * len(self._number) + self._number[k] for f, k in zip(frames, tracks, strict=True)]
         places = np.searchsorted(self._codes, np.array(wanted, np.int64)).tolist()
         return [

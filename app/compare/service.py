@@ -44,6 +44,9 @@ class Comparison(Model):
     """The figures of a candidate against a reference, over the frames that both have."""
 
     video_id: str
+    width: int
+    """Of the video's picture, px."""
+    height: int
     reference: str
     candidate: str
     sides: dict[str, SideView]
@@ -106,6 +109,8 @@ class CompareService:
         found = match(a, b, MATCH_IOU)
         return Comparison(
             video_id=ours.video_id,
+            width=width,
+            height=height,
             reference=reference,
             candidate=candidate,
             sides={"reference": _view(ours, a), "candidate": _view(theirs, b)},

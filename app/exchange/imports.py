@@ -13,19 +13,16 @@ from typing import Literal
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
-from app.edits.documents import TrackDoc
 from app.edits.service import EditService
 from app.errors import Busy, Invalid, NotFound
 from app.events import EventBus
-from app.exchange.as_annotation import Annotated, annotate
+from app.exchange.annotate_run import annotate_run
 from app.exchange.as_run import write_run
 from app.exchange.as_truth import truth_rows
 from app.exchange.brought import Fitted, Overtaken, fitted, keep_words, words_of
 from app.exchange.dataset import LABELS, Source, VideoFacts
-from app.exchange.engine_tracks import engine_facts
 from app.exchange.marks import ignored, marks
 from app.exchange.stored import home_source, require_source, video_facts
-from app.exchange.tracks import run_tracks
 from app.ground_truths.service import GroundTruthService
 from app.labels.store import labels_of_video
 from app.outputs.placing import placing
@@ -338,26 +335,11 @@ class ImportService:
     def _annotation(
         self, source: Source, run_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track], begin: Begin
     ) -> ImportResult:
-        size = source.video.width, source.video.height
         author = incoming.author or self._settings.author
-        before = {track.uid: track for track in source.tracks()}
-        found = Annotated()
-        engine = engine_facts(source.folder, source.classes.to_label)
         exported = dataset.videos[0].provenance.get("run", {}).get("id") == run_id
-
-        def make(present: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
-            nonlocal found
-            shown = before
-            if dict(present) != dict(source.documents):  # somebody was faster
-                frames = source.video.frames
-                passed = run_tracks(
-                    source.folder, present, source.first, source.stop, frames, source.origin, source.classes.to_label
-                )
-                shown = {track.uid: track for track in passed}
-            found = annotate(tracks, shown, present, author, size, exported, engine)
-            return found.documents
-
-        seq, _ = self._edits.put_documents(run_id, author, _command(incoming), make, begin)
+        found, seq = annotate_run(
+            self._edits, source, run_id, tracks, author, _command(incoming), exported=exported, begin=begin
+        )
         reported = _result("annotation", run_id, found.changed + found.made, found.boxes, dataset, found.skipped)
         return reported.model_copy(
             update={"same": found.same, "edit": seq, "repaired": [*reported.repaired, *found.repaired]}

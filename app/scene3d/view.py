@@ -12,6 +12,7 @@ from typing import Any
 from app.scene3d.colours import COLOURS, legend_html
 from app.scene3d.data import Scene3dData
 from app.scene3d.host import Host
+from app.scene3d.label_spread import FIELD
 from app.scene3d.pictures import Pictures
 from app.scene3d.scenes.drive import DriveScene
 from app.scene3d.scenes.prior import PriorScene
@@ -155,7 +156,7 @@ def set_up(server: Any) -> None:
     server.scene.configure_environment_map(hdri=None)
     server.scene.add_light_ambient("/light/even", intensity=2.2)
     server.scene.add_light_directional("/light/side", intensity=1.1, position=(-6.0, -8.0, 10.0))
-    server.initial_camera.fov = 0.7
+    server.initial_camera.fov = FIELD
 
 
 def aim(server: Any, look: Look) -> None:

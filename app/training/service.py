@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import uuid
 from datetime import UTC, datetime
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 from sqlalchemy import func, select
@@ -17,10 +17,11 @@ from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.shapes import PLAIN, Model
 from app.storage.database import Database
-from app.storage.models import ModelVersion, Output, Run
+from app.storage.models import ModelVersion, Output, Run, Video
 from app.storage.places import require_here
 from app.training.folders import SHIPPED_ID, USED, active_version, hashes_of
 from app.training.on_job_failed import version_job_failed
+from app.training.sources import TrainingSources, training_sources
 from app.training.view import ModelView, label_facts, library_labels, model_view, publish_model
 from app.videos.paths import allowed_path
 from tsr_engine.errors import ModelError
@@ -33,6 +34,7 @@ JOB: Final = "retrain"
 _ACTIVE: Final = ("queued", "running")
 
 OutputName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
+RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 
 
 class Folders(Model):
@@ -49,6 +51,8 @@ class NewModel(Model):
     parts: list[Literal["detector", "prior", "lambda", "classifier", "online"]] = Field(
         ["detector", "prior", "lambda", "classifier", "online"], min_length=1, max_length=5
     )
+    reviews: list[RunName] = Field([], max_length=1000)
+    """Runs of different videos: their corrections as they are when the making begins."""
     exports: list[OutputName] = Field([], max_length=100)
     """Ids of outputs."""
     folders: Folders = Field(default_factory=Folders)
@@ -76,6 +80,11 @@ class TrainingService:
             views = [model_view(row, row.id == name, labels) for row in rows]
         return [*views, self._shipped(name is None, labels)], name or SHIPPED_ID
 
+    def sources(self) -> TrainingSources:
+        """What a version can be made from, of this data folder."""
+        with self._database.read() as session:
+            return training_sources(session)
+
     def get(self, version_id: str) -> ModelView:
         """One version.
 
@@ -91,17 +100,20 @@ class TrainingService:
         """Queue the making of a version.
 
         Raises:
-            Invalid: nothing to learn from, an unknown parent, or a folder that is none.
+            Invalid: nothing to learn from, two runs of one video, an unknown parent, or a folder that is none.
             Refused: a folder outside those that may be read.
-            NotFound: no such export.
-            Conflict: an export or the parent is not complete.
+            NotFound: no such run or export.
+            Conflict: a run, an export or the parent is not complete.
         """
         folders = {name: self._folder(path, name) for name, path in wanted.folders.model_dump().items() if path}
-        if not wanted.exports and not folders:
-            raise Invalid("Name at least one export of corrections, or folders of public data.", field="exports")
+        if not wanted.reviews and not wanted.exports and not folders:
+            raise Invalid(
+                "Name at least one reviewed run, one export of corrections, or folders of public data.", field="reviews"
+            )
         with self._database.write() as session:
             parent = self._parent(session, wanted.parent)
             exports = [_export(session, name) for name in dict.fromkeys(wanted.exports)]
+            reviews = _reviews(session, list(dict.fromkeys(wanted.reviews)))
             version = ModelVersion(
                 id=uuid.uuid4().hex,
                 name=wanted.name or self._next_name(session),
@@ -110,6 +122,7 @@ class TrainingService:
                 lineage={
                     "asked": {
                         "parts": list(dict.fromkeys(wanted.parts)),
+                        "reviews": reviews,
                         "exports": [
                             {"artefact": e.id, "name": e.name, "sha256": e.sha256, "options": e.options}
                             for e in exports
@@ -294,6 +307,23 @@ def _require(session: Session, version_id: str) -> ModelVersion:
     if version is None:
         raise NotFound(f"There are no models {version_id[:40]!r}.")
     return version
+
+
+def _reviews(session: Session, runs: list[str]) -> list[dict[str, Any]]:
+    """What the lineage says of the reviews that are asked for."""
+    found: list[dict[str, Any]] = []
+    for run_id in runs:
+        run = session.get(Run, run_id)
+        if run is None:
+            raise NotFound(f"There is no run {run_id!r}.", field="reviews")
+        require_here(session, run.place, run.name)
+        name = session.get_one(Video, run.video_id).name
+        if run.state in _ACTIVE:
+            raise Conflict(f"The run of {name} is still {run.state}. Wait until it is complete.", code="still_running")
+        if any(one["video"] == run.video_id for one in found):
+            raise Invalid(f"Two of the runs are of {name}. Choose one run a video.", field="reviews")
+        found.append({"run": run_id, "video": run.video_id, "name": name})
+    return found
 
 
 def _export(session: Session, name: str) -> Output:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import shutil
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.jobs.context import Stopped, TaskContext
 from app.storage.models import ModelVersion, Output, Video
+from app.training.sources import export_age
 from app.training.view import publish_model
 from app.videos.opened import ChangedError, CheckedFile, library_file
 from app.videos.same_file import confirm
@@ -27,6 +29,9 @@ if TYPE_CHECKING:
 
 __all__ = ["retrain_models"]
 
+ExportReviews = Callable[[TaskContext, Sequence[str], Path], None]
+REVIEWS = "reviews.zip"
+"""The file that present reviews go through."""
 _TELL = 0.3
 """Seconds between two notes of progress."""
 
@@ -57,8 +62,13 @@ class _Teller:
             publish_model(session, self._task.events, version)
 
 
-def retrain_models(task: TaskContext) -> None:
-    """Make the version that the job's row asks for."""
+def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
+    """Make the version that the job's row asks for.
+
+    Args:
+        task: the job.
+        export_reviews: writes the present reviews of runs into a file; see :func:`app.exchange.reviews.export_reviews`.
+    """
     from tsr_engine.training.retrain import PARTS, Recipe, retrain
     from tsr_engine.training.whole import train_parts
 
@@ -79,9 +89,11 @@ def retrain_models(task: TaskContext) -> None:
     folders = {name: Path(path) for name, path in asked["folders"].items()}
     seed = int(asked["seed"])
     try:
-        if asked["exports"]:
+        reviews = asked.get("reviews", [])  # versions that were asked for earlier have none
+        if reviews or asked["exports"]:
             shutil.rmtree(part, ignore_errors=True)
-            opened = [_opened(task, entry, work) for entry in asked["exports"]]
+            opened = [_reviewed(task, reviews, work, export_reviews)] if reviews else []
+            opened += [_opened(task, entry, work) for entry in asked["exports"]]
             recipe = Recipe(parts=tuple(p for p in PARTS if p in asked["parts"]), seed=seed)
             report = retrain(opened, recipe, parent, part, work, tell, **folders)
         else:
@@ -107,15 +119,31 @@ def _parent(task: TaskContext, parent: ModelVersion | None, version: ModelVersio
     return task.settings.home / parent.folder
 
 
-def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExport:
-    """An export of the data folder, with the videos that the library knows."""
-    from tsr_engine.training.exports import open_export
+def _reviewed(
+    task: TaskContext, reviews: list[dict[str, Any]], work: Path, export_reviews: ExportReviews
+) -> OpenedExport:
+    """The present reviews of some runs, by way of an export that nobody else sees."""
+    export_reviews(task, [one["run"] for one in reviews], work / REVIEWS)
+    opened = _with_videos(task, work / REVIEWS, "The review", work)
+    return replace(opened, about={**opened.about, "name": "Present review"})
 
+
+def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExport:
+    """An export of the data folder, and what has changed since it was made."""
     with task.database.read() as session:
         output = session.get(Output, entry["artefact"])
         if output is None or output.sha256 != entry["sha256"]:
             raise InputError(f"The export {entry['name']} was removed meanwhile. Export again.")
-        path, name = task.settings.home / output.path, output.name
+        path, name, age = task.settings.home / output.path, output.name, export_age(session, output)
+    opened = _with_videos(task, path, name, work)
+    about = {**opened.about, "artefact": entry["artefact"], "name": name, "sha256": entry["sha256"]}
+    about |= {"edits_since": age.edits, "undone_since": age.undone}
+    return replace(opened, about=about)
+
+
+def _with_videos(task: TaskContext, path: Path, name: str, work: Path) -> OpenedExport:
+    """An export with the videos that the library knows."""
+    from tsr_engine.training.exports import open_export
 
     notes: list[str] = []
 
@@ -136,8 +164,7 @@ def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExpor
         return file
 
     opened = open_export(path, find, work, task.settings.video_limits)
-    about = {**opened.about, "artefact": entry["artefact"], "name": name, "sha256": entry["sha256"]}
-    return replace(opened, about=about, notes=(*notes, *opened.notes))
+    return replace(opened, notes=(*notes, *opened.notes))
 
 
 def _settle(part: Path, final: Path) -> None:

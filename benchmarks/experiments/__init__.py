@@ -6,6 +6,7 @@ from benchmarks.experiment import Experiment
 from benchmarks.experiments import (
     ablations,
     clips,
+    day,
     deep,
     detection,
     detection_video,
@@ -57,6 +58,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     exports.EXPERIMENT,
     recordings.EXPERIMENT,
     uncertainty.EXPERIMENT,
+    day.EXPERIMENT,
     review.EXPERIMENT,
     review_hour.EXPERIMENT,
 )

@@ -42,7 +42,7 @@ class Desk:
 
 
 @contextlib.contextmanager
-def open_desk(home: Path, roots: tuple[Path, ...], *, sample: bool) -> Iterator[Desk]:
+def open_desk(home: Path, roots: tuple[Path, ...], *, sample: bool, code: Path | None = None) -> Iterator[Desk]:
     """Start ``tsr review`` on a data folder, and Chromium.
 
     Raises:
@@ -58,7 +58,7 @@ def open_desk(home: Path, roots: tuple[Path, ...], *, sample: bool) -> Iterator[
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         raise Skip("no browser: Chromium is not installed.")
-    with sync_playwright() as playwright, LiveServer(home, roots, sample=sample) as server:
+    with sync_playwright() as playwright, LiveServer(home, roots, sample=sample, code=code) as server:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
         try:
             yield Desk(server, browser, chromium, FLAGS)

@@ -75,6 +75,8 @@
  * @property {TrackColumns|null} secondTracks          null: not loaded yet
  * @property {Record<string, TrackDoc>} secondDocs     its corrections, where they are to be seen
  * @property {Record<number, {box: Box, class_id: number|null, track: number}[]>} truth   by frame
+ * @property {string|null} truthId                    the ground truth that is shown
+ * @property {number|null} truthSign                  its sign that is chosen
  * @property {string|null} truthName                  whose boxes these are; null: the video has no ground truth
  * @property {string|null} second                      the second run
  * @property {number} frame                            the cursor

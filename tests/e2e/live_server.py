@@ -27,13 +27,20 @@ class LiveServer:
         home: data folder.
         roots: folders that videos may be added from; the samples' where it is left out.
         sample: whether the library begins with the sample drives.
+        code: checkout of the project that is served; None: this one.
     """
 
     def __init__(
-        self, home: Path, roots: tuple[Path, ...] = (SHIPPED[0].video.parent,), *, sample: bool = True
+        self,
+        home: Path,
+        roots: tuple[Path, ...] = (SHIPPED[0].video.parent,),
+        *,
+        sample: bool = True,
+        code: Path | None = None,
     ) -> None:
         self.home = home
         self._roots = roots
+        self._code = code
         self._sample = "--sample" if sample else "--no-sample"
         self._process: subprocess.Popen[str] | None = None
         self.base = ""
@@ -68,7 +75,7 @@ class LiveServer:
         for root in self._roots:
             command += ["--root", str(root)]
         with self._log.open("w") as log:
-            self._process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, text=True)
+            self._process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, text=True, cwd=self._code)
         found = None
         end = time.monotonic() + STARTS
         while found is None:

@@ -107,6 +107,18 @@ def _compare(page: Page, facts: dict[str, Any]) -> None:
     quiet(page)
 
 
+def _truth(page: Page, facts: dict[str, Any]) -> None:
+    """A place of the comparison, opened: close to the pair, the sign of the ground truth chosen."""
+    _compare(page, facts)
+    page.locator(".figures-table tr", has_text="Localisation error").get_by_role("button").first.click()
+    page.locator(".place").first.click()
+    page.wait_for_function(
+        "() => { const r = tsr.store.get().review; return r && r.truthSign !== null && r.shown === r.frame"
+        " && r.overlays[r.frame]; }"
+    )
+    quiet(page)
+
+
 def _no_match(page: Page, facts: dict[str, Any]) -> None:
     _library(page, facts)
     page.get_by_role("searchbox", name="Search videos").fill("no such drive")
@@ -148,6 +160,12 @@ def _screen(name: str) -> Callable[[Page, dict[str, Any]], None]:
     return go
 
 
+def _labels(page: Page, _: dict[str, Any]) -> None:
+    _address(page, "#/labels")
+    page.locator(".label-rows .label-row").first.wait_for()
+    quiet(page)
+
+
 def _over(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Page, dict[str, Any]], None]:
     """A dialog over the review screen, which is opened only where it is not there yet."""
 
@@ -179,7 +197,7 @@ def _retrained(page: Page, facts: dict[str, Any]) -> None:
     version["lineage"] = {
         "asked": {"exports": [{"name": "corrections.zip"}], "folders": {}, "seed": 4},
         "parts": ["detector", "classifier"],
-        "exports": [{"videos": [{"name": "country_road.mp4", "edit_revision": 41}]}],
+        "exports": [{"names": ["country_road.mp4"], "videos": ["0" * 64], "runs": [{"edit_revision": 41}]}],
         "used": {"frames": 212, "signs": 24, "videos": ["country_road.mp4"]},
         "held_out": {"by": "sign", "signs": ["a", "b", "c"]},
     }
@@ -269,7 +287,9 @@ SCENES = (
     Scene("review-recording", _beside("recording", ".empty")),
     Scene("files", _screen("files")),
     Scene("models", _retrained),
+    Scene("labels", _labels),
     Scene("compare", _compare),
+    Scene("review-truth", _truth),
     Scene("compare-error", _broken),
     Scene("offline", _offline),  # leaves the page offline, so it is the last
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Iterator
 
@@ -9,7 +10,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Route, expect, sync_playwright
+from playwright.sync_api import Page, Route, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
@@ -82,6 +83,77 @@ def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
     page.locator(".figure-open").first.click()
     page.locator(".place").first.click()
     page.wait_for_function("() => { const r = tsr.store.get().review; return r?.layers.truth && r.shown === r.frame; }")
+
+
+def opened(desk: Desk, run: str, truth: str) -> Page:
+    """The comparison of a run's corrections with a ground truth, in a window of its own."""
+    page = desk.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    page.set_default_timeout(1000 * PATIENCE)
+    page.goto(desk.server.link())
+    page.evaluate("hash => { location.hash = hash }", f"#/compare?a=truth:{truth}&b=annotation:{run}")
+    page.locator(".figures-table tbody tr").first.wait_for()
+    return page
+
+
+def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(desk: Desk) -> None:
+    run = str(imported(desk.server, desk.video, worse(), "to be corrected")["id"])
+    truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
+    page = opened(desk, run, truth)
+    recall = page.locator(".figures-table tbody tr", has_text="Recall").locator(".figure-value")
+    before = recall.inner_text()
+    assert before != "100 %"
+    page.get_by_role("button", name="Missed boxes").last.click()
+    # the crop is a part of the picture, with the box of the truth on it
+    place = page.locator(".place").first
+    expect(place.locator(".place-box-reference")).to_have_count(1)
+    page.wait_for_function("() => document.querySelector('.place img').naturalWidth === 128")
+    # a place opens close to the pair, with the sign of the truth chosen
+    place.click()
+    page.wait_for_function(
+        "() => { const r = tsr.store.get().review;"
+        " return r && r.truthSign !== null && r.shown === r.frame && r.viewport.zoom > 1; }"
+    )
+    expect(page.locator(".truth-words")).to_contain_text("Sign ")
+    page.go_back()
+    page.get_by_role("button", name=re.compile(r"^Take over \d+ signs$")).click()
+    expect(page.locator(".toasts")).to_contain_text("Taken over:")
+    expect(recall).to_have_text("100 %")
+    page.locator(".toasts").get_by_role("button", name="Undo").click()
+    expect(recall).to_have_text(before)
+    page.context.close()
+
+
+def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(desk: Desk) -> None:
+    run = str(imported(desk.server, desk.video, worse(), "by keys")["id"])
+    truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
+    page = opened(desk, run, truth)
+    page.get_by_role("button", name="Missed boxes").last.click()
+    page.locator(".place").first.click()
+    page.wait_for_function(
+        "() => { const r = tsr.store.get().review;"
+        " return r && r.truthSign !== null && r.overlays[r.frame] && r.truth[r.frame]; }"
+    )
+    sign = page.evaluate("() => tsr.store.get().review.truthSign")
+    box = page.evaluate(
+        "() => { const r = tsr.store.get().review; return r.truth[r.frame].find((b) => b.track === r.truthSign).box; }"
+    )
+    page.keyboard.press("Shift+Y")  # the box alone
+    boxes = "() => Object.values(tsr.store.get().review.docs).flatMap((d) => Object.values(d.gone ? {} : d.keys))"
+    page.wait_for_function(f"{boxes}.length === 1")
+    assert page.evaluate(boxes)[0]["box"] == pytest.approx(box, abs=0.1)
+    page.keyboard.press("Control+z")
+    page.wait_for_function(f"{boxes}.length === 0")
+    page.keyboard.press("y")
+    page.wait_for_function("() => tsr.store.get().review.truthSign !== null")
+    while page.evaluate("() => tsr.store.get().review.truthSign") != sign:
+        page.keyboard.press("y")
+        page.wait_for_timeout(20)
+    page.keyboard.press("Alt+y")  # the whole sign
+    expect(page.locator(".toasts")).to_contain_text("Taken over:")
+    page.wait_for_function("() => tsr.store.get().review.undo?.name === 'take_over'")
+    page.keyboard.press("Control+z")
+    page.wait_for_function("() => tsr.store.get().review.redo?.name === 'take_over'")
+    page.context.close()
 
 
 def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk) -> None:

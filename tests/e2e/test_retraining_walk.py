@@ -74,7 +74,11 @@ def test_the_loop_by_clicks(page: Page) -> None:
 
     page.get_by_role("link", name="Models").click()
     page.get_by_role("button", name="Retrain").click()
-    dialog.get_by_label("corrections.zip").check()
+    # the present review is what it learns from by default; files are offered
+    expect(dialog.get_by_role("list", name="Reviews to learn from")).to_contain_text("2 accepted")
+    expect(dialog.get_by_role("checkbox", name="drive.mp4")).to_be_checked()
+    dialog.get_by_text("Files that were exported").click()
+    expect(dialog.get_by_label("corrections.zip")).not_to_be_checked()
     for part in ("Detector", "Spatial prior", "Weight of the prior", "Classifier"):
         dialog.locator(".kinds label").filter(has_text=part).first.get_by_role("checkbox").uncheck()
     dialog.get_by_label("Name", exact=True).fill("Mine")
@@ -82,13 +86,13 @@ def test_the_loop_by_clicks(page: Page) -> None:
     mine = page.get_by_role("listitem", name="Mine")
     expect(page.get_by_text("Mine is being made.")).to_be_visible()
     expect(mine.get_by_text("ready")).to_be_visible(timeout=WORK)
-    expect(mine).to_contain_text("corrections.zip")
+    expect(mine.locator(".origin")).to_contain_text("Reviewsdrive.mp4")
     expect(mine.locator(".origin")).to_contain_text("Start of the online detector")
     expect(mine.locator(".origin")).to_contain_text("a trial version that had not learned from")
     expect(mine.get_by_text("in use")).to_be_hidden()
 
     mine.get_by_role("button", name="Promote Mine").click()
-    dialog.get_by_role("button", name="Use it").click()
+    dialog.get_by_role("button", name="Promote", exact=True).click()
     expect(mine.get_by_text("in use")).to_be_visible(timeout=WORK)
 
     page.go_back()

@@ -24,6 +24,8 @@ PLOTTED: Final = {
     "votes": "Class votes",
 }
 """Values that have a plot of their own, and its title."""
+_LEGEND = 0.3
+"""Share of a plot's width that its legend stands in."""
 _MOST_TRACKS = 12
 """Most tracks whose lines are drawn at first; the others are one click away."""
 
@@ -39,6 +41,7 @@ class Opening:
         tracks: those with lines, the most telling first.
         values: (track, value) pairs that the recording has.
         focus: frames that are marked on the time panel, both included; None: none.
+        frames: first frame and the one after the last.
     """
 
     width: int
@@ -47,6 +50,7 @@ class Opening:
     tracks: Sequence[int]
     values: frozenset[tuple[int, str]]
     focus: tuple[int, int] | None
+    frames: tuple[int, int]
 
 
 def make_blueprint(opening: Opening) -> Blueprint:
@@ -71,7 +75,7 @@ def make_blueprint(opening: Opening) -> Blueprint:
     lower = [_states(opening), *_plots(opening)]
     return rrb.Blueprint(
         rrb.Vertical(
-            rrb.Horizontal(picture, log, column_shares=[3, 1]),
+            rrb.Horizontal(picture, log, column_shares=[2, 1]),
             rrb.Tabs(*lower, active_tab=1 if len(lower) > 1 else 0),
             row_shares=[3, 2],
         ),
@@ -104,9 +108,15 @@ def _states(opening: Opening) -> Any:
 
 
 def _plots(opening: Opening) -> list[Any]:
-    """A plot for each kind of value that the recording has."""
+    """A plot for each kind of value that the recording has; its lines end left of the legend."""
+    import rerun as rr
     import rerun.blueprint as rrb
 
+    first, stop = opening.frames
+    room = round((stop - first) * _LEGEND / (1 - _LEGEND))
+    span = rr.TimeRange(
+        start=rr.TimeRangeBoundary.absolute(seq=first), end=rr.TimeRangeBoundary.absolute(seq=stop + room)
+    )
     plots = []
     for value, name in PLOTTED.items():
         entities = [
@@ -115,5 +125,13 @@ def _plots(opening: Opening) -> list[Any]:
         if entities:
             shared = ["gate/log10_tau"] if value == "gate/log10_l_positive" else []
             contents = [f"+ /{entity}" for entity in (*shared, *entities)]
-            plots.append(rrb.TimeSeriesView(origin="/", contents=contents, name=name))
+            plots.append(
+                rrb.TimeSeriesView(
+                    origin="/",
+                    contents=contents,
+                    name=name,
+                    axis_x=rrb.TimeAxis(view_range=span),
+                    plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
+                )
+            )
     return plots

@@ -5,6 +5,7 @@ The SDK takes more than a second to import, so it is imported when a recording i
 
 from __future__ import annotations
 
+import textwrap
 from contextlib import suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -29,6 +30,8 @@ __all__ = ["Sink", "load_sdk", "video_stamps"]
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
+_LOG_WIDTH = 44
+"""Letters of a line in the event log."""
 _LEVELS = {"rejected": "WARN", "missed": "WARN", "died": "INFO", "relabelled": "WARN"}
 _STATES = {"detected": 0x56B4E9FF, "predicted": 0xF0E442FF, "relocalised": 0xE69F00FF}
 
@@ -141,7 +144,9 @@ class Sink:
         rr = self._rr
         if len(moments.frame):
             levels = [_LEVELS.get(kind, "INFO") for kind in moments.kind]
-            self._columns(entity, frames, moments.frame, rr.TextLog.columns(text=list(moments.text), level=levels))
+            # the viewer's log wraps nothing by itself
+            texts = [textwrap.fill(text, _LOG_WIDTH, break_on_hyphens=False) for text in moments.text]
+            self._columns(entity, frames, moments.frame, rr.TextLog.columns(text=texts, level=levels))
 
     def _static(self, entity: str, content: Any) -> None:
         self._recording.log(entity, content, static=True)

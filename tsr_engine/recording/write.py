@@ -225,6 +225,7 @@ def _write(
         [one.track_id for one in content.lines],
         values,
         None if focus is None or not frames.first <= focus < frames.first + len(frames) else (focus, focus),
+        (frames.first, frames.first + len(frames)),
     )
     with atomic_bytes(request.out) as file, Sink(application, recording, make_blueprint(opening)) as sink:
         _log(content, sink)

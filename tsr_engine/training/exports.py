@@ -114,6 +114,7 @@ def open_export(
         "format": chosen.name,
         "runs": [dict(entry.get("provenance", {})) for entry in content["videos"]],
         "videos": [entry["sha256"] for entry in content["videos"]],
+        "names": [entry["name"] for entry in content["videos"]],
     }
     sides = {(str(v), str(uid)): str(side) for v, uid, side in content.get("split", {}).get("tracks", [])}
     return OpenedExport(Dataset(labels, tuple(videos)), tuple(pictures), sides, about, tuple(dict.fromkeys(notes)))

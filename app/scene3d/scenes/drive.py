@@ -9,8 +9,10 @@ import numpy as np
 from app.scene3d.colours import INK, Entry, Paint, linear, paint
 from app.scene3d.data import UNKNOWN_SIZE
 from app.scene3d.geometry import UPRIGHT, Camera, focal_length, frustum_scale, metric_positions
+from app.scene3d.label_spread import label_text, lifts
 from app.scene3d.scenes.stage import ENGINES, Image, Look, Stage, drop
 from app.scene3d.view_state import ViewState
+from tsr_engine.records import FloatArray
 
 __all__ = ["DriveScene"]
 
@@ -22,6 +24,9 @@ PICTURE_AT: Final = 5.0
 """Distance at which the frustum's picture stands, m."""
 AROUND: Final = 4.0
 """Tracks that are alive within so many seconds of the cursor show their paths."""
+EYE: Final = (-8.5, -13.0, 7.5)
+TARGET: Final = (1.0, 16.0, -0.5)
+"""Where a viewer stands at first, and what they look at."""
 FARTHEST: Final = 250.0
 MOST_SIGNS: Final = 24
 ENLARGED: Final = 2.0
@@ -54,8 +59,8 @@ class DriveScene:
         if before is None or _matters(view_state) != _matters(before):
             self._draw_signs(view_state)
         return Look(
-            position=(-8.5, -13.0, 7.5),
-            look_at=(1.0, 16.0, -0.5),
+            position=EYE,
+            look_at=TARGET,
             title="Metric drive: classes",
             legend=(*self._paint.legend, Entry(INK.selected, "selected")),
             notes=(
@@ -104,6 +109,7 @@ class DriveScene:
             order = np.lexsort((near, near != (-1 if chosen is None else chosen), ~np.isin(near, present)))
             near = near[order[:MOST_SIGNS]]
         past, future = [], []
+        here_now: list[tuple[int, FloatArray, float]] = []
         for track in near.tolist():
             rows = np.flatnonzero(data.track == track)
             sign = data.sign(track)
@@ -117,7 +123,8 @@ class DriveScene:
             future.append((segments[ends > view_state.frame], ink * 0.45))
             here = np.flatnonzero(data.frame[rows] == view_state.frame)
             if len(here) and not far[here[0]]:
-                self._draw_sign(track, places[here[0]], size, track == chosen)
+                here_now.append((track, places[here[0]], size))
+        self._draw_present(here_now, chosen)
         for name, parts, width in (("past", past, 3.0), ("future", future, 1.6)):
             lines = [s for s, _ in parts if len(s)]
             if not lines:
@@ -133,7 +140,33 @@ class DriveScene:
                 )
             )
 
-    def _draw_sign(self, track: int, place: np.ndarray[Any, Any], size: float, chosen: bool) -> None:
+    def _draw_present(self, signs: list[tuple[int, FloatArray, float]], chosen: int | None) -> None:
+        """The signs of this frame, each with a label that covers no other."""
+        data = self._stage.data
+        texts = []
+        for track, place, _ in signs:
+            sign = data.sign(track)
+            name = "not recognised" if sign is None else sign.name
+            texts.append(label_text(name, data.name(track), f"{place[1]:.1f} m"))
+        tops = np.array([place + np.array([0, 0, size * ENLARGED / 2 + 0.1]) for _, place, size in signs]).reshape(
+            -1, 3
+        )
+        raised = lifts(tops, texts, EYE, TARGET)
+        for (track, place, size), text, top, lift in zip(signs, texts, tops, raised.tolist(), strict=True):
+            self._draw_sign(track, place, size, track == chosen)
+            self._draw_label(track, text, top, lift)
+
+    def _draw_label(self, track: int, text: str, top: FloatArray, lift: float) -> None:
+        scene, at = self._stage.scene, top + np.array([0, 0, lift])
+        x, y, z = (float(v) for v in at)
+        self._moving.append(scene.add_label(f"/drive/label{track}", text, position=(x, y, z), anchor="bottom-center"))
+        if lift > 0:
+            line = np.array([[top, at]])
+            self._moving.append(
+                scene.add_line_segments(f"/drive/lead{track}", line, INK.road, thickness=1.0, thickness_units="screen")
+            )
+
+    def _draw_sign(self, track: int, place: FloatArray, size: float, chosen: bool) -> None:
         data, scene = self._stage.data, self._stage.scene
         x, y, z = (float(v) for v in place)
         sign = data.sign(track)
@@ -160,15 +193,9 @@ class DriveScene:
         )
         own = self._paint.rows[int(np.flatnonzero(data.track == track)[0])]
         ink = INK.selected if chosen else (int(own[0]), int(own[1]), int(own[2]))
-        self._moving += [
-            scene.add_line_segments(f"/drive/foot{track}", foot, ink, thickness=2.0, thickness_units="screen"),
-            scene.add_label(
-                f"/drive/label{track}",
-                f"{data.name(track)} · {y:.1f} m",
-                position=(x, y, z + shown / 2 + 0.1),
-                anchor="bottom-center",
-            ),
-        ]
+        self._moving.append(
+            scene.add_line_segments(f"/drive/foot{track}", foot, ink, thickness=2.0, thickness_units="screen")
+        )
 
 
 def _matters(view_state: ViewState) -> tuple[object, ...]:

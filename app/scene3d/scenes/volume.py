@@ -8,6 +8,7 @@ import numpy as np
 
 from app.scene3d.colours import COLOURS, INK, Paint, linear, paint
 from app.scene3d.geometry import UPRIGHT, Volume, bead_places, corner_rows, nice_step, pick_rows, strands
+from app.scene3d.label_spread import label_text
 from app.scene3d.scenes.stage import ENGINES, Image, Look, Stage, clock, drop
 from app.scene3d.view_state import ViewState
 
@@ -266,7 +267,7 @@ class VolumeScene:
         self._chosen.append(
             self._stage.scene.add_label(
                 "/volume/name",
-                f"{data.name(chosen)} · {name}",
+                label_text(name, data.name(chosen)),
                 position=tuple(points[-1] + (0, 0, 0.3)),
                 anchor="bottom-center",
             )

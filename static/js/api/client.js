@@ -94,6 +94,14 @@ export function createApi(setup = {}) {
      */
     frameUrl: (id, frame, options) => `${base}/videos/${e(id)}/frames/${frame}${queryText(options)}`,
     /**
+     * @param {string} id
+     * @param {number} frame
+     * @param {import('../types.js').Box} part   whole px, in the picture
+     * @param {number} size                      longer side, px
+     * @returns {string} address of a part of the picture
+     */
+    framePartUrl: (id, frame, [x1, y1, x2, y2], size) => `${base}/videos/${e(id)}/frames/${frame}/crop${queryText({x1, y1, x2, y2, size})}`,
+    /**
      * The picture of a frame, with the ordinal that the server says it has. A preview may get a small, soft one, which
      * is not exact.
      *
@@ -176,6 +184,14 @@ export function createApi(setup = {}) {
     },
     /** @param {string} truth @param {Call} [call] @returns {Promise<void>} */
     removeTruth: (truth, call) => json(`/ground-truths/${e(truth)}`, {...call, method: 'DELETE'}),
+    /**
+     * Correct a run by signs of a ground truth, all in one operation.
+     * @param {string} run
+     * @param {{truth: string, signs?: number[], label?: number, author?: string|null}} wanted
+     * @param {Call} [call]
+     * @returns {Promise<import('./compare-types.js').TakenOver>}
+     */
+    takeOver: async (run, wanted, call) => expectObject('POST /runs/…/take-over', await json(`/runs/${e(run)}/take-over`, {...call, method: 'POST', body: wanted, timeout: 120_000}), {changed: 'number', made: 'number', same: 'number', op_id: 'nullable', skipped: 'array'}),
     /** @param {string} reference   `run:ID`, `annotation:RUN` or `truth:ID` @param {string} candidate @param {Call} [call] @returns {Promise<Comparison>} */
     compare: async (reference, candidate, call) => expectObject('GET /compare', await json('/compare', {timeout: 120_000, ...call, query: {reference, candidate}}), {figures: 'object', confusion: 'object'}),
 
@@ -226,6 +242,8 @@ export function createApi(setup = {}) {
     // -- models
     /** @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion[]>} */
     models: async (call) => expectList('GET /models', expectObject('GET /models', await json('/models', call), {models: 'array'}).models, MODEL),
+    /** @param {Call} [call] @returns {Promise<{reviews: import('../model/training_sources.js').ReviewSource[], exports: import('../model/training_sources.js').ExportAge[]}>} */
+    trainingSources: async (call) => expectObject('GET /models/sources', await json('/models/sources', call), {reviews: 'array', exports: 'array'}),
     /** @param {import('../types.js').ModelRequest} request @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} */
     train: async (request, call) => expectObject('POST /models', await json('/models', {...call, method: 'POST', body: request}), MODEL),
     /** @param {string} id @param {'promote'|'cancel'|'resume'} what @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} */

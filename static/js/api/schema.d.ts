@@ -208,6 +208,7 @@ export interface components {
             lasts: number[];
             tracks: string[];
             partners: (string | null)[];
+            pairs: components["schemas"]["Pair"][];
         };
         /** @description What a change gave. */
         Change: {
@@ -223,6 +224,9 @@ export interface components {
         /** @description The figures of a candidate against a reference, over the frames that both have. */
         Comparison: {
             video_id: string;
+            /** @description Of the video's picture, px. */
+            width: number;
+            height: number;
             reference: string;
             candidate: string;
             /** @description ``reference`` and ``candidate``. */
@@ -372,6 +376,16 @@ export interface components {
             l_positive: number;
             tau: number;
         };
+        /** @description What has happened to the reviews that an export holds. */
+        ExportAge: {
+            id: string;
+            /** @description Edits that were made since. */
+            edits: number;
+            /** @description Edits that it holds and that were taken back since. */
+            undone: number;
+            /** @description Videos whose run is not there any more. */
+            gone: string[];
+        };
         /** @description What to export, and how. */
         ExportRequest: {
             /** @description Of different videos. */
@@ -459,6 +473,11 @@ export interface components {
             partners: (string | null)[];
             /** @description Number of places, also where the lists are cut. */
             places: number;
+            /**
+             * @description Both boxes in the first frame of each place.
+             * @default []
+             */
+            pairs: components["schemas"]["Pair"][];
             /** @description How large the error is in each place, where the places are in its order. */
             errors: number[] | null;
         };
@@ -928,6 +947,11 @@ export interface components {
              */
             parts?: ("detector" | "prior" | "lambda" | "classifier" | "online")[];
             /**
+             * @description Runs of different videos: their corrections as they are when the making begins.
+             * @default []
+             */
+            reviews?: string[];
+            /**
              * @description Ids of outputs.
              * @default []
              */
@@ -1130,6 +1154,28 @@ export interface components {
         Overlays: {
             overlays: components["schemas"]["Overlay"][];
         };
+        /** @description The box that a place is about, and what the other side has there: its partner, else what overlaps it most. */
+        Pair: {
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            /** @description -1: a sign of none of the set's labels; below: see ``words`` of the matrix. */
+            label: number;
+            /** @description Track of the other side; None: it has nothing that overlaps the box. */
+            other: string | null;
+            other_box: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+            other_label: number | null;
+            /** @description Intersection over union of the two, in [0, 1]; 0 where there is no other. */
+            iou: number;
+        };
         /** @description One parameter of the engine. */
         Parameter: {
             section: string;
@@ -1266,6 +1312,20 @@ export interface components {
         ReviewProgress: {
             tracks: number;
             reviewed: number;
+        };
+        /** @description The present review of a video: that of its newest run on which people have said something. */
+        ReviewSource: {
+            run: string;
+            run_name: string;
+            video: string;
+            video_name: string;
+            /** @description Number of the newest edit; 0: it has none, its documents came in otherwise. */
+            edit_revision: number;
+            accepted: number;
+            /** @description False positives: they teach background. */
+            rejected: number;
+            /** @description Tracks that nobody has decided about yet. */
+            left: number;
         };
         /** @description The same verdict on the track and on others: one operation, so that one undo takes it back. */
         ReviewTracks: {
@@ -1652,6 +1712,34 @@ export interface components {
             /** @description Ordinals of damaged frames. */
             corrupt: number[];
         };
+        /** @description Signs of a ground truth that a run shall show: by their numbers, or all of a label. */
+        TakeOver: {
+            truth: string;
+            /** @default [] */
+            signs?: number[];
+            /** @description -1: signs of none of the labels. */
+            label?: number | null;
+            author?: string | null;
+        };
+        /**
+         * @description What became of the signs.
+         *
+         *     Attributes:
+         *         changed: tracks of the run that show something else now.
+         *         made: new tracks.
+         *         same: signs that the run showed already.
+         *         op_id: name of the operation, for an undo; None: nothing has changed.
+         *         repaired: what was changed on the way, one sentence each.
+         *         skipped: what was left out, and why, one sentence each.
+         */
+        TakenOver: {
+            changed: number;
+            made: number;
+            same: number;
+            op_id: string | null;
+            repaired: string[];
+            skipped: string[];
+        };
         /** @description The operation that Ctrl+Z or Ctrl+Shift+Z would be about. */
         Target: {
             op_id: string;
@@ -1813,6 +1901,11 @@ export interface components {
             tau: number;
             /** @description The run's parameter: a smaller symmetry_magnitude counts as this in `symmetry`. */
             symmetry_floor: number;
+        };
+        /** @description All of them. */
+        TrainingSources: {
+            reviews: components["schemas"]["ReviewSource"][];
+            exports: components["schemas"]["ExportAge"][];
         };
         /** @description When a run that waits is to begin. */
         Turn: {

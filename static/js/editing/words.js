@@ -7,7 +7,7 @@ import { trackName } from '../model/track_name.js';
 const WHOLE = new Set(['relabel_track', 'delete_track', 'restore_track', 'merge', 'set_not_a_sign', 'ignore', 'set_review', 'adopt']);
 
 /** They are about several tracks: the first one says nothing. */
-const SEVERAL = new Set(['review_tracks', 'import', 'import_bundle']);
+const SEVERAL = new Set(['review_tracks', 'import', 'import_bundle', 'take_over']);
 
 /** @type {Record<string, string>} */
 const NAMES = {
@@ -36,6 +36,7 @@ const NAMES = {
   remove_note: 'Note removed',
   import: 'Import',
   import_bundle: 'Bug bundle opened',
+  take_over: 'Ground truth taken over',
   adopt: 'Track taken over',
   undo: 'Undo',
   redo: 'Redo',

@@ -11,7 +11,7 @@ import { knownBox } from '../review/known_box.js';
 import { nearestBox } from '../review/nearest_box.js';
 import { engineClass, shownTrack, shownTracks } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
-import { askForClass, seek, select, setMode, setPlaying, toggleMarked } from '../store/actions/review.js';
+import { askForClass, framesOf, seek, select, setMode, setPlaying, toggleMarked } from '../store/actions/review.js';
 import { toast } from '../views/toasts.js';
 import { editSelected, needsBox, needsBoxes, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
 import { merge } from './merge.js';
@@ -249,7 +249,13 @@ export const boxes = [
   }),
   operation({
     id: 'delete-from', label: 'Delete from here on', short: 'Delete on', keys: ['Del'], icon: 'cut', group: GROUP, disabled: needsTrack,
+    tooltip: 'Delete from here on (Del); keep this frame as the last one (Alt+Del)',
     run: (app) => editSelected(app, { name: 'delete_from' }),
+  }),
+  operation({
+    id: 'end-here', label: 'End the track with this frame', keys: ['Alt+Del'], group: GROUP,
+    disabled: (state) => needsTrack(state) ?? (state.review && state.review.frame < framesOf(state.review) - 1 ? null : 'This is the last frame of the video.'),
+    run: (app) => editSelected(app, { name: 'delete_from', frame: (app.store.get().review?.frame ?? 0) + 1 }),
   }),
   operation({
     id: 'delete-track', label: 'Delete the whole track', short: 'Delete track', keys: ['Shift+Del'], icon: 'delete', group: GROUP, disabled: needsTrack,

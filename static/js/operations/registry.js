@@ -5,6 +5,7 @@ import { attributes } from './attributes.js';
 import { boxes } from './boxes.js';
 import { exchange } from './exchange.js';
 import { following } from './follow.js';
+import { groundTruth } from './ground_truth.js';
 import { navigation } from './navigate.js';
 import { page } from './page.js';
 import { library } from './next_video.js';
@@ -12,7 +13,7 @@ import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...following, ...navigation, ...library, ...boxes, ...verdicts, ...attributes, ...exchange, ...view, ...page];
+export const allOperations = () => [...following, ...navigation, ...library, ...boxes, ...verdicts, ...attributes, ...groundTruth, ...exchange, ...view, ...page];
 
 /**
  * Run an operation if it can be run now.

@@ -184,7 +184,7 @@ export function createLoader(app, hooks) {
     const found = await api.groundTruths(video, { signal });
     const shown = found.find(({ id }) => id === wantedTruth) ?? found[0];
     const next = shown?.id ?? null;
-    store.dispatch((state) => changeReview(state, { truthName: shown?.name ?? null, ...(truth !== null && truth !== next ? { truth: {} } : {}) }));
+    store.dispatch((state) => changeReview(state, { truthId: shown?.id ?? null, truthName: shown?.name ?? null, ...(truth !== null && truth !== next ? { truth: {} } : {}) }));
     truth = next;
     sync();
   }

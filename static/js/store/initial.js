@@ -56,6 +56,8 @@ export const initialReview = (video, layers = USUAL_LAYERS, fewLabels = false) =
   secondTracks: null,
   secondDocs: {},
   truth: {},
+  truthId: null,
+  truthSign: null,
   truthName: null,
   second: null,
   frame: 0,

@@ -73,6 +73,6 @@ export function createConfusion(found, labels, show) {
             const heat = Math.sqrt(entry.count / most);
             const says = cellWords(entry, labels, found.confusion.words);
             return h('td', {class: `matrix-cell matrix-${tone(entry)} ${heat > 0.55 ? 'matrix-strong' : ''}`, style: {'--heat-part': heat.toFixed(3)}},
-              h('button', {type: 'button', title: `${says}: ${plural(entry.count, 'box', 'boxes')}`, 'aria-label': `${says}: ${plural(entry.count, 'box', 'boxes')}`, onclick: () => show({title: says, side: entry.reference === null ? 'candidate' : 'reference', frames: entry.frames, lasts: entry.lasts, tracks: entry.tracks, partners: entry.partners, places: entry.frames.length})}, count(entry.count)));
+              h('button', {type: 'button', title: `${says}: ${plural(entry.count, 'box', 'boxes')}`, 'aria-label': `${says}: ${plural(entry.count, 'box', 'boxes')}`, onclick: () => show({title: says, side: entry.reference === null ? 'candidate' : 'reference', frames: entry.frames, lasts: entry.lasts, tracks: entry.tracks, partners: entry.partners, pairs: entry.pairs, places: entry.frames.length})}, count(entry.count)));
           })))))));
 }

@@ -1,12 +1,15 @@
 // @ts-check
-/** The list of places behind a number; each opens the review screen there. */
+/** The list of places behind a number: what both sides have there. Each opens the review screen, and ground truth can be taken over. */
 
+import {cropRegion, placeIn} from '../model/crop_region.js';
+import {className} from '../model/labels.js';
 import {formatRoute} from '../model/route.js';
 import {trackName} from '../model/track_name.js';
 import {fill, h} from './dom.js';
 import {count, plural} from './format.js';
 import {icon} from './icons.js';
 import {openOver} from './open-over.js';
+import {takeOver} from './take_over.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Places} Places */
@@ -53,29 +56,112 @@ export function sides(found, {side, tracks, partners}, {own, truth}, at) {
   return partner === null ? name : `${name}, ${nameOf(other, partner)}`;
 }
 
+/** Side of a crop, CSS px. */
+const CROP = 64;
+
+/**
+ * The ground truth of a comparison and the run that can be corrected by it; null: there is none, or no run beside it.
+ *
+ * @param {Pick<Comparison, 'reference'|'candidate'>} found
+ * @returns {{truth: string, side: 'reference'|'candidate', run: string}|null}
+ */
+export function correctable({reference, candidate}) {
+  const [[kind, id], [otherKind, otherId]] = [reference, candidate].map((name) => name.split(':'));
+  if ((kind === 'truth') === (otherKind === 'truth')) return null;
+  return kind === 'truth' ? {truth: id, side: 'reference', run: otherId} : {truth: otherId, side: 'candidate', run: id};
+}
+
+/**
+ * The sign of the ground truth at a place; null: it has none there.
+ *
+ * @param {Pick<Places, 'side'|'tracks'|'pairs'>} places
+ * @param {'reference'|'candidate'} side   the ground truth's
+ * @param {number} at
+ * @returns {number|null}
+ */
+export function signAt({side: own, tracks, pairs}, side, at) {
+  const key = own === side ? tracks[at] : pairs[at].other;
+  return key === null ? null : Number(key.slice(1));
+}
+
 /**
  * @param {import('../page-types.js').App} app
  * @param {Comparison} found
+ * @param {readonly import('../types.js').Label[]} labels
+ * @param {() => void} changed   called when the corrections of a side have changed
  * @returns {{element: HTMLElement, show: (places: Places) => void}}
  */
-export function createPlaces(app, found) {
+export function createPlaces(app, found, labels, changed) {
   const element = h('aside', {class: 'compare-places', 'aria-label': 'Places behind a number', tabIndex: -1});
   fill(element, h('div', {class: 'empty'}, icon('select'), h('h2', null, 'Places'), h('p', null, 'Choose a number: the frames behind it are listed here, and each opens in the review.')));
 
   /** @param {Places} shown */
   function show(shown) {
-    const {title, side, frames, lasts, tracks, partners, places, errors} = shown;
+    const {title, side, frames, lasts, tracks, partners, pairs, places, errors} = shown;
     const view = viewOf(found, side);
     const {run, own} = view;
-    const open = () => openOver(app, run, view);
+    const from = correctable(found);
+    const signs = from ? [...new Set(frames.map((_, at) => signAt(shown, from.side, at)).filter((sign) => sign !== null))] : [];
+    /** @param {number[]} some */
+    const take = (some) => from && takeOver(app, from.run, {truth: from.truth, signs: some}, changed);
+    /** @param {number} at */
+    function row(at) {
+      const frame = frames[at];
+      const pair = pairs[at];
+      const sign = from && signAt(shown, from.side, at);
+      const both = pair.other_box === null ? [pair.box] : [pair.box, pair.other_box];
+      const region = cropRegion(both, found);
+      const open = () => openOver(app, run, view, {frame, box: enclosing(both), sign});
+      return h('li', {class: 'place-row'},
+        h('a', {class: 'place', onclick: open, href: formatRoute({screen: 'review', video: found.video_id, run, frame, track: own ? tracks[at] : partners[at] ?? pair.other})},
+          crop(frame, region, side, pair),
+          h('span', {class: 'stack place-text'},
+            h('span', {class: 'row'}, h('span', {class: 'place-frames'}, lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`), errors && h('span', {class: 'place-error', title: 'Error of this box'}, errors[at].toFixed(3))),
+            h('span', {class: 'small'}, pairWords(found, side, pair, labels)),
+            h('span', {class: 'muted small truncate'}, sides(found, shown, view, at))),
+          icon('forward')),
+        sign !== null && h('button', {class: 'btn btn-small', type: 'button', title: `Take sign ${sign} of the ground truth over: all its boxes and its label`, 'aria-label': `Take sign ${sign} over, ${count(frame)}`, onclick: () => take([sign])}, 'Take over'));
+    }
     fill(element,
-      h('div', {class: 'compare-places-head'}, h('h2', {tabIndex: -1}, title), h('span', {class: 'muted small'}, frames.length < places ? `the first ${count(frames.length)} of ${count(places)}` : plural(places, 'place'))),
-      h('ol', {class: 'places-list'}, ...frames.map((frame, at) => h('li', null, h('a', {
-        class: 'place', onclick: open,
-        href: formatRoute({screen: 'review', video: found.video_id, run, frame, track: own ? tracks[at] : partners[at]}),
-      }, h('span', {class: 'place-frames'}, lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`), errors && h('span', {class: 'place-error', title: 'Error of this box'}, errors[at].toFixed(3)), h('span', {class: 'grow'}), h('span', {class: 'muted'}, sides(found, shown, view, at)), icon('forward'))))));
+      h('div', {class: 'compare-places-head row'}, h('div', {class: 'stack grow'}, h('h2', {tabIndex: -1}, title), h('span', {class: 'muted small'}, frames.length < places ? `the first ${count(frames.length)} of ${count(places)}` : plural(places, 'place'))),
+        signs.length > 1 && h('button', {class: 'btn btn-small', type: 'button', title: 'Take the signs of all these places over, in one step that one undo takes back', onclick: () => take(signs)}, `Take over ${plural(signs.length, 'sign')}`)),
+      h('ol', {class: 'places-list'}, ...frames.map((_, at) => row(at))));
     element.querySelector('h2')?.focus();
   }
 
+  /**
+   * The picture around a place, with both boxes; it is fetched when it comes into sight.
+   * @param {number} frame
+   * @param {import('../types.js').Box} region
+   * @param {'reference'|'candidate'} side   of the pair's own box
+   * @param {import('../api/compare-types.js').Pair} pair
+   */
+  function crop(frame, region, side, {box, other_box: other}) {
+    /** @param {import('../types.js').Box} one @param {'reference'|'candidate'} whose */
+    const frameOf = (one, whose) => h('span', {class: `place-box place-box-${whose}`, style: placeIn(one, region)});
+    return h('span', {class: 'place-crop'},
+      h('img', {src: app.api.framePartUrl(found.video_id, frame, region, CROP * 2), alt: '', width: CROP, height: CROP, loading: 'lazy'}),
+      frameOf(box, side), other && frameOf(other, side === 'reference' ? 'candidate' : 'reference'));
+  }
+
   return {element, show};
+}
+
+/** @param {readonly import('../types.js').Box[]} boxes @returns {import('../types.js').Box} */
+const enclosing = (boxes) => [Math.min(...boxes.map((box) => box[0])), Math.min(...boxes.map((box) => box[1])), Math.max(...boxes.map((box) => box[2])), Math.max(...boxes.map((box) => box[3]))];
+
+/**
+ * What both sides call it, the reference first, and how well their boxes agree.
+ *
+ * @param {Pick<Comparison, 'confusion'>} found
+ * @param {'reference'|'candidate'} side   of the pair's own box
+ * @param {import('../api/compare-types.js').Pair} pair
+ * @param {readonly import('../types.js').Label[]} labels
+ */
+export function pairWords({confusion}, side, {label, other, other_label, iou}, labels) {
+  /** @param {number|null} id */
+  const name = (id) => confusion.words?.[String(id)] ?? className(labels, id);
+  if (other === null) return `${name(label)}, nothing of the ${side === 'reference' ? 'candidate' : 'reference'} on it`;
+  const [a, b] = side === 'reference' ? [label, other_label] : [other_label, label];
+  return `${a === b ? name(a) : `${name(a)} → ${name(b)}`}, IoU ${iou.toFixed(2)}`;
 }

@@ -70,7 +70,7 @@ export function createCompare(app) {
    * @param {import('../types.js').Label[]} labels
    */
   function show(found, a, b, labels) {
-    const places = createPlaces(app, found);
+    const places = createPlaces(app, found, labels, () => void load(a, b));
     const cards = [sideCard('Reference', found.sides.reference), sideCard('Candidate', found.sides.candidate)];
     open = {found, cards};
     /** @param {import('../api/compare-types.js').Places} chosen */

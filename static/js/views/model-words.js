@@ -40,6 +40,8 @@ export function lineage(version, all) {
   const rows = /** @type {[string, string][]} */ ([]);
   const parent = version.parent_id === null ? 'Shipped' : all.find(({id}) => id === version.parent_id)?.name ?? 'a version that was removed';
   rows.push(['Made from', parent]);
+  const reviews = names(asked.reviews, (one) => one.name);
+  if (reviews) rows.push(['Reviews', reviews]);
   const exports = names(asked.exports, (one) => one.name ?? one.artefact);
   if (exports) rows.push(['Exports', exports]);
   const edits = names(from.exports, editsOf);
@@ -114,8 +116,10 @@ const videosOf = (videos) => (videos.length === 1 && !/^[0-9a-f]{64}$/.test(vide
  */
 const names = (list, name) => (Array.isArray(list) ? [...new Set(list.map((one) => String(name(one) ?? '')))].filter(Boolean).join(', ') : '');
 
-/** Which state of the corrections an export had. @param {any} about */
+/** Which state of the corrections a review or an export had, and what was taken back of it since. @param {any} about */
 function editsOf(about) {
-  const videos = Array.isArray(about?.videos) ? about.videos : [];
-  return videos.filter((/** @type {any} */ one) => typeof one?.edit_revision === 'number').map((/** @type {any} */ one) => `${one.name ?? 'a video'} up to edit ${one.edit_revision}`).join(', ');
+  const runs = Array.isArray(about?.runs) ? about.runs : [];
+  const said = runs.map((/** @type {any} */ one, /** @type {number} */ at) => (typeof one?.edit_revision === 'number' ? `${about.names?.[at] ?? 'a video'} up to edit ${one.edit_revision}` : '')).filter(Boolean).join(', ');
+  const since = [about?.edits_since > 0 && `${plural(about.edits_since, 'edit')} made since`, about?.undone_since > 0 && `${plural(about.undone_since, 'edit')} of it undone since`].filter(Boolean).join(', ');
+  return since ? `${said} (${since})` : said;
 }

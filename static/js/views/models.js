@@ -37,7 +37,7 @@ export function createModels(app) {
   const acts = {
     promote: (/** @type {ModelVersion} */ version) => void act(async () => {
       store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
-        title: `Use ${version.name}?`, confirm: 'Use it', text: 'New runs are made with it from now on. Roll back takes this back.',
+        title: `Promote ${version.name}?`, confirm: 'Promote', text: 'New runs are made with it from now on. Roll back takes this back.',
         run: async () => {
           await api.changeModel(version.id, 'promote');
           await load();

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from app.exchange.reviews import export_reviews
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
 from app.storage.models import Job, ModelVersion, Run, Video
@@ -102,6 +103,62 @@ def test_a_version_says_where_it_comes_from(desk: Desk, export: str, version: di
     assert lineage["parent"]["models"]["detector"] == load_component("detector").sha256
     assert (lineage["seed"], lineage["parts"]) == (3, ["prior", "classifier", "online"])
     assert lineage["used"]["signs"] == 2
+
+
+def test_the_present_review_teaches_the_same_and_its_revision_is_told(desk: Desk, version: dict[str, Any]) -> None:
+    found = desk.train(name="Reviewed", reviews=[desk.home.run_id], parts=["prior"], seed=3)
+    assert found["state"] == "complete", found["error"]
+    lineage = found["lineage"]
+    assert lineage["asked"]["reviews"] == [{"run": desk.home.run_id, "video": desk.home.video_id, "name": "drive.mp4"}]
+    (about,) = lineage["exports"]
+    (source,) = desk.client.get("/api/models/sources").json()["reviews"]
+    assert (about["name"], about["names"]) == ("Present review", ["drive.mp4"])
+    assert about["runs"][0]["edit_revision"] == source["edit_revision"] > 0
+    assert lineage["used"]["signs"] == version["lineage"]["used"]["signs"]
+    assert (source["video_name"], source["accepted"], source["rejected"], source["left"]) == ("drive.mp4", 2, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "words"),
+    [
+        ({"reviews": ["0" * 32]}, 404, "There is no run"),
+        ({"reviews": []}, 422, "Name at least one reviewed run"),
+    ],
+)
+def test_reviews_that_cannot_teach_are_refused(desk: Desk, body: dict[str, Any], status: int, words: str) -> None:
+    answer = desk.ask(**body)
+    assert answer.status_code == status
+    assert words in answer.json()["error"]["message"]
+
+
+def test_a_file_tells_what_was_edited_and_undone_since(tmp_path: Path) -> None:
+    home = toy_home.make_home(tmp_path, 80)
+    server = Server(home.settings.home, roots=(home.settings.home,))
+    with server.client:
+        desk = Desk(home, server)
+        desk.accept()
+        made = desk.export(states=["accepted"])
+
+        def age() -> dict[str, Any]:
+            (found,) = desk.client.get("/api/models/sources").json()["exports"]
+            return dict(found)
+
+        def revert(name: str) -> None:
+            now = desk.client.get(f"/api/runs/{home.run_id}/annotation?author=ann").json()
+            body = {"name": name, "op_id": now[name]["op_id"]}
+            url = f"/api/runs/{home.run_id}/edits"
+            answer = desk.client.post(url, json={"op_id": uuid.uuid4().hex, "author": "ann", "command": body})
+            assert answer.status_code == 200, answer.text
+
+        assert age() == {"id": made, "edits": 0, "undone": 0, "gone": []}
+        revert("undo")
+        assert age() == {"id": made, "edits": 1, "undone": 1, "gone": []}
+        revert("redo")
+        assert age() == {"id": made, "edits": 2, "undone": 0, "gone": []}
+        assert desk.client.delete(f"/api/runs/{home.run_id}").status_code == 204
+        assert age() == {"id": made, "edits": 0, "undone": 0, "gone": ["drive.mp4"]}
+    home.evidence.close()
+    home.database.close()
 
 
 def test_its_files_are_whole_and_what_was_not_trained_is_the_parents(desk: Desk, version: dict[str, Any]) -> None:
@@ -214,7 +271,7 @@ def test_stopped_work_goes_back_and_a_killed_one_starts_over(desk: Desk, export:
     made = desk.ask(exports=[export], parts=["online"], name="Again").json()["id"]
     task = _claim(desk, made, leaving=True)
     with pytest.raises(Stopped):
-        retrain_models(task)
+        retrain_models(task, export_reviews)
     give_back(task)
     assert desk.view(made)["state"] == "queued"
 
@@ -238,7 +295,7 @@ def test_cancel_and_resume(desk: Desk, export: str) -> None:
     task = _claim(desk, made, leaving=False)
     assert desk.client.post(f"/api/models/{made}/cancel").status_code == 202
     with pytest.raises(Stopped):
-        retrain_models(task)
+        retrain_models(task, export_reviews)
     give_back(task)
     assert desk.view(made)["state"] == "cancelled"
     assert desk.client.delete(f"/api/models/{made}").status_code == 204

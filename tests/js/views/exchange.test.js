@@ -85,10 +85,10 @@ test('a list of runs tells them apart by their models once there are several ver
 test('lineage names parent, exports, corrections, data and seed', () => {
   const version = /** @type {any} */ ({id: 'v2', parent_id: 'v1', state: 'running', stage: 'trial: boosting', done: 3, total: 9, lineage: {
     asked: {exports: [{output: 'e', name: 'drive.zip'}], folders: {gtsdb: '/d'}, seed: 4, parts: ['detector']},
-    exports: [{videos: [{name: 'drive.mp4', edit_revision: 12}]}], used: {frames: 30, signs: 2, videos: ['drive.mp4']}, held_out: {by: 'sign', signs: ['s']}, seed: 4, parts: ['detector'],
+    exports: [{names: ['drive.mp4'], videos: ['ab'], runs: [{edit_revision: 12}], edits_since: 2, undone_since: 1}], used: {frames: 30, signs: 2, videos: ['drive.mp4']}, held_out: {by: 'sign', signs: ['s']}, seed: 4, parts: ['detector'],
   }});
   const rows = Object.fromEntries(lineage(version, [/** @type {any} */ ({id: 'v1', name: 'First'})]));
-  assert.deepEqual(rows, {'Made from': 'First', Exports: 'drive.zip', Corrections: 'drive.mp4 up to edit 12', Data: 'GTSDB in /d', Parts: 'Detector', Seed: '4', 'Learned from': '2 signs in 30 frames of drive.mp4', 'Measured on': '1 sign, chosen by sign, with a trial version that had not learned from it'});
+  assert.deepEqual(rows, {'Made from': 'First', Exports: 'drive.zip', Corrections: 'drive.mp4 up to edit 12 (2 edits made since, 1 edit of it undone since)', Data: 'GTSDB in /d', Parts: 'Detector', Seed: '4', 'Learned from': '2 signs in 30 frames of drive.mp4', 'Measured on': '1 sign, chosen by sign, with a trial version that had not learned from it'});
   assert.equal(modelProgress(version), 'trial: boosting · 3 of 9');
   assert.equal(Object.fromEntries(lineage({...version, parent_id: 'gone'}, []))['Made from'], 'a version that was removed');
 });

@@ -121,7 +121,7 @@ test('help groups keep the order and search keys too', () => {
 
 test('a confusion matrix has its rows and columns in order, what one side lacks last', () => {
   /** @param {number|null} reference @param {number|null} candidate @param {number} count */
-  const cell = (reference, candidate, count) => ({reference, candidate, count, frames: [], lasts: [], tracks: [], partners: []});
+  const cell = (reference, candidate, count) => ({reference, candidate, count, frames: [], lasts: [], tracks: [], partners: [], pairs: []});
   const found = arrangeConfusion({classes: [4, 13], cells: [cell(4, 4, 9), cell(4, null, 2), cell(null, 13, 1)]});
   assert.deepEqual(found.rows, [4, null]);
   assert.deepEqual(found.columns, [4, 13, null]);
@@ -140,7 +140,7 @@ test('a sign of none of the classes is neither missed nor nothing', () => {
   assert.equal(words(14, null), 'stop, missed');
   assert.equal(words(null, 14), 'Nothing there, called stop');
   /** @param {number|null} reference @param {number|null} candidate */
-  const cell = (reference, candidate) => ({reference, candidate, count: 1, frames: [], lasts: [], tracks: [], partners: []});
+  const cell = (reference, candidate) => ({reference, candidate, count: 1, frames: [], lasts: [], tracks: [], partners: [], pairs: []});
   const found = arrangeConfusion({classes: [14, -1], cells: [cell(-1, -1), cell(14, -1), cell(null, -1), cell(-1, null)]});
   assert.deepEqual([found.rows, found.columns], [[14, -1, null], [-1, null]]);
 });

@@ -54,7 +54,10 @@ export function playOrPause(state) {
 export const setShown = (state, shown) => changeReview(state, { shown });
 
 /** @param {State} state @param {string|null} key @returns {State} */
-export const select = (state, key) => changeReview(state, { selected: key });
+export const select = (state, key) => changeReview(state, { selected: key, truthSign: null });
+
+/** A sign of the ground truth is chosen in place of a track. @param {State} state @param {number} sign @returns {State} */
+export const selectTruth = (state, sign) => changeReview(state, { selected: null, truthSign: sign });
 
 /** What the lanes show. @param {State} state @param {{first: number, last: number}} span @returns {State} */
 export const showSpan = (state, span) =>

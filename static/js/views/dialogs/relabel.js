@@ -11,6 +11,7 @@ import {trackName} from '../../model/track_name.js';
 import {create as createTrack} from '../../operations/boxes.js';
 import {followDrawn} from '../../operations/follow.js';
 import {labelSetKey} from '../../editing/label_sets.js';
+import {judge} from '../../operations/verdicts.js';
 import {docOf} from '../../editing/revisions.js';
 import {shownTrack} from '../../review/shown_tracks.js';
 import {edit} from '../app.js';
@@ -100,6 +101,8 @@ export function relabelDialog({app, data, close, signal}) {
   const votes = votesFor(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
   let {labels} = app.store.get();
   let set = labelSetKey(app.store.get());
+  /** The label is the last thing to be said of the track. */
+  let accepting = false;
   const box = h('input', {type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box', onchange: () => tellBack()});
   const track = h('input', {type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box', onchange: () => tellBack()});
   const scopes = h('fieldset', {class: 'row scopes', hidden: draft !== null},
@@ -162,6 +165,7 @@ export function relabelDialog({app, data, close, signal}) {
     }
     else if (key && !(said && isSaid(said, box.checked ? frame : null, class_id))) edit(app, key, {name: box.checked ? 'relabel_box' : 'relabel_track', class_id, frame, ...(label_key !== undefined && {label_key})});
     close();
+    if (accepting && key && app.store.get().review?.selected === key) judge(app, 'accepted');
   }
 
   /** What is left to say nothing: of one box that it is as its track, of a track that it is as the engine says. */
@@ -172,6 +176,10 @@ export function relabelDialog({app, data, close, signal}) {
     back.hidden = !box.checked && !doc?.key.startsWith('m') && !doc?.segments.length;
   }
 
+  // before the list takes the label
+  choice.search.addEventListener('keydown', (event) => {
+    accepting = event.key === 'Enter' && (event.ctrlKey || event.metaKey) && draft === null;
+  }, {capture: true});
   choice.search.addEventListener('keydown', (event) => {
     if (event.altKey && event.key.toLowerCase() === 'b') {
       event.preventDefault();
@@ -188,7 +196,7 @@ export function relabelDialog({app, data, close, signal}) {
     side: sideOf(review, draft?.box ?? (review && key ? shownTrack(review, key)?.box : null) ?? null),
     title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Label of the new track', size: 'middle', focus: choice.search,
     body: h('div', {class: 'stack relabel'}, choice.search, scopes, choice.list, choice.none, error),
-    footer: [h('span', {class: 'muted small grow'}, draft ? 'Arrows choose, Enter takes, Escape takes the box back.' : 'Arrows choose, Enter takes, Alt+B switches between track and box.'), ...(draft ? [unknown] : [back, unknown]), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],
+    footer: [h('span', {class: 'muted small grow'}, draft ? 'Arrows choose, Enter takes, Escape takes the box back.' : 'Arrows choose, Enter takes, Ctrl+Enter takes and accepts the track, Alt+B switches between track and box.'), ...(draft ? [unknown] : [back, unknown]), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],
     update(state) {
       if (state.labels !== labels) offer();
     },

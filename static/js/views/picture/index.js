@@ -20,6 +20,7 @@ import { STYLES, paintLayers, readInks } from './painter.js';
 import { listenToPointer } from './pointer.js';
 import { createBoxMenu } from './box_menu.js';
 import { createFollowBar } from './follow_bar.js';
+import { createTruthBar } from './truth_bar.js';
 import { createKeepInView, settledAt } from './keep_in_view.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -34,12 +35,11 @@ export function createPicture(app) {
   const signal = AbortSignal.any([ended.signal, app.signal]);
   const shot = h('canvas', { class: 'picture-shot' });
   const layers = h('canvas', { class: 'picture-layers' });
-  const badge = h('div', { class: 'picture-badge', hidden: true });
   const hint = h('div', { class: 'picture-hint truncate' });
   const stage = h('div', {
     class: 'picture-stage', tabIndex: 0, role: 'application', 'data-keys': 'picture',
     'aria-label': 'Picture. Tab goes through the tracks, arrows move the box, Alt and arrows resize it, Escape leaves.',
-  }, shot, layers, badge, hint);
+  }, shot, layers, hint);
   const where = h('span', { class: 'picture-where number' });
   const number = h('input', {
     class: 'input picture-frame number', type: 'text', inputmode: 'numeric', autocomplete: 'off', 'aria-label': 'Frame', title: 'Go to a frame (G)',
@@ -61,7 +61,8 @@ export function createPicture(app) {
   const legend = createLegend(app);
   const followBar = createFollowBar(app);
   const menu = createBoxMenu(app, stage, () => size, signal);
-  stage.append(menu.element);
+  const truthBar = createTruthBar(app, () => size);
+  stage.append(menu.element, truthBar.element);
   const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
   const foot = h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, legend.element);
   const element = h('div', { class: 'picture' }, stage, followBar.element, foot, spoken);
@@ -156,8 +157,6 @@ export function createPicture(app) {
     const seconds = review.timebase?.secondsAt(review.frame) ?? 0;
     const corrupt = review.timebase?.isCorrupt(review.frame) ? ' · damaged' : '';
     setNumber(review.frame);
-    badge.hidden = !review.layers.truth || review.truthName === null;
-    setText(badge, `Ground truth: ${review.truthName ?? ''}`);
     setText(where, `of ${Math.max(0, frames - 1)} · ${clock(seconds)}${corrupt}`);
     stage.dataset.frame = String(review.frame);
     stage.dataset.shown = String(review.shown);
@@ -184,6 +183,7 @@ export function createPicture(app) {
   function update(state) {
     const { review } = state;
     followBar.update(state);
+    truthBar.update(state);
     if (state.labels !== labels) {
       labels = state.labels;
       names = new Map([...state.labels.map(({ id }) => id), NO_CLASS].map((id) => [id, className(state.labels, id)]));

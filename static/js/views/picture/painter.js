@@ -9,6 +9,7 @@
  * @typedef {import('../../model/geometry.js').Viewport} Viewport
  * @typedef {import('../../model/geometry.js').Size} Size
  */
+import { chosenTruth } from '../../review/chosen_truth.js';
 import { focusPoint } from '../../model/focus.js';
 import { across, clamp, handlesOf, toScreen } from '../../model/geometry.js';
 import { placeLabels } from '../../model/label_places.js';
@@ -79,6 +80,12 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   for (const { key, box, class_id } of secondShown(review)) {
     counts.second++;
     if (on.second) pen.box('second', box, named(null, `${trackName(key, review.secondDocs[key])} ${pen.cut(nameOf(class_id))}`));
+  }
+  const chosen = chosenTruth(review);
+  for (const { box, class_id, track } of review.truth[review.frame] ?? []) {
+    counts.truth++;
+    if (on.truth) pen.box('truth', box, named(null, pen.cut(nameOf(class_id))));
+    if (on.truth && chosen?.sign === track) pen.corners('truth', box);
   }
   for (const track of overlay?.tracks ?? []) {
     if (track.prediction) {
@@ -274,6 +281,18 @@ function createPen(ctx, view, screen, inks) {
         ctx.lineTo(cx + r, cy + r);
         ctx.moveTo(cx + r, cy - r);
         ctx.lineTo(cx - r, cy + r);
+      });
+    },
+    /** Chosen: its corners stand out. @param {LayerName} layer @param {Box} box */
+    corners(layer, box) {
+      const [x1, y1, x2, y2] = place(box);
+      const long = Math.min(10 * inks.unit, (x2 - x1) / 3, (y2 - y1) / 3);
+      stroke(inks.colour(layer), 3 * inks.unit, [], () => {
+        for (const [x, y, dx, dy] of [[x1, y1, 1, 1], [x2, y1, -1, 1], [x2, y2, -1, -1], [x1, y2, 1, -1]]) {
+          ctx.moveTo(x + dx * long, y);
+          ctx.lineTo(x, y);
+          ctx.lineTo(x, y + dy * long);
+        }
       });
     },
     /** A key frame. @param {LayerName} layer @param {Box} box */

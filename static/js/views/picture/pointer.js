@@ -8,10 +8,11 @@
  * @typedef {import('../../model/geometry.js').Handle} Handle
  * @typedef {import('../../model/geometry.js').Size} Size
  */
+import { truthAt } from '../../review/chosen_truth.js';
 import { across, area, bounded, contains, dragged, handleAt, ordered, settled, sizeOf, toPicture, zoomAt } from '../../model/geometry.js';
 import { drawn, putBox } from '../../operations/boxes.js';
 import { shownTracks } from '../../review/shown_tracks.js';
-import { hover, select, setDrag, setPlaying, setViewport, toggleMarked } from '../../store/actions/review.js';
+import { hover, select, selectTruth, setDrag, setPlaying, setViewport, toggleMarked } from '../../store/actions/review.js';
 
 /** How near a handle the pointer must be, CSS px. */
 const REACH = 7;
@@ -152,7 +153,8 @@ export function listenToPointer(app, element, screen, menu, signal) {
     } else if (!ended.moved && ended.key === 'menu') {
       openMenu(ended);
     } else if (!ended.moved && ended.key === 'empty') {
-      app.store.dispatch((state) => select(state, null));
+      const sign = truthAt(now, ...toPicture(now.viewport, screen(), ended.x, ended.y));
+      app.store.dispatch((state) => (sign === null ? select(state, null) : selectTruth(state, sign)));
     }
   };
   /** The menu of the box under the pointer: the selected one where several lie there. @param {{x: number, y: number, under: string[]}} place */

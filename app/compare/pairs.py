@@ -1,0 +1,75 @@
+"""What both sides have at a place of a comparison: the boxes that a page draws over its crop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from app.evidence.overlap import overlap
+from app.evidence.tables import BoxTable, FloatColumn
+from app.shapes import Model
+
+__all__ = ["Pair", "PairFinder"]
+
+Sides = tuple[float, float, float, float]
+
+
+class Pair(Model):
+    """The box that a place is about, and what the other side has there: its partner, else what overlaps it most."""
+
+    box: Sides
+    label: int
+    """-1: a sign of none of the set's labels; below: see ``words`` of the matrix."""
+    other: str | None
+    """Track of the other side; None: it has nothing that overlaps the box."""
+    other_box: Sides | None
+    other_label: int | None
+    iou: float
+    """Intersection over union of the two, in [0, 1]; 0 where there is no other."""
+
+
+class PairFinder:
+    """Finds the pairs of places that lie on one side's tracks.
+
+    Args:
+        own: the side whose tracks the places name, ordered by frame.
+        other: the other side, ordered by frame.
+    """
+
+    def __init__(self, own: BoxTable, other: BoxTable) -> None:
+        self._own, self._other = own, other
+        self._number = {key: i for i, key in enumerate(own.keys)}
+        codes = own.frame * max(1, len(own.keys)) + own.track
+        self._order = np.argsort(codes, kind="stable")
+        self._codes = codes[self._order]
+
+    def at(self, frames: Sequence[int], tracks: Sequence[str], partners: Sequence[str | None]) -> list[Pair]:
+        """The pair of each place: its first frame, its track, and what the other side calls that there."""
+        places = zip(frames, tracks, partners, strict=True)
+        return [self._pair(frame, self._number[track], partner) for frame, track, partner in places]
+
+    def _pair(self, frame: int, track: int, partner: str | None) -> Pair:
+        code = frame * len(self._own.keys) + track
+        row = int(self._order[np.searchsorted(self._codes, code)])
+        box, label = self._own.boxes[row], int(self._own.class_id[row])
+        low, high = np.searchsorted(self._other.frame, [frame, frame + 1])
+        inter, mine, theirs = overlap(np.broadcast_to(box, (high - low, 4)), self._other.boxes[low:high])
+        iou = inter / np.maximum(mine + theirs - inter, 1e-9)
+        keys = [self._other.keys[t] for t in self._other.track[low:high].tolist()]
+        best = keys.index(partner) if partner is not None else int(iou.argmax()) if len(iou) else -1
+        if best < 0 or iou[best] == 0:
+            return Pair(box=_sides(box), label=label, other=None, other_box=None, other_label=None, iou=0.0)
+        return Pair(
+            box=_sides(box),
+            label=label,
+            other=keys[best],
+            other_box=_sides(self._other.boxes[low + best]),
+            other_label=int(self._other.class_id[low + best]),
+            iou=round(float(iou[best]), 4),
+        )
+
+
+def _sides(box: FloatColumn) -> Sides:
+    x1, y1, x2, y2 = (round(float(side), 2) for side in box)
+    return x1, y1, x2, y2

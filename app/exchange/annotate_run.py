@@ -1,0 +1,65 @@
+"""Stores what a data set's tracks say of a run, as one operation that one undo takes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app.edits.documents import TrackDoc
+from app.edits.service import EditService
+from app.exchange.as_annotation import Annotated, annotate
+from app.exchange.dataset import Source
+from app.exchange.engine_tracks import engine_facts
+from app.exchange.tracks import run_tracks
+from tsr_engine.exchange.dataset import Track
+
+__all__ = ["annotate_run"]
+
+
+def annotate_run(
+    edits: EditService,
+    source: Source,
+    run_id: str,
+    tracks: Sequence[Track],
+    author: str,
+    command: Mapping[str, Any],
+    *,
+    exported: bool = False,
+    begin: Callable[[Session], None] | None = None,
+) -> tuple[Annotated, int | None]:
+    """Let a run show what tracks say.
+
+    Args:
+        edits: the run's log.
+        source: the run, as it was a moment ago.
+        run_id: its id.
+        tracks: what it shall show; see :func:`app.exchange.as_annotation.annotate`.
+        author: whose word it is.
+        command: what the log says of it.
+        exported: the tracks come from an export of this run, so that names alone say which is which.
+        begin: what the transaction that stores them does first.
+
+    Returns:
+        What became of the tracks, and the number of the operation in the log; None: nothing has changed.
+    """
+    size = source.video.width, source.video.height
+    before = {track.uid: track for track in source.tracks()}
+    found = Annotated()
+    engine = engine_facts(source.folder, source.classes.to_label)
+
+    def make(present: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
+        nonlocal found
+        shown = before
+        if dict(present) != dict(source.documents):  # somebody was faster
+            frames = source.video.frames
+            passed = run_tracks(
+                source.folder, present, source.first, source.stop, frames, source.origin, source.classes.to_label
+            )
+            shown = {track.uid: track for track in passed}
+        found = annotate(tracks, shown, present, author, size, exported, engine)
+        return found.documents
+
+    seq, _ = edits.put_documents(run_id, author, command, make, begin)
+    return found, seq

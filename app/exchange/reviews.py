@@ -1,0 +1,41 @@
+"""The present reviews of some runs as a file that a retraining learns from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from app.errors import ApiError
+from app.exchange.export import ExportRequest, export_sources
+from app.exchange.stored import home_source
+from app.jobs.context import TaskContext
+from tsr_engine.errors import InputError
+
+__all__ = ["export_reviews"]
+
+
+def export_reviews(task: TaskContext, runs: Sequence[str], out: Path) -> None:
+    """Write the corrections of runs as they are stored now.
+
+    Open tracks go along, or a training would take their places for background.
+
+    Args:
+        task: the job; it reads.
+        runs: of different videos.
+        out: the ZIP file to write.
+
+    Raises:
+        InputError: a run is gone, goes on, or has stored nothing.
+    """
+    request = ExportRequest(
+        runs=list(runs),
+        format="tracks-json",
+        states=["open", "edited", "accepted", "rejected", "needs_work"],
+        not_in_set="class",
+    )
+    try:
+        with task.database.read() as session:
+            sources = [home_source(session, task.settings, run) for run in runs]
+        export_sources(request, sources, out, zipped=True)
+    except ApiError as error:
+        raise InputError(error.message) from None

@@ -1,0 +1,129 @@
+"""Ground truth taken over into the corrections of a run: some of its signs, as one operation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from sqlalchemy import select
+
+from app.edits.service import EditService
+from app.errors import Conflict, Invalid
+from app.exchange.annotate_run import annotate_run
+from app.exchange.stored import home_source
+from app.ground_truths.service import GroundTruthService
+from app.settings import Settings
+from app.shapes import Model
+from app.storage.database import Database
+from app.storage.ground_truth_rows import Rows
+from app.storage.models import Edit
+from tsr_engine.exchange.dataset import Track
+from tsr_engine.geometry.boxes import clip
+
+__all__ = ["TakeOverService", "TakenOver"]
+
+
+class TakenOver(Model):
+    """What became of the signs.
+
+    Attributes:
+        changed: tracks of the run that show something else now.
+        made: new tracks.
+        same: signs that the run showed already.
+        op_id: name of the operation, for an undo; None: nothing has changed.
+        repaired: what was changed on the way, one sentence each.
+        skipped: what was left out, and why, one sentence each.
+    """
+
+    changed: int
+    made: int
+    same: int
+    op_id: str | None
+    repaired: list[str]
+    skipped: list[str]
+
+
+class TakeOverService:
+    """Takes signs of a ground truth over."""
+
+    def __init__(
+        self, settings: Settings, database: Database, edits: EditService, ground_truths: GroundTruthService
+    ) -> None:
+        self._settings = settings
+        self._database = database
+        self._edits = edits
+        self._ground_truths = ground_truths
+
+    def take(
+        self, run_id: str, truth_id: str, author: str, signs: Sequence[int] = (), label: int | None = None
+    ) -> TakenOver:
+        """Let the run show some signs as the ground truth has them; boxes to ignore are left out.
+
+        Args:
+            run_id: the run that is corrected.
+            truth_id: a ground truth of its video.
+            author: whose correction it is.
+            signs: their numbers in the truth.
+            label: all signs of this label as well; -1: those of none.
+
+        Raises:
+            NotFound: no such run or truth.
+            Invalid: the truth is of another video, or has no such sign.
+            Conflict: the run still goes on, or all boxes of the signs are to be ignored.
+        """
+        video_id, name, rows = self._ground_truths.rows(truth_id)
+        with self._database.read() as session:
+            source = home_source(session, self._settings, run_id)
+        if source.video.sha256 != video_id:
+            raise Invalid("The ground truth is of another video than the run.", field="truth")
+        rows = rows[(rows[:, 0] >= source.first) & (rows[:, 0] < source.stop)]
+        missing = sorted(set(signs) - set(rows[:, 1].astype(int).tolist()))
+        if missing:
+            raise Invalid(
+                f"{name} has no sign {missing[0]} in frames {source.first} to {source.stop - 1}, which the run has "
+                "looked at. Choose another one.",
+                field="signs",
+            )
+        rows[:, 2:6] = clip(rows[:, 2:6], source.video.width, source.video.height)
+        wanted = set(signs)
+        every = dict.fromkeys([*signs, *(() if label is None else np.unique(rows[:, 1]).astype(int).tolist())])
+        tracks = [track for sign in every for track in _tracks(rows, sign) if sign in wanted or track.label == label]
+        if not tracks:
+            raise Conflict(
+                "There is nothing to take over: all boxes of these signs are marked to be ignored or lie outside the "
+                "picture.",
+                code="nothing",
+            )
+        command = {"name": "take_over", "truth": name, "signs": len(tracks)}
+        found, seq = annotate_run(self._edits, source, run_id, tracks, author, command)
+        with self._database.read() as session:
+            op_id = None if seq is None else session.scalars(select(Edit.op_id).where(Edit.seq == seq)).one()
+        return TakenOver(
+            changed=found.changed,
+            made=found.made,
+            same=found.same,
+            op_id=op_id,
+            repaired=found.repaired,
+            skipped=[f"{each.what}: {each.reason}" for each in found.skipped],
+        )
+
+
+def _tracks(rows: Rows, sign: int) -> Iterator[Track]:
+    """One sign without its boxes to ignore and those outside the picture; nothing where no other is left."""
+    own = rows[(rows[:, 1] == sign) & (rows[:, 8] == 0) & (rows[:, 4] > rows[:, 2]) & (rows[:, 5] > rows[:, 3])]
+    if not len(own):
+        return
+    labels = own[:, 6].astype(np.int64)
+    values, counts = np.unique(labels, return_counts=True)
+    label = int(values[counts.argmax()])
+    yield Track(
+        uid=f"truth{sign}",
+        label=label,
+        frames=own[:, 0].astype(np.int64),
+        boxes=np.ascontiguousarray(own[:, 2:6]),
+        key=np.ones(len(own), np.bool_),
+        occluded=own[:, 7] == 0,
+        score=np.full(len(own), np.nan),
+        labels=labels if len(values) > 1 else None,
+        source="truth",
+    )

@@ -1,0 +1,68 @@
+"""Labels of signs that stand on one post: raised so that none covers another, as seen from where a viewer begins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tsr_engine.records import FloatArray
+
+__all__ = ["label_text", "lifts"]
+
+FIELD: Final = 0.7
+"""Vertical field of view of the viewer's camera, rad."""
+HEIGHT: Final = 560.0
+"""Height of the view that is reckoned with, px; in a higher one labels lie further apart."""
+LETTER: Final = 7.5
+"""Width of a letter, px."""
+LINE: Final = 24.0
+"""Height of a label with its border, px."""
+MOST: Final = 36
+"""Letters of a name; longer ones are cut."""
+
+
+def label_text(name: str, *more: str) -> str:
+    """What stands at a sign: its label first."""
+    short = name if len(name) <= MOST else f"{name[: MOST - 1].rstrip()}…"
+    return " · ".join([short, *more])
+
+
+def lifts(points: ArrayLike, texts: Sequence[str], eye: Sequence[float], target: Sequence[float]) -> FloatArray:
+    """How far to raise each label.
+
+    Args:
+        points: shape (n, 3), where the middle of each label's lower edge would stand.
+        texts: what they say, n of them.
+        eye: shape (3,), where the viewer stands.
+        target: shape (3,), what they look at.
+
+    Returns:
+        Shape (n,), at least 0, in scene units upwards. What stands nearest keeps its place.
+    """
+    places = np.asarray(points, np.float64).reshape(-1, 3)
+    found = np.zeros(len(places))
+    ahead = np.asarray(target, np.float64) - np.asarray(eye, np.float64)
+    ahead /= np.linalg.norm(ahead)
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    upward = np.cross(right, ahead)
+    seen = places - np.asarray(eye, np.float64)
+    depth = seen @ ahead
+    scale = HEIGHT / 2 / np.tan(FIELD / 2) / np.maximum(depth, 1e-6)
+    x, y = seen @ right * scale, seen @ upward * scale
+    half = np.array([len(text) for text in texts]) * LETTER / 2
+    placed: list[tuple[float, float, float]] = []
+    for i in np.argsort(depth, kind="stable").tolist():
+        if depth[i] <= 0:  # behind the viewer
+            continue
+        low = float(y[i])
+        # from below upwards: each label that is in the way raises this one above it
+        for middle, reach, bottom in sorted(placed, key=lambda one: one[2]):
+            if abs(middle - x[i]) < reach + half[i] and abs(bottom - low) < LINE:
+                low = bottom + LINE
+        placed.append((float(x[i]), float(half[i]), low))
+        found[i] = (low - y[i]) / (scale[i] * upward[2])
+    return found

@@ -1,0 +1,131 @@
+"""What a retraining can learn from: present reviews, and exports with what has changed since they were made."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from app.shapes import Model
+from app.storage.latest import latest_last
+from app.storage.models import Edit, Output, Run, TrackDocument, Video
+
+__all__ = ["ExportAge", "ReviewSource", "TrainingSources", "training_sources"]
+
+
+class ReviewSource(Model):
+    """The present review of a video: that of its newest run on which people have said something."""
+
+    run: str
+    run_name: str
+    video: str
+    video_name: str
+    edit_revision: int
+    """Number of the newest edit; 0: it has none, its documents came in otherwise."""
+    accepted: int
+    rejected: int
+    """False positives: they teach background."""
+    left: int
+    """Tracks that nobody has decided about yet."""
+
+
+class ExportAge(Model):
+    """What has happened to the reviews that an export holds."""
+
+    id: str
+    edits: int
+    """Edits that were made since."""
+    undone: int
+    """Edits that it holds and that were taken back since."""
+    gone: list[str]
+    """Videos whose run is not there any more."""
+
+
+class TrainingSources(Model):
+    """All of them."""
+
+    reviews: list[ReviewSource]
+    exports: list[ExportAge]
+
+
+def training_sources(session: Session) -> TrainingSources:
+    """What there is to learn from, videos by name and exports from new to old."""
+    query = select(Output).where(Output.kind == "export", Output.state == "complete").order_by(Output.created.desc())
+    return TrainingSources(
+        reviews=_reviews(session), exports=[export_age(session, output) for output in session.scalars(query)]
+    )
+
+
+def export_age(session: Session, output: Output) -> ExportAge:
+    """What has changed since an export was made."""
+    edits = undone = 0
+    gone: list[str] = []
+    for video in output.summary.get("videos", ()):
+        run = session.get(Run, str(video.get("run", {}).get("id", "")))
+        if run is None:
+            gone.append(str(video.get("name", "a video")))
+            continue
+        revision = int(video.get("edit_revision", 0))
+        later = select(Edit.kind, Edit.reverts).where(Edit.run_id == run.id, Edit.seq > revision).order_by(Edit.seq)
+        rows = [(kind, reverts) for kind, reverts in session.execute(later)]
+        edits += len(rows)
+        held = select(Edit.op_id).where(Edit.run_id == run.id, Edit.seq <= revision)
+        undone += len(_taken_back(rows) & set(session.scalars(held)))
+    return ExportAge(id=output.id, edits=edits, undone=undone, gone=gone)
+
+
+def _taken_back(rows: Iterable[tuple[str, str | None]]) -> set[str]:
+    """Operations that were undone and not done again; ``rows``: kind and what it reverts, in their order."""
+    found: set[str] = set()
+    for kind, reverts in rows:
+        if kind == "undo" and reverts is not None:
+            found.add(reverts)
+        elif kind == "redo" and reverts is not None:
+            found.discard(reverts)
+    return found
+
+
+def _reviews(session: Session) -> list[ReviewSource]:
+    edits = select(Edit.run_id, func.max(Edit.seq)).group_by(Edit.run_id)
+    newest: dict[str, int] = {run_id: seq for run_id, seq in session.execute(edits)}  # noqa: C416 - rows, not pairs
+    runs = select(Run).where(Run.kind != "whatif", Run.state.in_(["complete", "cancelled"])).order_by(*latest_last())
+    counts = _counts(session)
+    chosen = {run.video_id: run for run in session.scalars(runs) if run.id in counts}
+    names = {video.id: video.name for video in session.execute(select(Video.id, Video.name))}
+    found = []
+    for run in chosen.values():
+        own = counts[run.id]
+        tracks = (run.tracks or 0) + own["made"] - own["gone"]
+        found.append(
+            ReviewSource(
+                run=run.id,
+                run_name=run.name,
+                video=run.video_id,
+                video_name=names[run.video_id],
+                edit_revision=newest.get(run.id, 0),
+                accepted=own["accepted"],
+                rejected=own["rejected"],
+                left=max(0, tracks - own["accepted"] - own["rejected"]),
+            )
+        )
+    return sorted(found, key=lambda one: (one.video_name, one.video))
+
+
+def _counts(session: Session) -> Mapping[str, Mapping[str, int]]:
+    """Documents of each run: by verdict where they are there, ``made`` by people, ``gone`` of the engine's."""
+    gone = TrackDocument.document["gone"].as_boolean()
+    review = TrackDocument.document["review"].as_string()
+    own = TrackDocument.key.startswith("m")
+    query = select(TrackDocument.run_id, own, gone, review, func.count()).group_by(
+        TrackDocument.run_id, own, gone, review
+    )
+    counts: dict[str, dict[str, int]] = defaultdict(lambda: defaultdict(int))
+    for run_id, engines, absent, verdict, count in session.execute(query):
+        if absent:
+            counts[run_id]["gone"] += count if engines else 0
+            continue
+        counts[run_id][verdict] += count
+        counts[run_id]["made"] += 0 if engines else count
+    return counts

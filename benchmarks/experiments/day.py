@@ -1,0 +1,153 @@
+"""A day at the review screen: actions and seconds a track of an annotator who knows the truth."""
+
+from __future__ import annotations
+
+import tempfile
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiments.clips import read_clips
+from benchmarks.review.annotator import Annotator, Work
+from benchmarks.review.desk import Desk, open_desk, open_review
+from benchmarks.review.planted import KINDS, ROUNDS, planted
+from tsr_engine.evaluation.tracking_rows import GroundTruth
+
+__all__ = ["EXPERIMENT"]
+
+CLIPS = ("03_c0da85", "SH4_70b651", "SH13_9f8bd8")
+LEFT = ("precision", "recall", "signs_classified")
+"""What is measured of the finished work against the truth."""
+_LABELS = "(tsr.store.get().labels ?? tsr.store.get().classes)"
+BARS = {"right": 1.5, "box, label and end": 4.0}
+"""Most actions a track of a kind."""
+
+
+def _run(data: Data) -> Result:
+    pairs = read_clips(data.need("clips"))
+    missing = [name for name in CLIPS if name not in pairs]
+    if missing:
+        raise Skip(f"the folder `clips` lacks {', '.join(missing)}.")
+    chosen = {name: pairs[name] for name in CLIPS}
+    figures: dict[str, Any] = {"now": _day(chosen, data.seed, None)}
+    if data.before is not None:
+        figures["before"] = _day(chosen, data.seed, data.before)
+    return Result(
+        "day",
+        data=f"Three clips with truth ({', '.join(CLIPS)}), each as {ROUNDS} runs that are the truth with planted "
+        "faults: a wrong label; a box that is off by 40 % of its width where the sign is largest; a track that goes on "
+        "for 12 frames after its sign is gone; all three; a sign that is missing; a track on no sign.",
+        figures=figures,
+        settings={"seed": data.seed},
+        machine=machine(),
+    )
+
+
+def _day(clips: Mapping[str, tuple[Path, GroundTruth]], seed: int, code: Path | None) -> dict[str, Any]:
+    """The whole day on one version of the tool; ``code``: the checkout of another one."""
+    done: list[Work] = []
+    left: list[dict[str, float]] = []
+    with tempfile.TemporaryDirectory() as home:
+        roots = (next(iter(clips.values()))[0].parent,)
+        with open_desk(Path(home), roots, sample=False, code=code) as desk:
+            for path, truth in clips.values():
+                video = desk.server.add_video(path)
+                rows = path.parent / "gt" / f"{path.stem}.csv"
+                given = _brought(desk, video, rows.read_bytes(), "truth")
+                for turn in range(ROUNDS):
+                    run, found = _one(desk, video, truth, turn, seed)
+                    asked = f"/compare?reference=truth:{given}&candidate=annotation:{run}"
+                    figures = desk.server.call("GET", asked)["figures"]
+                    done += found
+                    left.append({name: figures[name]["value"] for name in LEFT})
+    return {
+        "kinds": _by_kind(done),
+        "tracks": len(done),
+        "actions": float(np.mean([len(work.actions) for work in done])),
+        "left": {name: min(one[name] for one in left) for name in LEFT},
+    }
+
+
+def _one(desk: Desk, video: Mapping[str, Any], truth: GroundTruth, turn: int, seed: int) -> tuple[str, list[Work]]:
+    size = int(video["width"]), int(video["height"])
+    content, cases = planted(truth, size, int(video["frames"]), turn, seed)
+    run = _brought(desk, video, content, "run")
+    page = desk.page()
+    open_review(page, video["id"], run)
+    page.wait_for_function(f"() => {_LABELS}?.length")
+    names = {label["id"]: label["name"] for label in page.evaluate(f"() => {_LABELS}")}
+    found = Annotator(page, cases, names).work_off()
+    page.context.close()
+    return run, found
+
+
+def _brought(desk: Desk, video: Mapping[str, Any], content: bytes, kind: str) -> str:
+    """Bring a table onto a video, as a run or as truth; its id."""
+    asked = f"/videos/{video['id']}/imports?as={kind}&name={kind}&format=tracks-csv"
+    return str(desk.server.call("POST", asked, content, "application/octet-stream")["id"])
+
+
+def _by_kind(done: Sequence[Work]) -> dict[str, Any]:
+    kinds: dict[str, list[Work]] = defaultdict(list)
+    for work in done:
+        kinds[work.kind].append(work)
+    return {
+        kind: {
+            "tracks": len(some),
+            "actions": float(np.mean([len(work.actions) for work in some])),
+            "seconds": float(np.median([work.seconds for work in some])),
+            "example": some[-1].actions,
+        }
+        for kind, some in kinds.items()
+    }
+
+
+def _tell(result: Result) -> str:
+    now, before = result.figures["now"], result.figures.get("before")
+    rows = [["what is wrong with the track", "tracks", "actions a track", "seconds a track", "bar"]]
+    if before is not None:
+        rows[0][3:3] = ["before"]
+        rows[0][5:5] = ["before"]
+    for kind in (*KINDS, "false"):
+        if kind not in now["kinds"]:
+            continue
+        found = now["kinds"][kind]
+        row = [kind, str(found["tracks"]), f"{found['actions']:.2f}", f"{found['seconds']:.2f}", _bar(kind, found)]
+        if before is not None:
+            old = before["kinds"][kind]
+            row[3:3] = [f"{old['actions']:.2f}"]
+            row[5:5] = [f"{old['seconds']:.2f}"]
+        rows.append(row)
+    whole = f"{now['actions']:.2f} actions a track in all ({now['tracks']} tracks)"
+    if before is not None:
+        whole += f", {before['actions']:.2f} before"
+    left = now["left"]
+    return table(rows) + (
+        f"\n{whole}. The seconds are those of the page and its server, median, under the machine's load at the time; a "
+        "person's thinking comes on top. Actions are key presses that are commands, clicks and drags; typing a name or "
+        "a number is one, with the Enter that ends it. Against the truth, the work of the worst run has "
+        f"precision {left['precision']:.2f} and recall {left['recall']:.2f} at IoU 0.5, and "
+        f"{left['signs_classified']:.2f} of its signs have the right label. "
+        "What is missed are frames in which a drawn sign was not followed.\n"
+        + "".join(f"\n* {kind}: {', '.join(now['kinds'][kind]['example'])}" for kind in KINDS if kind in now["kinds"])
+        + "\n"
+    )
+
+
+def _bar(kind: str, found: Mapping[str, Any]) -> str:
+    if kind not in BARS:
+        return ""
+    return f"{BARS[kind]:g} actions, {'kept' if found['actions'] <= BARS[kind] else 'missed'}"
+
+
+EXPERIMENT = Experiment(
+    "day",
+    "A day at the review screen",
+    "How many actions and seconds does a track take an annotator who knows the truth, by what is wrong with it?",
+    _run,
+    _tell,
+)

@@ -1,0 +1,247 @@
+"""An annotator who knows the truth, at the real page: presses keys, drags boxes, and counts what that takes.
+
+An action is a key press that is a command, a click, or a drag. Typing a label's name or a frame's number is one action,
+with the Enter that ends it. The time is that of the page: a person's own thinking comes on top.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from benchmarks.review.planted import Case
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+    from tsr_engine.records import FloatArray
+
+__all__ = ["Annotator", "Work"]
+
+_STATE = """() => { const r = tsr.store.get().review; return { frame: r.frame, shown: r.shown, selected: r.selected,
+  unsaved: r.unsaved.length, mode: r.mode, dialog: tsr.store.get().dialog?.kind ?? null,
+  following: r.following ? !['queued', 'running'].includes(r.following.state) : null,
+  ready: r.shown === r.frame && Boolean(r.overlays[r.frame]),
+  judged: Object.fromEntries(Object.values(r.docs).map((d) => [d.key, d.gone ? 'deleted' : d.review])),
+  view: r.viewport }; }"""
+_KEYS = """async () => (await import('/static/js/operations/registry.js')).allOperations().flatMap((one) => one.keys)"""
+_PATIENCE = 120.0
+"""How long the page may take for one step, s."""
+_CLOSE = 0.7
+"""A box that overlaps the truth by this IoU needs no hand."""
+
+
+@dataclass(slots=True)
+class Work:
+    """What one track took.
+
+    Attributes:
+        kind: what was wrong with it, see ``planted.KINDS``.
+        actions: the actions, in order.
+        seconds: until the page was ready for the next track.
+    """
+
+    kind: str
+    actions: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+
+
+class Annotator:
+    """Works off one page.
+
+    Args:
+        page: the review screen, ready.
+        cases: what there is to find, by the number of the run's track; missed signs under negative numbers.
+        names: label id -> its name.
+    """
+
+    def __init__(self, page: Page, cases: dict[int, Case], names: dict[int, str]) -> None:
+        self._page = page
+        self._cases = cases
+        self._names = names
+        self._work = Work("")
+        known = page.evaluate(_KEYS)
+        self._follows = "T" in known
+        # what the versions of the page can do: the operations that they know
+        self._ends = "Alt+Del" in known
+
+    def work_off(self) -> list[Work]:
+        """All tracks of the queue, then the missed signs; what each took."""
+        done: list[Work] = []
+        left = {number for number in self._cases if number >= 0}
+        while left:
+            self._work, began = Work(""), time.monotonic()
+            now = self._state()
+            if self._number(now["selected"]) not in left:
+                self._key("j")
+                now = self._next(now["selected"])
+            number = self._number(now["selected"])
+            assert number is not None, "a run that was brought in has engine tracks alone"
+            left.remove(number)
+            self._treat(now["selected"], self._cases[number], last=not left)
+            done.append(self._finished(self._cases[number].kind, began))
+        for case in (case for number, case in self._cases.items() if number < 0):
+            self._work, began = Work(""), time.monotonic()
+            self._draw(case)
+            done.append(self._finished(case.kind, began))
+        return done
+
+    # ------------------------------------------------------------------------------------------------- one track
+
+    def _treat(self, key: str, case: Case, *, last: bool) -> None:
+        if case.kind == "false":
+            self._verdict("x", key, last=last)
+            return
+        if "box" in case.faults:
+            self._go(case.box_frame)
+            self._drag(case.wrong_box, case.truth[case.box_frame])
+        if "end" in case.faults:
+            if self._ends:
+                self._go(case.last)
+                self._key("Alt+Delete")
+            else:
+                self._go(case.last + 1)
+                self._key("Delete")
+        if "label" in case.faults:
+            self._key("l")
+            self._label(case, accepts=self._ends)
+            if self._ends:
+                self._left("accepted", key, last=last)
+                return
+        self._verdict("a", key, last=last)
+
+    def _verdict(self, letter: str, key: str, *, last: bool) -> None:
+        self._key(letter)
+        self._left("accepted" if letter == "a" else "rejected", key, last=last)
+
+    def _next(self, before: str | None) -> dict[str, Any]:
+        """The state once another track is selected and its frame is there."""
+        return self._wait(lambda s: s["selected"] not in (None, before) and s["ready"])
+
+    def _left(self, wanted: str, key: str, *, last: bool) -> None:
+        """Wait until a track has its verdict, and the page shows the next one."""
+        self._wait(lambda s: s["judged"].get(key) == wanted and (last or (s["selected"] != key and s["ready"])))
+
+    def _draw(self, case: Case) -> None:
+        """A sign that the run lacks: drawn where it is largest, then followed; by key frames where nothing follows."""
+        largest = case.box_frame
+        self._go(largest)
+        before = self._state()["selected"]
+        self._key("n")
+        self._drag_between(*_corners(case.truth[largest]))
+        self._label(case)
+        now = self._wait(lambda s: s["selected"] not in (None, before))
+        key = now["selected"]
+        if self._follows:
+            self._wait(lambda s: s["following"] is True)
+            self._key("Enter")
+            self._wait(lambda s: s["following"] is None)
+        else:
+            for frame in (case.first, case.last):
+                if frame != largest:
+                    self._go(frame)
+                    self._key("n")
+                    self._page.keyboard.down("Shift")
+                    self._drag_between(*_corners(case.truth[frame]))
+                    self._page.keyboard.up("Shift")
+        self._key("a")
+        self._wait(lambda s: s["judged"].get(key) == "accepted")
+
+    def _label(self, case: Case, *, accepts: bool = False) -> None:
+        """Type the name into the dialog that is open; ``accepts``: with the key that accepts the track as well."""
+        page = self._page
+        if case.label < 0:
+            page.get_by_role("button", name="Not in the set").click()
+            self._count("click 'Not in the set'")
+        else:
+            page.locator("dialog[open] input:focus").wait_for()
+            page.keyboard.type(self._names[case.label])
+            page.keyboard.press("Control+Enter" if accepts else "Enter")
+            self._count("type the label and accept" if accepts else "type the label")
+        self._wait(lambda s: s["dialog"] is None)
+
+    # --------------------------------------------------------------------------------------------------- actions
+
+    def _go(self, frame: int) -> None:
+        """By the keys that take the fewest presses: single frames and tens, or the frame's number."""
+        now = self._state()["frame"]
+        tens, ones = _steps(frame - now)
+        if abs(tens) + abs(ones) <= 2:
+            for letter, times in (("v" if tens > 0 else "c", abs(tens)), ("f" if ones > 0 else "d", abs(ones))):
+                for _ in range(times):
+                    self._key(letter)
+        else:
+            self._key("g")
+            self._page.locator(".picture-frame:focus").wait_for()
+            self._page.keyboard.press("Control+A")
+            self._page.keyboard.type(str(frame))
+            self._page.keyboard.press("Enter")
+            self._page.locator(".picture").first.focus()
+            self._count("type the frame")
+        self._wait(lambda s: s["frame"] == frame and s["ready"])
+
+    def _key(self, key: str) -> None:
+        self._page.keyboard.press(key)
+        self._count(key)
+
+    def _drag(self, box: FloatArray, target: FloatArray) -> None:
+        """Take hold of the middle of a box and bring it onto the target."""
+        self._drag_between(_middle(box), _middle(target))
+
+    def _drag_between(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        mouse = self._page.mouse
+        mouse.move(*self._screen(*start))
+        mouse.down()
+        mouse.move(*self._screen(*end), steps=5)
+        mouse.up()
+        self._count("drag")
+
+    def _count(self, action: str) -> None:
+        self._work.actions.append(action)
+
+    # ---------------------------------------------------------------------------------------------------- the page
+
+    def _finished(self, kind: str, began: float) -> Work:
+        self._wait(lambda s: s["unsaved"] == 0)
+        self._work.kind, self._work.seconds = kind, time.monotonic() - began
+        return self._work
+
+    def _number(self, key: str | None) -> int | None:
+        return int(key[1:]) if key is not None and key.startswith("m") else None
+
+    def _screen(self, x: float, y: float) -> tuple[float, float]:
+        view = self._state()["view"]
+        stage = self._page.locator(".picture-stage").bounding_box()
+        assert stage is not None
+        return (
+            stage["x"] + stage["width"] / 2 + (x - view["x"]) * view["zoom"],
+            stage["y"] + stage["height"] / 2 + (y - view["y"]) * view["zoom"],
+        )
+
+    def _state(self) -> dict[str, Any]:
+        found: dict[str, Any] = self._page.evaluate(_STATE)
+        return found
+
+    def _wait(self, holds: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        end = time.monotonic() + _PATIENCE
+        while not holds(now := self._state()):
+            if time.monotonic() > end:
+                raise RuntimeError(f"The page did not go on after {self._work.actions}: {now}")
+            self._page.wait_for_timeout(20)
+        return now
+
+
+def _steps(way: int) -> tuple[int, int]:
+    """Steps of ten and of one frame that go a way with the fewest presses."""
+    tens = round(way / 10)
+    return tens, way - 10 * tens
+
+
+def _middle(box: FloatArray) -> tuple[float, float]:
+    return (float(box[0]) + float(box[2])) / 2, (float(box[1]) + float(box[3])) / 2
+
+
+def _corners(box: FloatArray) -> tuple[tuple[float, float], tuple[float, float]]:
+    return (float(box[0]), float(box[1])), (float(box[2]), float(box[3]))

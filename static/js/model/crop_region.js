@@ -1,0 +1,41 @@
+// @ts-check
+/** Which part of a picture shows some boxes with what is around them. Pure. */
+
+import { clamp } from './geometry.js';
+
+/** @typedef {import('../types.js').Box} Box */
+
+/** Share of the boxes' size that is seen on each side of them. */
+const AROUND = 0.4;
+/** A smaller part is all blur, px. */
+const LEAST = 24;
+
+/**
+ * A square around boxes, moved into the picture; as large as the picture allows.
+ *
+ * @param {readonly Box[]} boxes   at least one
+ * @param {{width: number, height: number}} picture   px
+ * @returns {Box} whole px
+ */
+export function cropRegion(boxes, { width, height }) {
+  const [x1, y1] = [Math.min(...boxes.map((box) => box[0])), Math.min(...boxes.map((box) => box[1]))];
+  const [x2, y2] = [Math.max(...boxes.map((box) => box[2])), Math.max(...boxes.map((box) => box[3]))];
+  const side = Math.ceil(Math.min(width, height, Math.max(LEAST, Math.max(x2 - x1, y2 - y1) * (1 + 2 * AROUND))));
+  const left = clamp(Math.round((x1 + x2 - side) / 2), 0, width - side);
+  const top = clamp(Math.round((y1 + y2 - side) / 2), 0, height - side);
+  return [left, top, left + side, top + side];
+}
+
+/**
+ * Where a box lies in a part of the picture, for CSS.
+ *
+ * @param {Box} box
+ * @param {Box} region
+ * @returns {Record<'left'|'top'|'width'|'height', string>} shares of the region
+ */
+export function placeIn(box, region) {
+  const [wide, high] = [region[2] - region[0], region[3] - region[1]];
+  /** @param {number} part @param {number} whole */
+  const share = (part, whole) => `${((100 * part) / whole).toFixed(2)}%`;
+  return { left: share(box[0] - region[0], wide), top: share(box[1] - region[1], high), width: share(box[2] - box[0], wide), height: share(box[3] - box[1], high) };
+}

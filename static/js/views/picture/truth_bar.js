@@ -1,0 +1,55 @@
+// @ts-check
+/** The ground truth that is shown: whose it is, which of its signs is chosen, and what can be taken over. */
+
+import { chosenTruth } from '../../review/chosen_truth.js';
+import { toScreen } from '../../model/geometry.js';
+import { trackName } from '../../model/track_name.js';
+import { truthLabel } from '../../operations/ground_truth.js';
+import { runOperation } from '../../operations/registry.js';
+import { h, setText } from '../dom.js';
+import { toast } from '../toasts.js';
+
+const BUTTONS = /** @type {const} */ ([['next-truth', 'Next'], ['take-truth-box', 'Take box'], ['take-truth-sign', 'Take sign'], ['take-truth-label', 'Take all']]);
+
+/**
+ * @param {import('../../page-types.js').App} app
+ * @param {() => {width: number, height: number}} screen   the picture's size, CSS px
+ */
+export function createTruthBar(app, screen) {
+  const badge = h('div', { class: 'picture-badge' });
+  const words = h('span', { class: 'truth-words truncate' });
+  const buttons = BUTTONS.map(([id, text]) => {
+    const operation = app.operations.find((one) => one.id === id);
+    const button = h('button', { class: 'btn btn-small', type: 'button', title: operation?.tooltip, onclick: () => operation && runOperation(app, operation, (why) => toast(why)) }, text);
+    return { id, operation, button };
+  });
+  const bar = h('div', { class: 'truth-bar', role: 'group', 'aria-label': 'Ground truth' }, words, ...buttons.map(({ button }) => button));
+  const element = h('div', { class: 'picture-truth', hidden: true }, badge, bar);
+  // what is pressed here is about the truth, not about what lies below
+  for (const kind of ['pointerdown', 'wheel', 'contextmenu']) bar.addEventListener(kind, (event) => event.stopPropagation());
+  /** @type {import('../../state-types.js').ReviewState|null} */ let last = null;
+
+  /** @param {import('../../state-types.js').State} state */
+  function update(state) {
+    const { review } = state;
+    if (review === last) return;
+    last = review;
+    element.hidden = !review?.layers.truth || review.truthName === null;
+    if (!review || element.hidden) return;
+    setText(badge, `Ground truth: ${review.truthName ?? ''}`);
+    const chosen = chosenTruth(review);
+    const text = chosen === null ? '' : `Sign ${chosen.sign}${chosen.box === null ? ', no box here' : `: ${truthLabel(state)}, ${chosen.on ? `IoU ${chosen.on.iou.toFixed(2)} with track ${trackName(chosen.on.key, review.docs[chosen.on.key])}` : 'on no track'}`}`;
+    setText(words, text);
+    words.title = text;
+    for (const { id, operation, button } of buttons) {
+      button.hidden = chosen === null && id !== 'next-truth';
+      button.setAttribute('aria-disabled', String(Boolean(operation?.disabled(state))));
+      if (id === 'take-truth-label' && chosen?.box) setText(button, `Take all “${truthLabel(state)}”`);
+    }
+    // never over the sign that it is about
+    const [, y] = chosen?.box ? toScreen(review.viewport, screen(), 0, (chosen.box[1] + chosen.box[3]) / 2) : [0, Infinity];
+    element.classList.toggle('picture-truth-below', y < screen().height / 2);
+  }
+
+  return { element, update };
+}

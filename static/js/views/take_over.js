@@ -1,0 +1,49 @@
+// @ts-check
+/** Taking signs of a ground truth over into the corrections of a run, and back. */
+
+import {sentence} from '../api/errors.js';
+import {plural} from './format.js';
+import {recall} from './preferences.js';
+import {toast} from './toasts.js';
+
+/**
+ * What became of the signs, in words.
+ * @param {import('../api/compare-types.js').TakenOver} found
+ */
+export function takenWords({changed, made, same, skipped}) {
+  const parts = [made && plural(made, 'new track'), changed && `${plural(changed, 'track')} corrected`, same && `${plural(same, 'track')} already as in the ground truth`].filter(Boolean);
+  return [`Taken over: ${parts.join(', ') || 'nothing'}.`, ...skipped].join(' ');
+}
+
+/**
+ * Take signs over, and say what became of them, with a button that takes it back.
+ *
+ * @param {import('../page-types.js').App} app
+ * @param {string} run                  that is corrected
+ * @param {{truth: string, signs?: number[], label?: number}} wanted
+ * @param {() => void} [changed]        called when the corrections have changed, also by the undo
+ */
+export async function takeOver(app, run, wanted, changed = () => {}) {
+  const name = recall('author');
+  const author = name || app.store.get().session?.author || 'someone';
+  try {
+    const found = await app.api.takeOver(run, {...wanted, author: name}, {signal: app.signal});
+    const {op_id} = found;
+    const undo = op_id === null ? undefined : {label: 'Undo', run: () => void back(op_id)};
+    changed();
+    toast(takenWords(found), {tone: 'good', topic: 'take-over', stays: true, action: undo});
+  } catch (thrown) {
+    if (!app.signal.aborted) toast(sentence(thrown), {tone: 'bad', topic: 'take-over'});
+  }
+
+  /** @param {string} op_id */
+  async function back(op_id) {
+    try {
+      await app.api.edit(run, {op_id: crypto.randomUUID(), author, command: {name: 'undo', op_id}}, {}, {signal: app.signal});
+      changed();
+      toast('Ground truth is no longer taken over.', {topic: 'take-over'});
+    } catch (thrown) {
+      if (!app.signal.aborted) toast(sentence(thrown), {tone: 'bad', topic: 'take-over'});
+    }
+  }
+}

@@ -1,0 +1,47 @@
+"""Labels of the metric drive: named, and none over another."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.scene3d.label_spread import FIELD, HEIGHT, LETTER, LINE, label_text, lifts
+
+EYE, TARGET = (-8.5, -13.0, 7.5), (1.0, 16.0, -0.5)
+
+
+def seen(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where points appear to a viewer, px."""
+    ahead = np.array(TARGET) - np.array(EYE)
+    ahead /= np.linalg.norm(ahead)
+    right = np.cross(ahead, [0, 0, 1.0])
+    right /= np.linalg.norm(right)
+    away = points - np.array(EYE)
+    scale = HEIGHT / 2 / np.tan(FIELD / 2) / (away @ ahead)
+    return away @ right * scale, away @ np.cross(right, ahead) * scale
+
+
+def test_no_label_covers_another() -> None:
+    rng = np.random.default_rng(3)
+    post = np.array([3.0, 20.0, 1.0]) + rng.normal(0, 0.3, (6, 3))
+    points = np.concatenate([post, rng.uniform([-6, 8, 0], [6, 40, 3], (8, 3))])
+    texts = [label_text("speed limit 60 km/h", f"#{i}", "20.0 m") for i in range(len(points))]
+    raised = lifts(points, texts, EYE, TARGET)
+    assert (raised >= 0).all()
+    x, y = seen(points + raised[:, None] * [0, 0, 1])
+    wide = np.array([len(text) for text in texts]) * LETTER / 2
+    for i in range(len(points)):
+        for j in range(i):
+            # raising a point brings it a little nearer: an eighth of a line may be lost
+            apart = abs(x[i] - x[j]) >= (wide[i] + wide[j]) * 0.98 or abs(y[i] - y[j]) >= LINE * 0.7
+            assert apart, (i, j)
+
+
+def test_what_is_alone_stays_where_it_is() -> None:
+    assert lifts([[0, 10, 1], [8, 30, 1]], ["stop", "stop"], EYE, TARGET).tolist() == [0, 0]
+    assert lifts(np.zeros((0, 3)), [], EYE, TARGET).tolist() == []
+    assert lifts([[-8.5, -30, 7]], ["behind"], EYE, TARGET).tolist() == [0]
+
+
+def test_a_label_names_the_class_and_is_cut_where_it_is_long() -> None:
+    assert label_text("stop", "#3", "12.0 m") == "stop · #3 · 12.0 m"
+    assert label_text("a" * 200, "#3") == "a" * 35 + "… · #3"
