@@ -112,6 +112,8 @@ class CagedImports:
                 stop=stop,
             )
         except CagesClosed as error:
+            if underway.cancelled.is_set() and underway.step != "storing":
+                raise Busy("The import was cancelled. Nothing was imported.", code="cancelled") from None
             stored = "It may be stored: look before you send it again." if underway.step == "storing" else None
             raise Busy(f"The import was ended: {error}. {stored or 'Nothing was imported.'}") from None
         except CageError as error:

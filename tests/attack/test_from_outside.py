@@ -1,8 +1,8 @@
 """The eleven findings as they were made: over HTTP, against a server of whichever version ``TSR_TREE`` names.
 
 ``TSR_TREE=. pytest tests/attack/test_from_outside.py`` holds this version to them; with a folder that 41599b6 is
-checked out in, each of them fails. They take minutes together, so only ``make attack`` runs them: what holds each is
-tested piece by piece in the other modules.
+checked out in, each fails, that of F10 where the kills come before the run has got on. They take minutes together, so
+only ``make attack`` runs them: what holds each is tested piece by piece in the other modules.
 """
 
 from __future__ import annotations
@@ -272,8 +272,10 @@ def test_f10_kills_from_outside_blame_no_file(tmp_path: Path, folder: Path) -> N
                 return number if number not in seen else None
             return None
 
-        for _ in range(3):
-            worker = until(fresh)
+        for _ in range(6):  # three of them at least before it has got on
+            worker = until(lambda: fresh() or run_of(server, run)["state"] == "failed")
+            if worker is True:
+                break
             seen.add(worker)
             os.kill(worker, signal.SIGKILL)
         found = ended(server, run)

@@ -103,7 +103,7 @@ def test_work_ends_when_it_is_cancelled_when_the_client_leaves_and_when_the_serv
         assert server.ask(f"/api/imports/{name}/cancel", b"")[0] == 202
         asked.join(within(5))
         status, said = answered[0]
-        assert (status, said["error"]["code"]) == (503, "busy")
+        assert (status, said["error"]["code"]) == (503, "cancelled")
         assert "Nothing was imported" in said["error"]["message"]
         assert server.ask(f"/api/imports/{name}")[0] == server.ask(f"/api/imports/{name}/cancel", b"")[0] == 404
         until(lambda: not server.cages(), within(3))

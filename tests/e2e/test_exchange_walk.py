@@ -20,6 +20,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Browser, Page, expect
 
 from sample_videos import SHIPPED
+from tests.attack.test_imports import mot
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import faultless, imported, one_video
 from tests.e2e.screenshots import AXE, CHROMIUM, serious
@@ -151,6 +152,22 @@ def test_truth_that_comes_in_from_the_library_is_shown(page: Page, desk: Desk) -
     )
     for truth in desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"]:
         desk.server.call("DELETE", f"/ground-truths/{truth['id']}")
+
+
+def test_an_import_says_how_far_it_is_and_can_be_cancelled(page: Page, desk: Desk) -> None:
+    page.get_by_role("link", name="Library").click()
+    page.get_by_role("button", name=f"Import annotations for {NAME}").click()
+    dialog = page.get_by_role("dialog")
+    dialog.locator("[name=import-as][value=truth]").check()
+    _choose(page, "many.zip", mot(15_000, 50))
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    status = dialog.get_by_role("status").filter(has_text="boxes …")
+    expect(status).to_be_visible(timeout=WORK)
+    dialog.get_by_role("button", name="Cancel import").click()
+    expect(dialog.get_by_role("alert").filter(has_text="Nothing was imported")).to_be_visible(timeout=WORK)
+    expect(dialog.get_by_role("button", name="Cancel import")).to_be_hidden()
+    assert desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"] == []
+    expect(dialog.get_by_role("button", name="Import", exact=True)).to_be_enabled()
 
 
 def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk) -> None:

@@ -140,7 +140,7 @@ export function importDialog({app, data, close, signal}) {
         return;
       }
       refused.hidden = false;
-      fill(refused, icon('alert'), h('div', {class: 'stack'}, h('strong', null, thrown instanceof ApiError && thrown.code === 'bad_file' ? 'The file breaks a rule' : 'This did not work'), h('p', null, sentence(thrown))));
+      fill(refused, icon('alert'), h('div', {class: 'stack'}, h('strong', null, {bad_file: 'The file breaks a rule', cancelled: 'Cancelled'}[thrown instanceof ApiError ? thrown.code : ''] ?? 'This did not work'), h('p', null, sentence(thrown))));
       refused.scrollIntoView({block: 'nearest'});
       go.disabled = false;
     }
