@@ -254,7 +254,7 @@ def _as_environment(settings: Settings) -> dict[str, str]:
             continue
         if name == "roots":
             values[name] = os.pathsep.join(str(path) for path in value)
-        elif name == "allowed_hosts":
+        elif name in ("allowed_hosts", "trusted_proxies"):
             values[name] = ",".join(value)
         else:
             values[name] = str(value)

@@ -15,11 +15,38 @@
  * @typedef {object} Session
  * @property {string} version
  * @property {string} author           name that edits carry unless the page sets another
+ * @property {{name: string, role: 'viewer'|'annotator'|'reviewer'|'admin', can_sign_out: boolean}|null} person   who is signed in; null: the library has one user
  * @property {string[]} roots          folders that videos may be added from
  * @property {number} upload_bytes     largest upload
  * @property {{video_id: string, run_id: string|null}|null} sample  the bundled drive
  * @property {string[]} presets
  */
+
+/** @typedef {{name: string, role: 'viewer'|'annotator'|'reviewer'|'admin', created: string, assignments: number}} Person */
+
+/**
+ * @typedef {object} Assignment
+ * @property {number} id
+ * @property {string} video_id
+ * @property {string} video_name
+ * @property {string} person
+ * @property {number} first
+ * @property {number|null} stop        frame after the last; null: to the end
+ * @property {'assigned'|'in_review'|'returned'|'done'} state
+ * @property {string} comment
+ * @property {string} changed_by
+ * @property {number} revision
+ * @property {string} created
+ * @property {string} changed
+ */
+
+/** @typedef {{what: string, before: any, after: any, more: number}} TrackDifference   see app/edits/track_history.py */
+/** @typedef {{seq: number, author: string, time: string, name: string, frame: number|null, differences: TrackDifference[]}} Happened */
+/** @typedef {{key: string, happened: Happened[], more: number|null}} TrackHistory */
+/** @typedef {{name: string, role: string|null, decided: number, rejected: number, hours: number, assigned: number, in_review: number}} Worker */
+/** @typedef {{seq: number, time: string, name: string, frame: number|null, tracks: string[], count: number, run_id: string, video_id: string, video_name: string}} Done */
+/** @typedef {{worker: Worker, done: Done[], more: number|null}} Activity */
+/** @typedef {{videos: number, tracks: number, reviewed: number, rejected: number, notes: number, decided_twice: number, agreed: number, people: Worker[], clocks: string|null}} Overview */
 
 /**
  * A question about a sign beside its label.

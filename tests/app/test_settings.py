@@ -37,7 +37,13 @@ def test_a_wrong_value_is_one_sentence(name: str, value: object) -> None:
 
 def test_workers_get_the_same_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     settings = load_settings(
-        home=tmp_path, roots=(tmp_path, Path("/")), allowed_hosts=("x.example",), author="ada", sample=False, port=0
+        home=tmp_path,
+        roots=(tmp_path, Path("/")),
+        allowed_hosts=("x.example",),
+        author="ada",
+        sample=False,
+        port=0,
+        trusted_proxies=("10.0.0.0/24", "::1"),
     )
     for name, value in _as_environment(settings).items():
         monkeypatch.setenv(f"TSR_{name.upper()}", value)

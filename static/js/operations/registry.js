@@ -6,11 +6,12 @@ import { boxes } from './boxes.js';
 import { exchange } from './exchange.js';
 import { following } from './follow.js';
 import { navigation } from './navigate.js';
+import { team } from './team.js';
 import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...attributes, ...exchange, ...view];
+export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...attributes, ...exchange, ...view, ...team];
 
 /**
  * Run an operation if it can be run now.

@@ -3,6 +3,7 @@
 
 import {sentence} from '../api/errors.js';
 import {isVideoFile, VIDEO_FILES} from '../model/exchange.js';
+import {may} from '../model/team.js';
 import {hideBanner, openDialog, setRuns, setSession, setVideos} from '../store/actions/page.js';
 import {h, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
@@ -13,6 +14,7 @@ import {createRunAll} from './library-run-all.js';
 import {acceptDrops} from './drops.js';
 import {createUploads} from './library-uploads.js';
 import {createWelcome} from './library-welcome.js';
+import {createWork} from './library-work.js';
 import {recall, remember} from './preferences.js';
 import {toast} from './toasts.js';
 
@@ -78,6 +80,7 @@ export function createLibrary(app) {
   const uploads = createUploads(app, signal);
   const runAll = createRunAll(app);
   const welcome = createWelcome(app);
+  const work = createWork();
   const welcomePlace = h('div', null, welcome.element);
   const total = h('span', {class: 'muted'});
   const cards = createCards(app, {most: place.most, grown: (most) => {
@@ -95,7 +98,7 @@ export function createLibrary(app) {
         runAll.element,
         h('button', {class: 'btn', type: 'button', title: 'Annotations of one or several videos', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export'),
         h('button', {class: 'btn', type: 'button', title: 'Take somebody’s bug bundle into the library', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle')),
-      uploads.element, welcomePlace, notice, cards.element),
+      uploads.element, work.element, welcomePlace, notice, cards.element),
     h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop videos to upload them, annotations on their video')));
   acceptDrops(element, (dropped) => {
     uploads.add(dropped.filter(isVideoFile));
@@ -202,7 +205,9 @@ export function createLibrary(app) {
       const before = last;
       last = state;
       welcome.update(state);
-      if (before && before.videos === state.videos && before.runs === state.runs) return;
+      work.update(state);
+      element.classList.toggle('library-closed', !may(state.session, 'reviewer'));
+      if (before && before.videos === state.videos && before.runs === state.runs && before.assignments === state.assignments && before.session === state.session) return;
       show();
       if (!before && state.videos && place.top) element.parentElement?.scrollTo({top: place.top});
     },

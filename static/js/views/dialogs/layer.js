@@ -14,6 +14,7 @@
  * - label: `{set, labels, label?}`: the one that is changed, else a new one; label-merge: `{set, labels, label, usage}`;
  *   label-files, label-history: `{set}`
  * - record, bundle, second, settings: nothing
+ * - assign: `{video}`; return-work: `{assignment}`
  * - run: `{video}`; whatif: `{run}`; compare: `{video, run?, reference?, candidate?}`
  */
 
@@ -22,6 +23,7 @@ import {h} from '../dom.js';
 import {icon} from '../icons.js';
 import {addVideoDialog} from './add-video.js';
 import {adoptedDialog} from './adopted.js';
+import {assignDialog} from './assign.js';
 import {bundleDialog} from './bundle.js';
 import {compareDialog} from './compare.js';
 import {confirmDialog} from './confirm.js';
@@ -40,6 +42,7 @@ import {noteDialog} from './note.js';
 import {recordDialog} from './record.js';
 import {relabelDialog} from './relabel.js';
 import {retrainDialog} from './retrain.js';
+import {returnWorkDialog} from './return-work.js';
 import {runDialog} from './run.js';
 import {secondDialog} from './second.js';
 import {settingsDialog} from './settings.js';
@@ -73,6 +76,7 @@ import {whatIfDialog} from './whatif.js';
 const KINDS = {
   'add-video': addVideoDialog,
   adopted: adoptedDialog,
+  assign: assignDialog,
   bundle: bundleDialog,
   compare: compareDialog,
   confirm: confirmDialog,
@@ -88,6 +92,7 @@ const KINDS = {
   'label-history': labelHistoryDialog,
   'label-merge': labelMergeDialog,
   note: noteDialog,
+  'return-work': returnWorkDialog,
   record: recordDialog,
   relabel: relabelDialog,
   retrain: retrainDialog,
