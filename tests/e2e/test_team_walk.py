@@ -60,8 +60,8 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
     expect(alone.get_by_role("alert")).to_contain_text("wrong or has been revoked")
     alone.get_by_label("Your token").fill(links["Adam"]["token"])
     alone.get_by_role("button", name="Sign in").click()
-    wait(alone, lambda s: s["run"] == desk.run)  # where one was
     expect(alone.get_by_role("link", name="Adam")).to_be_visible()
+    wait(alone, lambda s: s["run"] == desk.run)  # where one was
     alone.context.close()
 
     with (

@@ -14,8 +14,8 @@ export const placeOfWork = ({ video_id, first }) => formatRoute({ screen: 'revie
 /** @param {import('../state-types.js').State} state @returns {Assignment|null} */
 export const openWork = (state) => (state.review ? workHere(state.assignments, state.session, state.review.video.id, state.review.frame) : null);
 
-/** @param {import('../state-types.js').State} state */
-const next = (state) => nextWork(state.assignments, state.session, openWork(state)?.id ?? null);
+/** What one works on after what is open. @param {import('../state-types.js').State} state */
+export const followingWork = (state) => nextWork(state.assignments, state.session, openWork(state)?.id ?? null);
 
 /** How much waits for who is signed in. @param {import('../state-types.js').State} state */
 export function waitingWork({ assignments, session }) {
@@ -28,9 +28,9 @@ export const team = [
   operation({
     id: 'next-work', label: 'Next of my work', keys: ['Y'], icon: 'forward', group: 'Queue',
     available: (state) => state.session?.person != null && (state.route.screen === 'review' || state.route.screen === 'library'),
-    disabled: (state) => (next(state) === null ? 'Nothing else waits for you.' : null),
+    disabled: (state) => (followingWork(state) === null ? 'Nothing else waits for you.' : null),
     run: (app) => {
-      const found = next(app.store.get());
+      const found = followingWork(app.store.get());
       if (found) location.hash = placeOfWork(found);
     },
   }),
