@@ -28,12 +28,18 @@ from app.kinds import KINDS
 from app.labels.pictures import Pictograms
 from app.labels.service import LabelService
 from app.outputs.service import OutputService
+from app.people.activity import ActivityService
+from app.people.assignments import AssignmentService
+from app.people.directory import Directory
+from app.people.service import PeopleService
 from app.recordings.service import RecordingService
 from app.recordings.viewer import ViewerFiles
 from app.runs.service import RunService
 from app.scene3d.ordering import SceneService
 from app.scene3d.prior import find_prior
 from app.scene3d.service import Scene3dService
+from app.security.access import Access
+from app.security.proxies import Proxies
 from app.security.tokens import Tokens, home_token
 from app.settings import Settings
 from app.storage.database import Database
@@ -60,6 +66,11 @@ class Context:
     database: Database
     servers: Servers
     tokens: Tokens
+    people: PeopleService
+    assignments: AssignmentService
+    activity: ActivityService
+    directory: Directory
+    access: Access
     events: EventBus
     jobs: JobQueue
     uploads: Uploads
@@ -89,6 +100,10 @@ class Context:
     labelled_videos: LabelledVideos
     pictograms: Pictograms
 
+    def way_in(self) -> str:
+        """A path that lets a browser in: a new link that works once, or with people the page, which asks who it is."""
+        return f"/login/{self.tokens.new_link()}" if self.directory.is_empty() else "/"
+
     def close(self) -> None:
         """Release files, threads, connections and processes."""
         self.cages.close()
@@ -112,6 +127,8 @@ def build_context(settings: Settings) -> Context:
     database = Database(settings.database, server_of(settings))
     database.migrate(settings.home / "backups")
     events = EventBus()
+    directory = Directory(database)
+    directory.is_empty()
     jobs = JobQueue(events, KINDS)
     uploads = Uploads(settings.home, database)
     servers = Servers(database, settings.home)
@@ -133,6 +150,11 @@ def build_context(settings: Settings) -> Context:
         database=database,
         servers=servers,
         tokens=tokens,
+        people=PeopleService(database, events),
+        assignments=AssignmentService(database, events),
+        activity=ActivityService(database),
+        directory=directory,
+        access=Access(tokens, directory, Proxies(settings.trusted_proxies, settings.proxy_header)),
         events=events,
         jobs=jobs,
         uploads=uploads,

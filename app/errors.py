@@ -25,6 +25,7 @@ from typing import Any, ClassVar, Final
 from tsr_engine.errors import ImportProblem
 
 __all__ = [
+    "RETRY_AFTER",
     "ApiError",
     "Busy",
     "Conflict",
@@ -35,10 +36,15 @@ __all__ = [
     "Refused",
     "StorageFull",
     "TooLarge",
+    "Unauthorised",
     "Unsafe",
     "UnsupportedMedia",
     "bad_file",
 ]
+
+
+RETRY_AFTER: Final = "2"
+"""Seconds that a 503 asks to wait; a restart of a database takes about as long."""
 
 
 class ApiError(Exception):
@@ -91,6 +97,12 @@ class Unsafe(ApiError):
     """A file asks for what no honest one needs."""
 
     status, default_code = 400, "unsafe"
+
+
+class Unauthorised(ApiError):
+    """A token is wrong or revoked."""
+
+    status, default_code = 401, "unauthorised"
 
 
 class NotFound(ApiError):

@@ -17,7 +17,7 @@ from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import ApiError, Busy, error_body
+from app.errors import RETRY_AFTER, ApiError, Busy, error_body
 from app.storage.database import storage_failure
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.extras import MissingExtra, missing_extra
@@ -25,8 +25,6 @@ from tsr_engine.extras import MissingExtra, missing_extra
 __all__ = ["Shaped", "handle_failures"]
 
 _log = logging.getLogger("tsr.server")
-_RETRY_AFTER = "2"
-"""Seconds; a restart of a database takes about as long."""
 _CODES = {400: "bad_request", 404: "not_found", 405: "method_not_allowed", 416: "range_not_satisfiable"}
 
 
@@ -133,7 +131,7 @@ def _lacking(error: MissingExtra) -> Response:
 
 
 def _reported(error: ApiError) -> Response:
-    headers = {"Retry-After": _RETRY_AFTER} if error.status == 503 else None
+    headers = {"Retry-After": RETRY_AFTER} if error.status == 503 else None
     return JSONResponse(error.body(), status_code=error.status, headers=headers)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from starlette.middleware.gzip import GZipMiddleware
 
 from app import rerun_pages
@@ -24,6 +24,7 @@ from app.api import (
     labels,
     models,
     outputs,
+    people,
     recordings,
     runs,
     scene3d,
@@ -31,6 +32,7 @@ from app.api import (
     videos,
     viser,
 )
+from app.api.access import authorise
 from app.context import build_context
 from app.failures import Shaped, handle_failures
 from app.login import mount_login
@@ -52,6 +54,7 @@ _ROUTERS = (
     events,
     evidence,
     edits,
+    people,
     follows,
     ground_truths,
     compare,
@@ -94,16 +97,17 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
         openapi_url="/api/openapi.json",
         redirect_slashes=False,
+        dependencies=[Depends(authorise)],
     )
     app.state.context = context
     for module in _ROUTERS:
         app.include_router(module.router, prefix="/api")
     app.include_router(rerun_pages.router)
     app.include_router(viser.router)
-    mount_login(app, context.tokens)
+    mount_login(app, context.access)
     mount_pages(app)
     handle_failures(app)
     app.add_middleware(GZipMiddleware, minimum_size=2048, compresslevel=3)
     app.add_middleware(Shaped)
-    app.add_middleware(Guard, tokens=context.tokens, hosts=settings.hosts, body_max=settings.body_max_kb * 1024)
+    app.add_middleware(Guard, access=context.access, hosts=settings.hosts, body_max=settings.body_max_kb * 1024)
     return app

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import getpass
 import os
+from ipaddress import ip_network
 from pathlib import Path
 from typing import Annotated
 
@@ -52,6 +53,14 @@ class Settings(BaseSettings):
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
         (), description="further names that the Host header may carry, separated by commas"
     )
+    trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
+        (), description="addresses and networks of proxies that may say who is asking, separated by commas"
+    )
+    proxy_header: str = Field(
+        "X-Forwarded-User",
+        pattern=r"^[A-Za-z0-9-]{1,64}$",
+        description="header in which a trusted proxy names the person",
+    )
     roots: Annotated[tuple[Path, ...], NoDecode] = Field(
         default_factory=lambda: (Path.cwd(),),
         description="folders that videos may be added from, separated by colons; or a JSON array",
@@ -93,12 +102,22 @@ class Settings(BaseSettings):
     def _real_roots(cls, value: tuple[Path, ...]) -> tuple[Path, ...]:
         return tuple(dict.fromkeys(Path(os.path.realpath(path.expanduser())) for path in value))
 
-    @field_validator("allowed_hosts", mode="before")
+    @field_validator("allowed_hosts", "trusted_proxies", mode="before")
     @classmethod
-    def _split_hosts(cls, value: object) -> object:
+    def _split_commas(cls, value: object) -> object:
         if not isinstance(value, str):
             return value
         return tuple(part.strip() for part in _parts(value, ",") if part.strip())
+
+    @field_validator("trusted_proxies", mode="after")
+    @classmethod
+    def _networks(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for text in value:
+            try:
+                ip_network(text)
+            except ValueError:
+                raise ValueError(f"{text!r} is no address or network such as 10.0.0.7 or 10.0.0.0/24") from None
+        return value
 
     @property
     def run_cores(self) -> int:

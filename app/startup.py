@@ -41,7 +41,9 @@ def start(context: Context) -> Running:
     context.imports.sweep()
     context.runs.sweep()
     sweep_placing(context.settings.home, context.database)
-    stream = EventStream(context.database, context.events, lambda: shortage(context.settings.home))
+    stream = EventStream(
+        context.database, context.events, lambda: shortage(context.settings.home), context.directory.forget
+    )
     supervisor = None
     if context.settings.workers:
         supervisor = Supervisor(context.settings, context.database, context.jobs, lambda: stream.pages > 0)

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -22,6 +22,8 @@ _BEAT = 10.0
 _MOST_WAITING = 2000
 _LOOK = 16
 """Turns from one look at the disk to the next."""
+_PEOPLE = "people"
+"""Stands in the queue of a page before a change of accounts: whoever listens is looked up anew."""
 _log = logging.getLogger("tsr.events")
 
 
@@ -37,12 +39,20 @@ class EventStream:
         database: where the events are.
         events: the bus.
         shortage: a sentence while the disk is full; None: there is room.
+        on_people: called when accounts have changed.
     """
 
-    def __init__(self, database: Database, events: EventBus, shortage: Callable[[], str | None] = lambda: None) -> None:
+    def __init__(
+        self,
+        database: Database,
+        events: EventBus,
+        shortage: Callable[[], str | None] = lambda: None,
+        on_people: Callable[[], None] = lambda: None,
+    ) -> None:
         self._database = database
         self._events = events
         self._shortage = shortage
+        self._on_people = on_people
         self._full: str | None = None
         self._pages: set[asyncio.Queue[str | None]] = set()
         self._seen = 0
@@ -71,8 +81,14 @@ class EventStream:
         for page in self._pages:
             page.put_nowait(None)
 
-    async def follow(self, last: int | None) -> AsyncIterator[str]:
-        """Server-sent events after number ``last``; unset: from now on."""
+    async def follow(self, last: int | None, still: Callable[[], Awaitable[bool]]) -> AsyncIterator[str]:
+        """Server-sent events after a number.
+
+        Args:
+            last: the number; unset: from now on.
+            still: whether who listens still may; asked when people have changed, and every few seconds. Where not, the
+                stream ends.
+        """
         page: asyncio.Queue[str | None] = asyncio.Queue()
         # the reading task lags behind the database by a turn, so its number is not what a page is measured by
         missed, newest = await asyncio.to_thread(self._missed, last)
@@ -94,14 +110,20 @@ class EventStream:
                     if event.seq > seen:
                         seen = event.seq
                         yield _text(event)
+            if not await still():  # accounts may have changed before the queue stood
+                return
             while not self._stopped:
                 try:
                     text = await asyncio.wait_for(page.get(), _BEAT)
                 except TimeoutError:
+                    if not await still():
+                        return
                     yield ": still here\n\n"
                     continue
-                if text is None:
+                if text is None or (text == _PEOPLE and not await still()):
                     return
+                if text == _PEOPLE:
+                    continue
                 if not text.startswith("id: ") or int(text[4 : text.index("\n")]) > seen:
                     yield text
         finally:
@@ -143,10 +165,14 @@ class EventStream:
                 continue
             log_once.gone()
             for event in found:
+                if event.kind == "people":
+                    self._on_people()
                 text = _text(event)
                 self._seen = event.seq
                 for page in self._pages:
                     if page.qsize() < _MOST_WAITING:
+                        if event.kind == "people":
+                            page.put_nowait(_PEOPLE)
                         page.put_nowait(text)
                     elif page.qsize() == _MOST_WAITING:
                         page.put_nowait(None)  # the page reconnects with its number and catches up, or resets

@@ -7,6 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from pydantic import Field
 
+from app.api.access import WhoDep
 from app.api.receiving import RAW_BODY, received, while_there
 from app.api.responses import failures
 from app.api.runs import RunId
@@ -45,12 +46,13 @@ def bundle_run(run_id: RunId, order: BundleOrder, context: ContextDep) -> Output
 async def import_bundle(
     request: Request,
     context: ContextDep,
+    who: WhoDep,
     name: Annotated[str, Query(min_length=1, max_length=255, description="what the file is called")] = "bundle.zip",
     author: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
 ) -> BundleImport:
     """Take a bundle into the library: its clip as a video, its run, its corrections; all of it, or nothing."""
+    person = who.author(author)
     async with received(request, context, name) as path:
         work = path.parent / "work"
         work.mkdir()
-        person = author or context.settings.author
         return await while_there(request, lambda left: context.bundle_imports.bring_in(path, work, person, left))

@@ -5,15 +5,18 @@ from __future__ import annotations
 import re
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Query
+from fastapi import APIRouter, Header, Path, Query
 from pydantic import Field
 
+from app.api.access import WhoDep
 from app.api.responses import failures
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.edits.commands import Command, Redo, Undo
+from app.edits.documents import Key
 from app.edits.earlier import Earlier, earlier_corrections
 from app.edits.service import Adopted, Annotation, EditAnswer, LogEntry
+from app.edits.track_history import TrackHistory, track_history
 from app.errors import Invalid
 from app.shapes import PLAIN, Model
 
@@ -54,10 +57,13 @@ class EarlierCorrections(Model):
 
 @router.get("/runs/{run_id}/annotation", operation_id="get_annotation", responses=failures(404))
 def get_annotation(
-    run_id: RunId, context: ContextDep, author: Annotated[str | None, Query(max_length=80, pattern=PLAIN)] = None
+    run_id: RunId,
+    context: ContextDep,
+    who: WhoDep,
+    author: Annotated[str | None, Query(max_length=80, pattern=PLAIN)] = None,
 ) -> Annotation:
     """Documents of all edited tracks, and what the author can undo and redo."""
-    return context.edits.annotation(run_id, author or context.settings.author)
+    return context.edits.annotation(run_id, who.reader(author))
 
 
 @router.post("/runs/{run_id}/edits", operation_id="edit", responses=failures(404, 409, 428))
@@ -65,13 +71,14 @@ def edit(
     run_id: RunId,
     operation: Operation,
     context: ContextDep,
+    who: WhoDep,
     if_match: Annotated[
         str | None, Header(description='revision of each touched track: `"m7:3", "m9:1"`; 0: untouched so far')
     ] = None,
 ) -> EditAnswer:
     """Carry out one operation; it is stored when the answer comes."""
     expected = None if if_match is None else _revisions(if_match)
-    return context.edits.apply(run_id, operation.op_id, operation.author, operation.command, expected)
+    return context.edits.apply(run_id, operation.op_id, who.author(operation.author), operation.command, expected)
 
 
 @router.get("/runs/{run_id}/edits", operation_id="list_edits", responses=failures(404))
@@ -80,10 +87,22 @@ def list_edits(run_id: RunId, context: ContextDep, after: Annotated[int, Query(g
     return Log(edits=context.edits.log(run_id, after))
 
 
+@router.get("/runs/{run_id}/tracks/{key}/history", operation_id="get_track_history", responses=failures(404))
+def get_track_history(
+    run_id: RunId,
+    key: Annotated[Key, Path()],
+    context: ContextDep,
+    before: Annotated[int | None, Query(ge=1, le=2**62, description="rows of the log before this number")] = None,
+) -> TrackHistory:
+    """What was done to a track, the newest first: who, when, what, before and after."""
+    with context.database.read() as session:
+        return track_history(session, run_id, key, before)
+
+
 @router.post("/runs/{run_id}/adopt", operation_id="adopt_edits", responses=failures(404, 409))
-def adopt_edits(run_id: RunId, source: AdoptFrom, context: ContextDep) -> Adopted:
+def adopt_edits(run_id: RunId, source: AdoptFrom, context: ContextDep, who: WhoDep) -> Adopted:
     """Carry the edits of another run of the same video over to this one."""
-    return context.edits.adopt(run_id, source.from_run, source.author or context.settings.author)
+    return context.edits.adopt(run_id, source.from_run, who.author(source.author))
 
 
 @router.get("/runs/{run_id}/earlier", operation_id="get_earlier_corrections", responses=failures(404))

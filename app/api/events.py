@@ -7,7 +7,9 @@ from typing import Annotated, Any, cast
 from fastapi import APIRouter, Header, Request
 from fastapi.responses import StreamingResponse
 
+from app.api.access import WhoDep
 from app.api.responses import failures
+from app.context import ContextDep
 from app.errors import Invalid
 from app.startup import Running
 
@@ -21,12 +23,20 @@ _SSE: dict[str, Any] = {"content": {"text/event-stream": {"schema": {"type": "st
     "/events", operation_id="follow_events", response_class=StreamingResponse, responses={200: _SSE, **failures()}
 )
 async def follow_events(
-    request: Request, last_event_id: Annotated[str | None, Header()] = None, after: str | None = None
+    request: Request,
+    context: ContextDep,
+    who: WhoDep,
+    last_event_id: Annotated[str | None, Header()] = None,
+    after: str | None = None,
 ) -> StreamingResponse:
     """Server-sent events: ``change`` with seq, kind, subject, data; ``reset`` asks the page to load everything anew."""
     last = after if last_event_id is None else last_event_id
     if last is not None and not (last.isascii() and last.isdigit() and len(last) < 19):
         raise Invalid("Last-Event-ID must be the number of an event.", field="last-event-id")
     running = cast(Running, request.app.state.running)
-    stream = running.stream.follow(None if last is None else int(last))
+
+    async def still() -> bool:
+        return await context.access.still(who.identity)
+
+    stream = running.stream.follow(None if last is None else int(last), still)
     return StreamingResponse(stream, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})

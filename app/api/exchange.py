@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Query, Request
 from pydantic import TypeAdapter, ValidationError
 
+from app.api.access import WhoDep
 from app.api.receiving import RAW_BODY, received, while_there
 from app.api.responses import failures
 from app.api.runs import VideoId
@@ -63,6 +64,7 @@ async def import_file(
     video_id: VideoId,
     request: Request,
     context: ContextDep,
+    who: WhoDep,
     kind: Annotated[ImportKind, Query(alias="as", description="what it becomes")],
     format: Annotated[str | None, Query(max_length=32, pattern=PLAIN, description="unset: found out")] = None,
     run: Annotated[str | None, Query(pattern="^[0-9a-f]{32}$", description="the run that is corrected")] = None,
@@ -95,6 +97,7 @@ async def import_file(
     A ground truth of the same name is replaced. An annotation is one operation of the run's log: one undo takes it
     back.
     """
+    person = who.author(author)
     said = _json(_SWITCHES, switches, "switches"), _json(_LABELS, label_map, "label_map")
     async with received(request, context, file or name) as path:
         incoming = Incoming(
@@ -105,7 +108,7 @@ async def import_file(
             label_map=said[1],
             unknown=unknown,
             added=frozenset(_json(_NAMES, add, "add")),
-            author=author or context.settings.author,
+            author=person,
             scratch=path.parent,
         )
         with context.underway.begun(progress) as underway:

@@ -7,6 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query
 from pydantic import Field
 
+from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.responses import failures
 from app.api.runs import RunId
@@ -40,11 +41,11 @@ class FoundFollow(Model):
 
 
 @router.post("/runs/{run_id}/follows", operation_id="start_follow", status_code=202, responses=failures(404, 409))
-def start_follow(run_id: RunId, wanted: NewFollow, context: ContextDep) -> FollowView:
+def start_follow(run_id: RunId, wanted: NewFollow, context: ContextDep, who: WhoDep) -> FollowView:
     """Follow a sign from the boxes that a person has set; the author's earlier proposals in this run are dropped."""
     return context.follows.start(
         run_id,
-        wanted.author or context.settings.author,
+        who.author(wanted.author),
         wanted.key,
         wanted.anchors,
         wanted.only,
@@ -55,10 +56,13 @@ def start_follow(run_id: RunId, wanted: NewFollow, context: ContextDep) -> Follo
 
 @router.get("/runs/{run_id}/follows", operation_id="find_follow", responses=failures(404))
 def find_follow(
-    run_id: RunId, context: ContextDep, author: Annotated[str | None, Query(max_length=80, pattern=PLAIN)] = None
+    run_id: RunId,
+    context: ContextDep,
+    who: WhoDep,
+    author: Annotated[str | None, Query(max_length=80, pattern=PLAIN)] = None,
 ) -> FoundFollow:
     """The proposals that wait for an author's decision, as after a reload of the page."""
-    return FoundFollow(found=context.follows.newest(run_id, author or context.settings.author))
+    return FoundFollow(found=context.follows.newest(run_id, who.reader(author)))
 
 
 @router.get("/follows/{follow_id}", operation_id="get_follow", responses=failures(404))

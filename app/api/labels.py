@@ -10,6 +10,7 @@ from fastapi import APIRouter, Body, Header, Path, Query
 from fastapi.responses import Response
 from pydantic import Field
 
+from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.receiving import RAW_BODY, safe_name
 from app.api.responses import failures
@@ -160,6 +161,7 @@ def get_label_file(
 def bring_label_file(
     key: SetKey,
     context: ContextDep,
+    who: WhoDep,
     content: Annotated[bytes, Body(media_type="application/octet-stream")],
     format: Annotated[LabelFormatId | None, Query(description="unset: found out")] = None,
     name: Annotated[
@@ -169,6 +171,7 @@ def bring_label_file(
     author: Author | None = None,
 ) -> Brought:
     """Add the labels of a file that the set lacks; labels that it has keep their ids."""
+    person = who.author(author)
     with tempfile.TemporaryDirectory() as folder:
         path = FilePath(folder) / safe_name(name, "labels")
         path.write_bytes(content)
@@ -176,13 +179,13 @@ def bring_label_file(
             found = read_labels(path, key, name, format)
         except ImportFormatError as error:
             raise bad_file(str(error), error.kind) from None
-    return bring_labels(context.labels, key, author or context.settings.author, found, create=create, file=name)
+    return bring_labels(context.labels, key, person, found, create=create, file=name)
 
 
 @router.post("/label-sets/{key}/changes", operation_id="change_label_set", responses=failures(404, 409))
-def change_label_set(key: SetKey, wanted: ChangeRequest, context: ContextDep) -> Change:
+def change_label_set(key: SetKey, wanted: ChangeRequest, context: ContextDep, who: WhoDep) -> Change:
     """Change the newest version of a set."""
-    return context.labels.change(key, wanted.author or context.settings.author, wanted.change)
+    return context.labels.change(key, who.author(wanted.author), wanted.change)
 
 
 @router.put("/videos/{video_id}/label-set", operation_id="use_label_set_in_video", responses=failures(404, 409))

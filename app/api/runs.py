@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path
 from pydantic import Field, PlainValidator
 
+from app.api.access import WhoDep
 from app.api.responses import failures
 from app.context import ContextDep
 from app.runs.view import RunView, StartedRun, run_view, started_run
@@ -99,9 +100,9 @@ def start_run(video_id: VideoId, wanted: NewRun, context: ContextDep) -> Started
 @router.post(
     "/videos/{video_id}/runs/by-hand", operation_id="start_run_by_hand", status_code=201, responses=failures(404, 409)
 )
-def start_run_by_hand(video_id: VideoId, context: ContextDep, wanted: ByHand) -> RunView:
+def start_run_by_hand(video_id: VideoId, context: ContextDep, who: WhoDep, wanted: ByHand) -> RunView:
     """A run without an engine and without tracks: a person draws them."""
-    made = context.caged_imports.begin_by_hand(video_id, wanted.name, wanted.author or context.settings.author)
+    made = context.caged_imports.begin_by_hand(video_id, wanted.name, who.author(wanted.author))
     with context.database.read() as session:
         return run_view(context.runs.get(session, made.id))
 

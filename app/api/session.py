@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
+from typing import Annotated
 
+from fastapi import APIRouter, Request, Response
+from pydantic import Field
+
+from app.api.access import WhoDep
 from app.api.responses import failures
 from app.context import ContextDep
-from app.shapes import Model
+from app.errors import Unauthorised
+from app.people.roles import Role
+from app.security.access import sign_in_cookie
+from app.shapes import PLAIN, Model
 from tsr_engine.params.presets import PRESETS
 from tsr_engine.version import __version__
 
@@ -22,12 +29,23 @@ class Sample(Model):
     run_id: str | None
 
 
+class SignedIn(Model):
+    """The person who is signed in."""
+
+    name: str
+    role: Role
+    can_sign_out: bool
+    """False: a proxy says who it is, or a token does."""
+
+
 class SessionAnswer(Model):
     """What the page starts from."""
 
     version: str
     author: str
     """Name that edits carry unless the page sets another."""
+    person: SignedIn | None
+    """None: the library has no people, and one user."""
     roots: list[str]
     """Folders that videos may be added from."""
     upload_bytes: int
@@ -37,6 +55,12 @@ class SessionAnswer(Model):
     presets: list[str]
 
 
+class SignIn(Model):
+    """What a person signs in with."""
+
+    token: Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
+
+
 class Link(Model):
     """A path that opens the page once."""
 
@@ -44,12 +68,18 @@ class Link(Model):
 
 
 @router.get("/session", operation_id="get_session", responses=failures())
-def get_session(context: ContextDep) -> SessionAnswer:
+def get_session(context: ContextDep, who: WhoDep) -> SessionAnswer:
     """Version, name, limits, and the sample drive."""
     sample = context.videos.sample()
+    identity = who.identity
+    person = None
+    if not identity.owner:
+        ends = context.directory.is_session(identity)
+        person = SignedIn(name=identity.name or "the server", role=identity.role, can_sign_out=ends)
     return SessionAnswer(
         version=__version__,
-        author=context.settings.author,
+        author=identity.name or context.settings.author,
+        person=person,
         roots=[str(root) for root in context.settings.roots],
         upload_bytes=context.settings.upload_max_mb * 2**20,
         sample=None if sample is None else Sample(video_id=sample[0], run_id=sample[1]),
@@ -57,7 +87,26 @@ def get_session(context: ContextDep) -> SessionAnswer:
     )
 
 
+@router.post("/session", operation_id="sign_in", responses=failures(401))
+def sign_in(wanted: SignIn, context: ContextDep, request: Request, response: Response) -> SignedIn:
+    """Sign a browser in with a token; the answer sets the cookie."""
+    identity, secret = context.directory.sign_in(wanted.token.strip())
+    if identity is None or identity.name is None:
+        raise Unauthorised(
+            "This token is wrong or has been revoked. Ask an administrator for a new one ('tsr people rotate')."
+        )
+    sign_in_cookie(request, response, secret)
+    return SignedIn(name=identity.name, role=identity.role, can_sign_out=True)
+
+
+@router.delete("/session", operation_id="sign_out", status_code=204, responses=failures())
+def sign_out(context: ContextDep, who: WhoDep, request: Request, response: Response) -> None:
+    """End the session of this browser."""
+    context.directory.sign_out(who.identity)
+    sign_in_cookie(request, response, "", 0)
+
+
 @router.post("/session/links", operation_id="create_link", status_code=201, responses=failures())
 def create_link(context: ContextDep) -> Link:
-    """A new one-time link, for a second browser or after a lost cookie."""
-    return Link(path=f"/login/{context.tokens.new_link()}")
+    """A new one-time link, for a second browser or after a lost cookie; with people, where they sign in."""
+    return Link(path=context.way_in())

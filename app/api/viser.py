@@ -12,7 +12,7 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Coroutine
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, cast
 
 from fastapi import APIRouter, Header, Path
 from fastapi.responses import Response
@@ -25,6 +25,7 @@ from app.errors import ApiError
 from app.scene3d.host import HEADER
 from app.scene3d.page import viser_page
 from app.scene3d.view import View
+from app.security.access import identity_of
 from tsr_engine.errors import TsrError
 
 __all__ = ["ViewName", "router"]
@@ -36,6 +37,8 @@ _LARGEST: Final = 128 * 2**20
 """Bytes of one message of viser: a scene comes in few, large ones."""
 _QUEUED: Final = 4
 """Messages of viser that are taken before they can be handed on."""
+_LOOK: Final = 2.0
+"""Seconds from one look at whether a socket's person is still let in to the next."""
 _log = logging.getLogger("tsr.scene3d")
 
 
@@ -107,7 +110,7 @@ async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
             proxy=None,
         ) as upstream:
             await socket.accept(upstream.subprotocol)
-            await _first_done(_to_page(upstream, socket), _to_viser(socket, upstream))
+            await _first_done(_to_page(upstream, socket), _to_viser(socket, upstream), _while_let_in(socket))
     except (WebSocketException, OSError, WebSocketDisconnect, RuntimeError) as error:
         _log.debug("The socket of a 3-D view has ended: %s", error)
     if socket.application_state is not WebSocketState.DISCONNECTED:
@@ -126,6 +129,13 @@ async def _first_done(*parts: Coroutine[Any, Any, None]) -> None:
         for result in await asyncio.gather(*tasks, return_exceptions=True):
             if isinstance(result, Exception):
                 _log.debug("One direction of a 3-D view's socket has ended: %r", result)
+
+
+async def _while_let_in(socket: WebSocket) -> None:
+    """Returns when who opened the view may not see it any more."""
+    access = cast(Context, socket.app.state.context).access
+    while await access.still(identity_of(socket)):
+        await asyncio.sleep(_LOOK)
 
 
 async def _to_page(upstream: Any, socket: WebSocket) -> None:

@@ -7,6 +7,7 @@ from app.cli.check import check
 from app.cli.exchange import export, formats, import_file
 from app.cli.labels import app as labels
 from app.cli.models import app as models
+from app.cli.people import app as people
 from app.cli.record import record
 from app.cli.review import review
 from tsr_engine.cli import main as engine
@@ -27,6 +28,7 @@ def register() -> None:
         engine.app.command("check", cls=ParameterCommand)(check)
         engine.app.add_typer(models, name="models")
         engine.app.add_typer(labels, name="labels")
+        engine.app.add_typer(people, name="people")
         engine.app.command("record")(record)
 
 

@@ -58,7 +58,13 @@ def serving(app: FastAPI, door: Door | None = None, **options: Any) -> uvicorn.C
     """How uvicorn serves the application; ``options`` are further ones of ``uvicorn.Config``."""
     protocol = cast(type[asyncio.Protocol], (door or Door()).protocol)
     return uvicorn.Config(
-        app, http=protocol, timeout_graceful_shutdown=2, server_header=False, lifespan="on", **options
+        app,
+        http=protocol,
+        timeout_graceful_shutdown=2,
+        server_header=False,
+        proxy_headers=False,  # the address of a proxy counts (app.security.proxies), not the one that it forwards
+        lifespan="on",
+        **options,
     )
 
 
@@ -84,7 +90,7 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
     if video is not None:
         added = context.videos.add_path(str(video.resolve()))
         path = f"#/review/{added.id}"
-    link = f"{base}/login/{context.tokens.new_link()}{path}"
+    link = f"{base}{context.way_in()}{path}"
     server = ReviewServer(serving(app, log_level="warning", access_log=False))
     threading.Thread(target=_tell_when_ready, args=(server, settings, link, browser), daemon=True).start()
     try:
@@ -225,7 +231,9 @@ def _show(link: str) -> None:
 def _say_link(settings: Settings, link: str) -> None:
     """Print where the page is."""
     say(f"tsr review on {link}")
-    if not settings.loopback:
+    if "/login/" not in link:
+        say("People sign in there with their token ('tsr people add' makes accounts).")
+    elif not settings.loopback:
         say(f"Others can reach {settings.host}: the link lets one of them in, once.")
     if settings.everywhere:
         say("From another machine, put this machine's address in its place, or a name of TSR_ALLOWED_HOSTS.")

@@ -75,6 +75,8 @@ def apply_command(docs: Docs, command: Any, author: str = "", time: str = "") ->
         return _split(docs, doc, command)
     if isinstance(command, c.AddNote):
         return {doc.key: _add_note(doc, command, author, time)}
+    if isinstance(command, c.EditNote):
+        return {doc.key: _edit_note(doc, command, author, time)}
     return {doc.key: _ALONE[type(command)](doc, command)}
 
 
@@ -243,10 +245,15 @@ def _add_note(doc: TrackDoc, command: Any, author: str, time: str) -> TrackDoc:
     return doc.model_copy(update={"notes": (*doc.notes, note)})
 
 
-def _edit_note(doc: TrackDoc, command: Any) -> TrackDoc:
+def _edit_note(doc: TrackDoc, command: Any, author: str, time: str) -> TrackDoc:
+    """A note with other words; those of somebody else never stand under the name of who wrote it."""
     _require_note(doc, command.note_id)
-    changed = (n.model_copy(update={"text": command.text}) if n.id == command.note_id else n for n in doc.notes)
-    return doc.model_copy(update={"notes": tuple(changed)})
+
+    def changed(note: Note) -> Note:
+        signed = {} if note.author == author else {"author": author, "time": time}
+        return note.model_copy(update={"text": command.text, **signed})
+
+    return doc.model_copy(update={"notes": tuple(changed(n) if n.id == command.note_id else n for n in doc.notes)})
 
 
 def _remove_note(doc: TrackDoc, command: Any) -> TrackDoc:
@@ -337,6 +344,5 @@ _ALONE: dict[type, Callable[[TrackDoc, Any], TrackDoc]] = {
     c.SetIgnore: _set_ignore,
     c.SetAttribute: _set_attribute,
     c.SetReview: _set_review,
-    c.EditNote: _edit_note,
     c.RemoveNote: _remove_note,
 }

@@ -1,7 +1,8 @@
 """The door: every request and every socket passes here before any route sees it.
 
 Checked in this order: the Host header (a page of another name must not reach us by rebinding), the origin of requests
-that change something, the credential, the size of the body. Every answer leaves with headers that keep the page to
+that change something, who is asking (``app.security.access``), the size of the body. What that person may do is for
+``app.api.access``. Every answer leaves with headers that keep the page to
 itself.
 """
 
@@ -10,16 +11,19 @@ from __future__ import annotations
 import ipaddress
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Final
 
+from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import error_body
-from app.security.tokens import Tokens
+from app.errors import RETRY_AFTER, error_body
+from app.security.access import Access, Denied
+from app.storage.database import storage_failure
 
-__all__ = ["CSP", "Guard", "cookie_name", "known"]
+__all__ = ["CSP", "Guard"]
 
 CSP: Final = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self'; connect-src 'self'; "
@@ -27,29 +31,11 @@ CSP: Final = (
 )
 _SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _OPEN: Final = ("/login/", "/static/")
-_OPEN_EXACT: Final = frozenset({"/", "/favicon.ico", "/index.html"})
+_OPEN_EXACT: Final = frozenset({"/", "/favicon.ico", "/index.html", "/sign-in"})
+_SIGN_IN: Final = ("POST", "/api/session")
 _UPLOADS: Final = re.compile(r"/api/(uploads/.*|videos/[0-9a-f]{64}/imports|bundles)", re.ASCII | re.DOTALL)
 """Routes that write their body to a file as it comes, up to a limit of their own."""
 _MOST_DIGITS: Final = 18
-
-
-def cookie_name(port: int) -> str:
-    """Cookies do not tell ports apart, so their name does."""
-    return f"tsr_{port}"
-
-
-def known(tokens: Tokens, scope: Scope) -> bool:
-    """Whether a request carries a credential."""
-    headers = Headers(scope=scope)
-    kind, _, bearer = headers.get("authorization", "").partition(" ")
-    server = scope.get("server") or ("", 0)
-    if tokens.accepts(bearer=bearer.strip() if kind.lower() == "bearer" else None):
-        return True
-    return any(
-        tokens.accepts(cookie=cookie)
-        for header in headers.getlist("cookie")
-        for cookie in _cookies(header, cookie_name(server[1] or 0))
-    )
 
 
 class Guard:
@@ -57,14 +43,14 @@ class Guard:
 
     Args:
         app: what lies behind.
-        tokens: what counts as a credential.
+        access: tells who is asking.
         hosts: names that the Host header may carry besides loopback's, without port.
         body_max: bytes of a request's body, uploads apart.
     """
 
-    def __init__(self, app: ASGIApp, tokens: Tokens, hosts: Iterable[str], body_max: int) -> None:
+    def __init__(self, app: ASGIApp, access: Access, hosts: Iterable[str], body_max: int) -> None:
         self.app = app
-        self.tokens = tokens
+        self.access = access
         self.hosts = frozenset({"127.0.0.1", "localhost", "[::1]", *(name.lower() for name in hosts)})
         self.body_max = body_max
 
@@ -73,7 +59,9 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        refusal = self._refusal(scope)
+        if self.access.proxies.is_tls(scope):
+            scope["scheme"] = "wss" if scope["type"] == "websocket" else "https"
+        refusal = self._foreign(scope) or await self._stranger(scope) or self._too_large(scope)
         if refusal is not None:
             await _refuse(scope, send, *refusal)
             return
@@ -98,7 +86,8 @@ class Guard:
         if body.exceeded and not answered:
             await _refuse(scope, send, 413, "too_large", f"The body is larger than {self.body_max} bytes.")
 
-    def _refusal(self, scope: Scope) -> tuple[int, str, str] | None:
+    def _foreign(self, scope: Scope) -> tuple[int, str, str] | None:
+        """Why a request is not for this server, or not from its pages."""
         headers = Headers(scope=scope)
         host = headers.get("host", "")
         name = _without_port(host)
@@ -107,10 +96,30 @@ class Guard:
         unsafe = scope["type"] == "websocket" or scope["method"] not in _SAFE
         if unsafe and not _same_origin(headers, host, scope["scheme"]):
             return 403, "bad_origin", "The request comes from another page. Use the page of this server."
+        return None
+
+    async def _stranger(self, scope: Scope) -> tuple[int, str, str] | None:
+        """Why nobody is known to have sent a request."""
         path = scope["path"]
-        if not (path in _OPEN_EXACT or path.startswith(_OPEN)) and not known(self.tokens, scope):
-            return 401, "unauthorised", "Open the link that the terminal shows ('tsr review' prints a new one)."
-        length = headers.get("content-length", "0")
+        if path in _OPEN_EXACT or path.startswith(_OPEN) or (scope.get("method"), path) == _SIGN_IN:
+            return None
+        try:
+            await self.access.let_in(scope)
+        except Denied as denied:
+            return denied.status, denied.code, denied.message
+        except PoolTimeout:
+            return 503, "database_busy", "Too many requests wait for the database. This one can be repeated."
+        except DBAPIError as error:
+            failure = storage_failure(error)
+            if failure is None:
+                raise
+            return failure.status, failure.code, failure.message
+        return None
+
+    def _too_large(self, scope: Scope) -> tuple[int, str, str] | None:
+        """Why the body is not read."""
+        path = scope["path"]
+        length = Headers(scope=scope).get("content-length", "0")
         if len(length) > _MOST_DIGITS or not (length.isascii() and length.isdigit()):
             return 400, "bad_request", "The header Content-Length is not the number of bytes of the body."
         if not _UPLOADS.fullmatch(path) and int(length) > self.body_max:
@@ -161,14 +170,6 @@ def _same_origin(headers: Headers, host: str, served: str) -> bool:
     return scheme in ours and name == host.lower()
 
 
-def _cookies(header: str, name: str) -> Iterator[str]:
-    """All cookies of a name. Other programs on this machine set cookies for the same host, in any form they like."""
-    for part in header.split(";"):
-        key, equals, value = part.strip().partition("=")
-        if equals and key == name:
-            yield value
-
-
 def _reached(scope: Scope) -> str:
     """The address of ours that a client has connected to; pages of other names cannot carry it as theirs."""
     try:
@@ -199,6 +200,8 @@ async def _refuse(scope: Scope, send: Send, status: int, code: str, message: str
         "status": status,
         "headers": [(b"content-type", b"application/json"), (b"content-length", str(len(body)).encode())],
     }
+    if status == 503:
+        start["headers"].append((b"retry-after", RETRY_AFTER.encode()))
     _protect(MutableHeaders(scope=start))
     await send(start)
     await send({"type": "http.response.body", "body": b"" if scope.get("method") == "HEAD" else body})

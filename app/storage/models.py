@@ -15,8 +15,10 @@ from sqlalchemy.orm import Mapped, mapped_column
 from app.storage.base import Base, Sequence, now
 from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord, TrackClasses
 from app.storage.moments import Moment
+from app.storage.people_tables import Assignment, Person, PersonSecret
 
 __all__ = [
+    "Assignment",
     "Base",
     "Edit",
     "Event",
@@ -30,6 +32,8 @@ __all__ = [
     "LabelWord",
     "ModelVersion",
     "Output",
+    "Person",
+    "PersonSecret",
     "Run",
     "Server",
     "TrackClasses",
@@ -192,6 +196,8 @@ class Edit(Base):
     __table_args__ = (
         Index("edits_of_run", "run_id", "seq"),
         Index("edits_of_author", "run_id", "author", "seq"),
+        Index("edits_by_author", "author", "seq", "created"),  # holds all that hours of work are counted from
+        Index("edits_by_kind", "kind", "created"),
     )
 
     seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)

@@ -7,6 +7,7 @@ import { listenToKeys } from './behaviours/keyboard.js';
 import { createBackground } from './editing/background.js';
 import { createEditor } from './editing/editor.js';
 import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
+import { createOwnOutbox } from './editing/own_outbox.js';
 import { createFrames } from './frames/frames.js';
 import { parseRoute, placeOf, samePlace } from './model/route.js';
 import { allOperations } from './operations/registry.js';
@@ -21,7 +22,7 @@ import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
 import { createNoteDrafts } from './views/note_drafts.js';
-import { recall, rememberChoices, rememberedFewLabels, rememberedLanesView, rememberedLayers, rememberedTheme } from './views/preferences.js';
+import { rememberChoices, rememberedFewLabels, rememberedLanesView, rememberedLayers, rememberedTheme, signature } from './views/preferences.js';
 import { createShell } from './views/shell.js';
 import { endToasts, toast } from './views/toasts.js';
 
@@ -32,9 +33,17 @@ const store = createStore({ ...initialState(), theme: rememberedTheme(), layers:
 rememberChoices(store);
 const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);
-const outbox = globalThis.indexedDB ? createOutbox() : createMemoryOutbox();
+/** Ends when the server has said who is signed in. @type {Promise<void>} */
+const personKnown = new Promise((resolve) => {
+  const end = store.subscribe(({ session }) => {
+    if (session === null) return;
+    end();
+    resolve();
+  });
+});
+const outbox = createOwnOutbox(globalThis.indexedDB ? createOutbox() : createMemoryOutbox(), personKnown, () => store.get().session?.person?.name ?? null);
 const background = createBackground({ store, api, outbox, signal: ended.signal, toast });
-const author = () => recall('author') || store.get().session?.author || 'someone';
+const author = () => signature(store.get().session) || store.get().session?.author || 'someone';
 const editor = createEditor({
   store,
   api,
@@ -120,6 +129,7 @@ const live = startLive(app, {
       else void editor.refresh(); // an import of very many tracks
     }
     if (event.kind === 'run') app.loader.follow(event.data);
+    if (event.kind === 'people') void live.reload(); // one's own role may be another
     if (event.kind === 'labels') void app.labels.receive(event).catch(() => {});
     if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:scene3d', { detail: event.data }));
   },

@@ -35,6 +35,7 @@
  * @property {Record<string, Run[]>} runs      by video
  * @property {Output[]|null} outputs       null: not loaded yet
  * @property {ModelVersion[]|null} models      the newest first; null: not loaded yet
+ * @property {import('./types.js').Assignment[]} assignments   who works on what; empty without people
  * @property {ReviewState|null} review
  * @property {Banner[]} banners
  * @property {{run: string, unsaved: number, held: boolean}[]} elsewhere   operations of runs that are not open without an
@@ -51,6 +52,7 @@
  * @typedef {{screen: 'library'}
  *   | {screen: 'review', video: string, run: string|null, frame: number|null, track: string|null}
  *   | {screen: 'compare', a: string, b: string}
+ *   | {screen: 'team', person: string|null}
  *   | {screen: 'models'} | {screen: 'files'} | {screen: 'labels'}} Route
  */
 
@@ -60,7 +62,7 @@
 
 /** @typedef {{kind: 'help'|'relabel'|'run'|'run-several'|'run-queue'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'bulk-review'
  *   |'export'|'import'|'ground-truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
- *   |'palette'|'merge'|'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
+ *   |'palette'|'merge'|'assign'|'return-work'|'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
 
 /**
  * @typedef {object} ReviewState

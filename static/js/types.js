@@ -16,6 +16,15 @@
 /** @typedef {Schemas['LabelView']} Label */
 /** @typedef {Schemas['LabelSetView']} LabelSetHead */
 /** @typedef {Schemas['LabelVersion']} LabelVersion */
+/** @typedef {Schemas['PersonView']} Person */
+/** @typedef {Schemas['AssignmentView']} Assignment */
+/** @typedef {Schemas['Difference'] & {before: any, after: any}} TrackDifference */
+/** @typedef {Schemas['Happened']} Happened */
+/** @typedef {Schemas['TrackHistory']} TrackHistory */
+/** @typedef {Schemas['Worker']} Worker */
+/** @typedef {Schemas['Done']} Done */
+/** @typedef {Schemas['Activity']} Activity */
+/** @typedef {Schemas['Overview']} Overview */
 /** @typedef {{type: 'add'|'update'|'merge'|'hide'|'show'|'picture'|'undo'|'adopt', [field: string]: unknown}} LabelChange   see docs/labels.md */
 /** @typedef {{name: string, tracks: number, boxes: number, suggestions: {id: number, key: string, name: string}[], example: {frame: number, box: Box}|null}} UnknownLabel   a name in a file that no label has */
 /** @typedef {Schemas['Parameter']} Parameter */

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.security.guard import cookie_name
+from app.security.access import cookie_name
 from app.settings import load_settings
 from tests.app.toy_server import SECRET, Server
 from tsr_engine.errors import UsageError

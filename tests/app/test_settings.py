@@ -39,7 +39,13 @@ def test_a_wrong_value_is_one_sentence(name: str, value: object) -> None:
 def test_workers_get_the_same_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, hosts: tuple[str, ...]) -> None:
     roots = (tmp_path, Path("/"), tmp_path / "a:b", tmp_path / " [c], d ")
     settings = load_settings(
-        home=tmp_path / "h:i", roots=roots, allowed_hosts=hosts, author="ada", sample=False, port=0
+        home=tmp_path / "h:i",
+        roots=roots,
+        allowed_hosts=hosts,
+        author="ada",
+        sample=False,
+        port=0,
+        trusted_proxies=("10.0.0.0/24", "::1") if hosts else (),
     )
     assert len(settings.roots) == len(roots)
     for name, value in _as_environment(settings).items():

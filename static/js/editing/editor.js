@@ -11,6 +11,7 @@
  * @typedef {import('./outbox.js').Outbox} Outbox
  */
 import { ApiError, sentence } from '../api/errors.js';
+import { readOnly } from '../model/team.js';
 import { CommandError, applyCommand } from '../model/commands.js';
 import { withLabelKey } from '../model/labels.js';
 import { trackName } from '../model/track_name.js';
@@ -236,7 +237,12 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
 
   /** @param {Command} command @param {string|null} [of]   the run that it is meant for @param {string} [gesture] @param {string} [op_id] */
   function edit(command, of = work.run, gesture, op_id) {
-    const review = store.get().review;
+    const { review, session } = store.get();
+    const barred = readOnly(session);
+    if (barred !== null) {
+      toast(barred, { tone: 'bad', topic: 'role' });
+      return false;
+    }
     if (of !== work.run) {
       toast(`${describe(command.name)} was not possible: it was meant for the run that was open before.`, { tone: 'bad' });
       return false;

@@ -145,7 +145,8 @@ function alone(doc, command, person) {
       requireNote(doc, command);
       return {
         ...doc,
-        notes: doc.notes.map((n) => (n.id === command.note_id ? { ...n, text: needed(command.text, 'text') } : n)),
+        // words of somebody else never stand under the name of who wrote the note
+        notes: doc.notes.map((n) => (n.id === command.note_id ? { ...n, text: needed(command.text, 'text'), ...(n.author !== person.author && person) } : n)),
       };
     case 'remove_note':
       requireNote(doc, command);

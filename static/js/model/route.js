@@ -5,6 +5,7 @@
  *     #/                                        library
  *     #/review/VIDEO/RUN?frame=12&track=m7      RUN may be `-`: the newest
  *     #/compare?a=run:R&b=annotation:R
+ *     #/team, #/team/NAME                       all people, one of them
  *     #/models, #/files, #/labels
  *
  * @typedef {import('../state-types.js').Route} Route
@@ -22,6 +23,7 @@ export function formatRoute(route) {
     return `#/review/${route.video}/${route.run ?? '-'}${pairs.length ? `?${pairs.join('&')}` : ''}`;
   }
   if (route.screen === 'compare') return `#/compare?a=${encodeURIComponent(route.a)}&b=${encodeURIComponent(route.b)}`;
+  if (route.screen === 'team') return route.person === null ? '#/team' : `#/team/${encodeURIComponent(route.person)}`;
   if (route.screen === 'models' || route.screen === 'files' || route.screen === 'labels') return `#/${route.screen}`;
   return '#/';
 }
@@ -49,6 +51,7 @@ export function parseRoute(hash) {
   if (parts[0] === 'compare' && side.test(values.a ?? '') && side.test(values.b ?? '')) {
     return {screen: 'compare', a: values.a, b: values.b};
   }
+  if (parts[0] === 'team' && parts.length <= 2) return {screen: 'team', person: parts[1] === undefined ? null : decoded(parts[1])};
   if (parts.length === 1 && (parts[0] === 'models' || parts[0] === 'files' || parts[0] === 'labels')) return {screen: parts[0]};
   return {screen: 'library'};
 }
@@ -90,11 +93,17 @@ function pairsOf(query) {
   const values = {};
   for (const pair of query.split('&')) {
     const [name, value = ''] = pair.split('=');
-    try {
-      values[name] = decodeURIComponent(value);
-    } catch {
-      // A broken escape: as if it were not there.
-    }
+    const text = decoded(value);
+    if (text !== null) values[name] = text;
   }
   return values;
+}
+
+/** @param {string} text @returns {string|null} null: a broken escape, as if it were not there */
+function decoded(text) {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    return null;
+  }
 }

@@ -11,6 +11,7 @@ import { keyFramesOf } from '../model/documents.js';
 import { trackName } from '../model/track_name.js';
 import { toast } from '../views/toasts.js';
 import { needsTrack, operation } from './helpers.js';
+import { followingWork } from './team.js';
 
 /** @typedef {import('../page-types.js').App} App */
 
@@ -40,7 +41,7 @@ export function openTrack(app, key) {
 function queueStep(app, direction) {
   const key = nextInQueue(app.store.get(), direction);
   if (key !== null) openTrack(app, key);
-  else toast(endOfQueue(app.store.get(), direction), { topic: 'queue' });
+  else toast(`${endOfQueue(app.store.get(), direction)}${direction > 0 && followingWork(app.store.get()) ? ' Y goes on to the next of your work.' : ''}`, { topic: 'queue' });
 }
 
 /**

@@ -9,11 +9,12 @@ import { groundTruth } from './ground_truth.js';
 import { navigation } from './navigate.js';
 import { page } from './page.js';
 import { library } from './next_video.js';
+import { team } from './team.js';
 import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...following, ...navigation, ...library, ...boxes, ...verdicts, ...attributes, ...groundTruth, ...exchange, ...view, ...page];
+export const allOperations = () => [...following, ...navigation, ...library, ...boxes, ...verdicts, ...attributes, ...groundTruth, ...exchange, ...view, ...team, ...page];
 
 /**
  * Run an operation if it can be run now.

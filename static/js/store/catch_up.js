@@ -8,6 +8,8 @@
  */
 import {dropMade, dropRun, dropVideo, putOutput, putModel, putRun, putVideo} from './actions/page.js';
 
+import {dropAssignment, putAssignment} from './actions/team.js';
+
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
 
@@ -30,7 +32,9 @@ export function afterEvent(state, event) {
     case 'run': return putRun(state, event.data);
     case 'artefact': return putOutput(state, event.data);
     case 'model': return putModel(state, event.data);
-    case 'removed': return dropMade(dropRun(dropVideo(state, event.subject), event.subject), event.subject);
+    case 'assignment': return putAssignment(state, event.data);
+    case 'removed': if (event.data.kind === 'assignment') return dropAssignment(state, event.data.id);
+      return dropMade(dropRun(dropVideo(state, event.subject), event.subject), event.subject);
     default: return state;
   }
 }

@@ -22,6 +22,7 @@ export const initialState = () => ({
   runs: {},
   outputs: null,
   models: null,
+  assignments: [],
   review: null,
   banners: [],
   elsewhere: [],

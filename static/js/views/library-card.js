@@ -5,7 +5,9 @@ import {sentence} from '../api/errors.js';
 import {isVideoFile} from '../model/exchange.js';
 import {formatRoute} from '../model/route.js';
 import {runPart} from '../model/run_progress.js';
+import {may} from '../model/team.js';
 import {dropVideo, openDialog, putVideo} from '../store/actions/page.js';
+import {createAssigned} from './library-assigned.js';
 import {fill, h, setText} from './dom.js';
 import {acceptDrops} from './drops.js';
 import {bytes, clock, count, figure, plural} from './format.js';
@@ -34,9 +36,10 @@ export function createCard(app, first, choose) {
   const actions = h('div', {class: 'card-actions'});
   const box = h('input', {type: 'checkbox', onclick: (/** @type {MouseEvent} */ event) => choose(box.checked, event.shiftKey)});
   const choice = h('label', {class: 'card-choice', title: 'Choose, to run the engine on several. With Shift: all from the one before'}, box);
+  const assigned = createAssigned(app, first.id);
   const element = h('li', {class: 'card', 'aria-labelledby': title.id},
     h('div', {class: 'card-frame'}, icon('film'), picture, length, choice),
-    h('div', {class: 'card-body'}, title, facts, state, actions));
+    h('div', {class: 'card-body'}, title, facts, state, assigned.element, actions));
   acceptDrops(element, ([file]) => {
     if (!file || isVideoFile(file)) return false;
     app.store.dispatch((now) => openDialog(now, {kind: 'import', data: {video: first.id, file}}));
@@ -44,6 +47,8 @@ export function createCard(app, first, choose) {
   });
   /** @type {[Video, Run[]|undefined]|null} */
   let shown = null;
+  /** @type {string|undefined} */
+  let shownRole;
   let actionsKey = '';
 
   /**
@@ -52,13 +57,15 @@ export function createCard(app, first, choose) {
    * @param {boolean} chosen
    */
   function show(video, runs, chosen) {
+    assigned.update(video);
     box.checked = chosen;
     element.classList.toggle('card-chosen', chosen);
-    if (shown && shown[0] === video && shown[1] === runs) return;
+    const role = app.store.get().session?.person?.role;
+    if (role === shownRole && shown && shown[0] === video && shown[1] === runs) return;
     if (shown?.[0] !== video) showFacts(video);
-    shown = [video, runs];
+    [shown, shownRole] = [[video, runs], role];
     fill(state, ...stateOf(video, runs));
-    const key = [video.state, video.missing, video.latest_run, video.runs].join();
+    const key = [video.state, video.missing, video.latest_run, video.runs, role].join();
     // Rebuilt only when they become others: progress must not take the focus away.
     if (key !== actionsKey) fill(actions, ...actionsOf(app, video));
     actionsKey = key;
@@ -149,6 +156,7 @@ function meter(part, label, good = false) {
  */
 function actionsOf(app, video) {
   const open = () => app.store.dispatch((state) => openDialog(state, {kind: 'run', data: {video: video.id}}));
+  const {session} = app.store.get();
   const actions = [];
   if (video.state === 'ready' && video.latest_run) {
     actions.push(h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video: video.id, run: null, frame: null, track: null}), 'aria-label': `Review ${video.name}`}, icon('eye'), 'Review'));
@@ -159,13 +167,13 @@ function actionsOf(app, video) {
     actions.push(h('button', {class: 'btn', type: 'button', onclick: () => retry(app, video), 'aria-label': `Import ${video.name} again`}, icon('refresh'), 'Import again'));
   }
   actions.push(h('span', {class: 'grow'}));
-  if (video.state === 'ready') {
+  if (video.state === 'ready' && may(session, 'reviewer')) {
     actions.push(h('button', {
       class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': `Import annotations for ${video.name}`, title: 'Import annotations for this video …',
       onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'import', data: {video: video.id}})),
     }, icon('import')));
   }
-  actions.push(h('button', {
+  if (may(session, 'admin')) actions.push(h('button', {
     class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': `Remove ${video.name} from the library`, title: 'Remove from the library …', onclick: () => askRemove(app, video),
   }, icon('trash')));
   return actions;

@@ -4,6 +4,7 @@
 import {sentence} from '../api/errors.js';
 import {isVideoFile, VIDEO_FILES} from '../model/exchange.js';
 import {leftIn} from '../model/left_elsewhere.js';
+import {may} from '../model/team.js';
 import {hideBanner, openDialog, setRuns, setSession, setVideos} from '../store/actions/page.js';
 import {h, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
@@ -16,6 +17,7 @@ import {acceptDrops} from './drops.js';
 import {createSelection} from './library-selection.js';
 import {createUploads} from './library-uploads.js';
 import {createWelcome} from './library-welcome.js';
+import {createWork} from './library-work.js';
 import {recall, remember} from './preferences.js';
 import {toast} from './toasts.js';
 
@@ -87,6 +89,7 @@ export function createLibrary(app) {
   }});
   const runAll = createRunAll(app);
   const welcome = createWelcome(app);
+  const work = createWork();
   const welcomePlace = h('div', null, welcome.element);
   const total = h('span', {class: 'muted'});
   const selection = createSelection(app, () => cards.draw());
@@ -110,7 +113,7 @@ export function createLibrary(app) {
         runAll.element, runQueue,
         h('button', {class: 'btn', type: 'button', title: 'Annotations of one or several videos', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export'),
         h('button', {class: 'btn', type: 'button', title: 'Take somebody’s bug bundle into the library', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle')),
-      filters.element, uploads.element, welcomePlace, notice, selection.element, cards.element),
+      filters.element, uploads.element, work.element, welcomePlace, notice, selection.element, cards.element),
     h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop videos to upload them, annotations on their video')));
   acceptDrops(element, (dropped) => {
     uploads.add(dropped.filter(isVideoFile));
@@ -231,7 +234,9 @@ export function createLibrary(app) {
       last = state;
       welcome.update(state);
       filters.update(state);
-      if (before && before.videos === state.videos && before.runs === state.runs) return;
+      work.update(state);
+      element.classList.toggle('library-closed', !may(state.session, 'reviewer'));
+      if (before && before.videos === state.videos && before.runs === state.runs && before.assignments === state.assignments && before.session === state.session) return;
       show();
       if (!before && state.videos && place.top) element.parentElement?.scrollTo({top: place.top});
     },

@@ -3,6 +3,7 @@
 
 import {ApiError, sentence} from '../api/errors.js';
 import {openStream} from '../api/events.js';
+import {setAssignments} from '../store/actions/team.js';
 import {hideBanner, setOutputs, setConnection, setModels, setParameters, setRuns, setSession, setVideos, showBanner} from '../store/actions/page.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -15,7 +16,7 @@ const AGAIN = 2000;
 
 /**
  * @param {App} app
- * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, open?: typeof openStream, again?: number}} [hooks]
+ * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, open?: typeof openStream, again?: number, signIn?: () => void}} [hooks]
  *   onEvent: after the store has what `video`, `run` and `removed` say; also for `edit`.
  *   onReset: events were missed, what a review has loaded may be old
  * @returns {{retry: () => void, reload: () => Promise<void>}}
@@ -23,7 +24,10 @@ const AGAIN = 2000;
 export function startLive(app, hooks = {}) {
   const {store, api} = app;
   const open = hooks.open ?? openStream;
+  const signIn = hooks.signIn ?? (() => location.replace(`/sign-in${location.hash}`));
   let seenOnline = false;
+  /** The server answers, but not to who is not signed in: it is not away. */
+  let refused = false;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
@@ -43,9 +47,10 @@ export function startLive(app, hooks = {}) {
       if (connection === 'online') {
         store.dispatch((state) => hideBanner(hideBanner(hideBanner(setConnection(state, 'online'), 'offline'), 'denied'), 'storage'));
         // The list was asked for before the stream stood: what changed in between is in neither.
-        if (!seenOnline) void reload();
-        seenOnline = true;
-      } else {
+        // And who was refused may be somebody else by now.
+        if (!seenOnline || refused) void reload();
+        [seenOnline, refused] = [true, false];
+      } else if (!refused) {
         timer = setTimeout(() => store.dispatch((state) => showBanner(setConnection(state, 'offline'), {
           id: 'offline', tone: 'warning', text: 'The server cannot be reached. What you change is kept in this page and saved as soon as it is back.',
         })), PATIENCE);
@@ -56,9 +61,9 @@ export function startLive(app, hooks = {}) {
       hooks.onReset?.();
     },
     onDenied: () => {
-      store.dispatch((state) => showBanner(state, {
-        id: 'denied', tone: 'error', text: 'This page is no longer signed in. Open the link that the terminal shows; nothing that is in this page is lost until you close it.',
-      }));
+      refused = true;
+      clearTimeout(timer);
+      void denied();
     },
   });
   app.signal.addEventListener('abort', () => {
@@ -66,12 +71,26 @@ export function startLive(app, hooks = {}) {
     clearTimeout(repeat);
   }, {once: true});
 
+  /** The server says why; where there are people, they can sign in again. */
+  async function denied() {
+    const why = await api.session().then(() => null, (thrown) => (thrown instanceof ApiError && (thrown.status === 401 || thrown.status === 403) ? thrown : null));
+    if (why === null || app.signal.aborted) return;
+    const people = why.code === 'signed_out';
+    if (people && store.get().session === null) return void signIn();
+    store.dispatch((state) => showBanner(state, {
+      id: 'denied', tone: 'error', ...(people && {action: {label: 'Sign in', operation: 'sign-in'}}),
+      text: people ? 'You are signed out. What is not saved yet is kept in this browser until you sign in again.'
+        : `${why.message} Nothing that is in this page is lost until you close it.`,
+    }));
+  }
+
   async function reload() {
     clearTimeout(repeat);
     try {
       await app.load(() => Promise.all([api.session(), app.labels.reload(), api.parameters(), api.videos()]),
         (state, [session, , parameters, videos]) => setVideos(setParameters(setSession(state, session), parameters), videos));
       store.dispatch((state) => hideBanner(state, 'load'));
+      if (store.get().session?.person) await app.load(() => api.assignments(), setAssignments);
       // runs are distinguished by their models; without those everything else goes on
       await app.load(() => Promise.all([api.outputs(), api.models().catch(() => store.get().models)]),
         (state, [outputs, models]) => (models ? setModels(setOutputs(state, outputs), models) : setOutputs(state, outputs)));
@@ -80,6 +99,7 @@ export function startLive(app, hooks = {}) {
       }
     } catch (thrown) {
       if (app.signal.aborted) return;
+      if (thrown instanceof ApiError && thrown.code === 'signed_out') return void denied();
       store.dispatch((state) => showBanner(state, {id: 'load', tone: 'error', text: sentence(thrown)}));
       // no event would bring it, and the banner would stay
       clearTimeout(repeat);

@@ -5,7 +5,7 @@ import { canGoOn, whyNoTracks } from '../model/no_tracks.js';
 import { changeRun } from './change_run.js';
 import { h, setText } from './dom.js';
 import { icon } from './icons.js';
-import { recall } from './preferences.js';
+import { signature } from './preferences.js';
 
 /**
  * @param {import('./app.js').ViewApp} app
@@ -21,7 +21,7 @@ export function createNoTracks(app, className) {
     const video = app.store.get().review?.video.id;
     if (!video) return;
     byHand.disabled = true;
-    await changeRun(app, () => app.api.startByHand(video, recall('author')));
+    await changeRun(app, () => app.api.startByHand(video, signature(app.store.get().session)));
     byHand.disabled = false;
   }
 

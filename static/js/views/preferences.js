@@ -27,6 +27,14 @@ export function remember(name, value) {
   }
 }
 
+/**
+ * The name that one's changes carry: of who is signed in, else the one that this browser remembers.
+ *
+ * @param {import('../types.js').Session|null} session
+ * @returns {string|null} null: the server's
+ */
+export const signature = (session) => session?.person?.name ?? recall('author');
+
 /** @typedef {Record<import('../state-types.js').LayerName, boolean>} Layers */
 
 /** @returns {Layers} */

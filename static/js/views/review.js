@@ -16,6 +16,7 @@ import {createQueue} from './queue/index.js';
 import {splitter} from './splitter.js';
 import {createTabs} from './tabs.js';
 import {createToolbar} from './toolbar.js';
+import {createWorkStrip} from './work-strip.js';
 
 /** Height of a window in which the lanes need a larger share, px. */
 const LOW = 820;
@@ -27,6 +28,7 @@ const LOW = 820;
 export function createReview(app) {
   const ended = new AbortController();
   const toolbar = createToolbar(app);
+  const work = createWorkStrip(app);
   const picture = createPicture(app);
   const lanes = createLanes(app);
   const side = createTabs({
@@ -59,13 +61,13 @@ export function createReview(app) {
   grid.append(top, ...linesOfLanes,
     h('section', {class: 'review-lanes', 'aria-label': 'Time lanes'}, lanes.element));
   const notice = h('div', {class: 'review-notice'}, waiting('The review is opened', {signal: ended.signal}));
-  const element = h('div', {class: 'review'}, h('h1', {class: 'visually-hidden'}, 'Review'), toolbar.element, grid, notice,
+  const element = h('div', {class: 'review'}, h('h1', {class: 'visually-hidden'}, 'Review'), toolbar.element, work.element, grid, notice,
     h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('import'), h('span', null, 'Drop annotations to import them for this video')));
   acceptDrops(element, ([file]) => {
     const {review} = app.store.get();
     if (file && review) app.store.dispatch((state) => openDialog(state, {kind: 'import', data: {video: review.video.id, file}}));
   });
-  const parts = [toolbar, picture, beside, side, lanes];
+  const parts = [toolbar, work, picture, beside, side, lanes];
   let noticed = 'waiting';
 
   /** @param {import('../state-types.js').State} state */

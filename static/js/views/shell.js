@@ -10,6 +10,7 @@ import {createLabels} from './labels/index.js';
 import {createLibrary} from './library.js';
 import {createModels} from './models.js';
 import {createReview} from './review.js';
+import {createTeam} from './team.js';
 import {createToasts} from './toasts.js';
 import {createTooltip} from './tooltip.js';
 import {createTopBar} from './topbar.js';
@@ -27,6 +28,7 @@ const SCREENS = {
   models: {title: 'Models', create: createModels},
   files: {title: 'Files', create: createFiles},
   labels: {title: 'Labels', create: createLabels},
+  team: {title: 'Team', create: createTeam},
 };
 
 /**

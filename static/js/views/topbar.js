@@ -10,6 +10,7 @@ import {runOperation} from '../operations/registry.js';
 import {fill, h, leaveKeysToPicture, setAttribute, setText} from './dom.js';
 import {icon, isIcon} from './icons.js';
 import {modelsTag} from './model-words.js';
+import {createPerson} from './topbar-person.js';
 import {runTitle} from './run-words.js';
 import {toast} from './toasts.js';
 
@@ -47,19 +48,21 @@ export function createTopBar(app) {
   const spoken = h('span', {class: 'visually-hidden', role: 'status'});
   const theme = h('button', {class: 'btn btn-quiet btn-icon', type: 'button', onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0]))});
   const [palette, settings, help] = ['palette', 'preferences', 'help'].map((id) => pageButton(app, id));
+  const person = createPerson(app);
   const making = h('span', {class: 'nav-count', hidden: true});
   const links = [
     h('a', {class: 'nav-link', href: '#/', dataset: {screen: 'library'}}, 'Library'),
     h('a', {class: 'nav-link', href: '#/files', dataset: {screen: 'files'}}, 'Files', making),
     h('a', {class: 'nav-link', href: '#/labels', dataset: {screen: 'labels'}}, 'Labels'),
     h('a', {class: 'nav-link', href: '#/models', dataset: {screen: 'models'}}, 'Models'),
+    h('a', {class: 'nav-link', href: '#/team', dataset: {screen: 'team'}, hidden: true}, 'Team'),
   ];
   const element = h('header', {class: 'topbar'},
     h('a', {class: 'brand', href: '#/', title: 'To the library'},
       h('img', {class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20}), h('span', {class: 'topbar-words'}, 'tsr review')),
     h('nav', {class: 'topbar-nav', 'aria-label': 'Screens'}, ...links),
     chooser,
-    h('div', {class: 'grow'}), saved, spoken, palette, theme, settings, help);
+    h('div', {class: 'grow'}), saved, spoken, person.element, palette, theme, settings, help);
   /** @type {Partial<State>} */
   let last = {};
 
@@ -77,6 +80,8 @@ export function createTopBar(app) {
         setText(making, busy);
         setAttribute(making, 'title', busy ? `${busy} in the making` : null);
       }
+      person.update(state);
+      if (state.session !== last.session) links[links.length - 1].hidden = !state.session?.person;
       if (state.theme !== last.theme) {
         fill(theme, icon(state.theme === 'dark' ? 'moon' : state.theme === 'light' ? 'sun' : 'contrast'));
         theme.title = THEMES[state.theme][1];

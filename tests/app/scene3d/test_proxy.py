@@ -9,7 +9,7 @@ import pytest
 import requests
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from app.security.guard import cookie_name
+from app.security.access import cookie_name
 from tests.app.scene3d.scene3d_desk import (
     AUTHORISED,
     PATIENCE,

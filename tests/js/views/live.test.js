@@ -40,3 +40,20 @@ test('what could not be loaded without the server is loaded when it is back, and
   assert.deepEqual(shown(), []);
   life.abort();
 });
+
+test('who is signed out goes to sign in, and keeps a page that holds work', async () => {
+  const denied = () => new ApiError(401, 'signed_out', 'Nobody is signed in here.');
+  for (const session of [null, {person: {name: 'ann'}}]) {
+    let state = /** @type {any} */ ({...initialState(), session});
+    const store = {get: () => state, dispatch: (/** @type {(state: any) => any} */ action) => (state = action(state))};
+    /** @type {any} */
+    let hooks;
+    let left = 0;
+    const api = {session: async () => Promise.reject(denied())};
+    startLive(/** @type {any} */ ({store, api, signal: new AbortController().signal, receive: () => {}, load: async () => {}}), {open: (options) => ((hooks = options), /** @type {any} */ ({retry: () => {}})), signIn: () => (left += 1)});
+    hooks.onDenied();
+    await new Promise((resolve) => setTimeout(resolve, 5));
+    assert.equal(left, session === null ? 1 : 0);
+    assert.deepEqual(state.banners.map((/** @type {any} */ banner) => banner.action?.operation), session === null ? [] : ['sign-in']);
+  }
+});

@@ -7,7 +7,7 @@ import { endOffer } from '../../review/earlier.js';
 import { changeReview, seek, select } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../format.js';
-import { recall } from '../preferences.js';
+import { signature } from '../preferences.js';
 import { runName } from '../run-words.js';
 
 /**
@@ -42,7 +42,7 @@ export function adoptedDialog({ app, data, close, signal }) {
     }
     go.disabled = true;
     try {
-      const found = await app.api.adopt(data.to.id, data.from.id, recall('author'), { signal });
+      const found = await app.api.adopt(data.to.id, data.from.id, signature(app.store.get().session), { signal });
       await app.editor.refresh();
       endOffer(app, data.to.id, data.from.id);
       done = true;

@@ -7,7 +7,7 @@ import {putRun, putVideo} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
 import {bytes, count, plural} from '../format.js';
 import {icon} from '../icons.js';
-import {recall} from '../preferences.js';
+import {signature} from '../preferences.js';
 import {createDropField} from './drop-field.js';
 
 /**
@@ -28,7 +28,7 @@ export function importBundleDialog({app, data, close, signal}) {
     if (!file || go.disabled) return;
     go.disabled = true;
     try {
-      const {video, run, report} = await app.load(() => app.api.importBundle(file, recall('author'), {signal, onProgress: (sent, total) => setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …')}), (state, made) => putRun(putVideo(state, made.video), made.run));
+      const {video, run, report} = await app.load(() => app.api.importBundle(file, signature(app.store.get().session), {signal, onProgress: (sent, total) => setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …')}), (state, made) => putRun(putVideo(state, made.video), made.run));
       setText(error, '');
       go.hidden = true;
       drop.element.hidden = true;

@@ -10,7 +10,7 @@ import {fill, h, setText} from '../dom.js';
 import {bytes, count, plural} from '../format.js';
 import {icon} from '../icons.js';
 import {openOver} from '../open-over.js';
-import {recall, remember} from '../preferences.js';
+import {recall, remember, signature} from '../preferences.js';
 import {runTitle} from '../run-words.js';
 import {createDropField} from './drop-field.js';
 import {field, group, tick} from './fields.js';
@@ -122,7 +122,7 @@ export function importDialog({app, data, close, signal}) {
       const unknown = answers.skip.length ? 'skip' : answers.add.length ? 'add' : 'refuse';
       const found = await progress.during(signal, ({progress: called, sending}) => api.importFile(data.video, file, {
         progress: called, as: as(), format: format.value || null, run: as() === 'annotation' ? run.value : null, name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),
-        switches: JSON.stringify(values), label_map: JSON.stringify({...map.map, ...answers.map}), unknown, add: JSON.stringify(answers.add), author: recall('author'),
+        switches: JSON.stringify(values), label_map: JSON.stringify({...map.map, ...answers.map}), unknown, add: JSON.stringify(answers.add), author: signature(app.store.get().session),
       }, sending));
       setText(error, '');
       if (answers.add.length) await app.labels.reload();

@@ -16,6 +16,7 @@
  * - merge: `{marked}`: keys of tracks
  * - record, bundle, second, settings: nothing
  * - run-several: `{videos, done?}`; run-queue: nothing
+ * - assign: `{video}`; return-work: `{assignment}`
  * - run: `{video}`; whatif: `{run}`; compare: `{video, run?, reference?, candidate?}`
  */
 
@@ -24,6 +25,7 @@ import {h} from '../dom.js';
 import {icon} from '../icons.js';
 import {addVideoDialog} from './add-video.js';
 import {adoptedDialog} from './adopted.js';
+import {assignDialog} from './assign.js';
 import {bundleDialog} from './bundle.js';
 import {compareDialog} from './compare.js';
 import {confirmDialog} from './confirm.js';
@@ -44,6 +46,7 @@ import {paletteDialog} from './palette.js';
 import {recordDialog} from './record.js';
 import {relabelDialog} from './relabel.js';
 import {retrainDialog} from './retrain.js';
+import {returnWorkDialog} from './return-work.js';
 import {runDialog} from './run.js';
 import {runQueueDialog} from './run-queue.js';
 import {runSeveralDialog} from './run-several.js';
@@ -79,6 +82,7 @@ import {whatIfDialog} from './whatif.js';
 const KINDS = {
   'add-video': addVideoDialog,
   adopted: adoptedDialog,
+  assign: assignDialog,
   bundle: bundleDialog,
   compare: compareDialog,
   confirm: confirmDialog,
@@ -96,6 +100,7 @@ const KINDS = {
   merge: mergeDialog,
   note: noteDialog,
   palette: paletteDialog,
+  'return-work': returnWorkDialog,
   record: recordDialog,
   relabel: relabelDialog,
   retrain: retrainDialog,

@@ -18,19 +18,20 @@ export function settingsDialog({app, close}) {
   theme.value = present;
 
   function submit() {
+    app.store.dispatch((state) => setTheme(state, /** @type {'auto'|'light'|'dark'} */ (theme.value)));
+    close();
+    if (session?.person) return;
     const name = author.value.replaceAll(/[\u0000-\u001f\u007f]/g, '').trim();
     if (name) remember('author', name);
     else forget('author');
-    app.store.dispatch((state) => setTheme(state, /** @type {'auto'|'light'|'dark'} */ (theme.value)));
     if (app.store.get().review) void app.editor.refresh();
     toast(`Your changes are signed “${name || session?.author || 'someone'}”.`, {tone: 'good'});
-    close();
   }
 
   return {
-    title: 'Preferences', size: 'narrow', submit, focus: author,
+    title: 'Preferences', size: 'narrow', submit, focus: session?.person ? theme : author,
     body: h('div', {class: 'stack'},
-      field('Your name', author, 'Corrections and notes that you make from now on carry it. Undo takes back your own changes, by this name. Empty: the server’s.'),
+      session?.person ? h('p', {class: 'small'}, `You are signed in as ${session.person.name}. What you change carries that name.`) : field('Your name', author, 'Corrections and notes that you make from now on carry it. Undo takes back your own changes, by this name. Empty: the server’s.'),
       field('Theme', theme)),
     footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), h('button', {class: 'btn btn-primary', type: 'submit'}, 'Save')],
   };

@@ -9,6 +9,7 @@ import { createCrops } from './crops.js';
 import { createEvents } from './events.js';
 import { createExplain } from './explain.js';
 import { createHead } from './head.js';
+import { createHistory } from './history.js';
 import { createNotes } from './notes.js';
 import { createPinned } from './pinned.js';
 import { createRunFacts } from './run_facts.js';
@@ -19,7 +20,7 @@ import { createRunFacts } from './run_facts.js';
 export function createInspector(app) {
   const life = new AbortController();
   const explain = createExplain(app, life.signal);
-  const sections = [createHead(app, life.signal), createPinned(app, life.signal), createAttributes(app, life.signal), explain, createCrops(app, life.signal), createEvents(app, life.signal), createNotes(app, life.signal)];
+  const sections = [createHead(app, life.signal), createPinned(app, life.signal), createAttributes(app, life.signal), explain, createCrops(app, life.signal), createEvents(app, life.signal), createNotes(app, life.signal), createHistory(app, life.signal)];
   const facts = createRunFacts();
   const body = h('div', { class: 'inspector-track' }, sections.map((section) => section.element));
   const empty = h('div', { class: 'empty' }, h('p', null, 'Select a track in the picture, the lanes or the queue: here stands why its boxes are where they are and why it has its label. J selects the most uncertain one.'));

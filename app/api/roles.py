@@ -1,0 +1,137 @@
+"""The least role of every route: one table, by the name of the route's operation.
+
+A route without a row needs an administrator; ``tests/app/people/test_roles.py`` fails for it. A library without people
+has one user, who may do everything.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.people.roles import Role
+
+__all__ = ["LEAST", "least_role"]
+
+_VIEWER: Final = frozenset(
+    {
+        "get_session",
+        "sign_out",
+        "list_people",
+        "get_activity",
+        "list_assignments",
+        "list_parameters",
+        "list_labels",
+        "get_pictogram",
+        "list_label_sets",
+        "get_label_set",
+        "get_label_usage",
+        "list_label_versions",
+        "get_label_file",
+        "list_videos",
+        "get_video",
+        "get_frame_table",
+        "get_thumbnail",
+        "get_frame",
+        "list_runs",
+        "get_run",
+        "follow_events",
+        "get_tracks",
+        "get_lanes",
+        "get_overlays",
+        "get_flips",
+        "get_track",
+        "get_crop",
+        "explain_verdict",
+        "get_annotation",
+        "list_edits",
+        "get_track_history",
+        "get_earlier_corrections",
+        "find_follow",
+        "get_follow",
+        "list_ground_truths",
+        "get_truth_boxes",
+        "compare",
+        "list_outputs",
+        "get_output",
+        "download_output",
+        "list_formats",
+        "list_models",
+        "get_models",
+        "get_scene3d",
+        "move_scene3d",
+        # what is in no document: former addresses, the viewers' pages, files and sockets
+        "list_artefacts",  # former name
+        "list_truths",  # former name
+        "get_page",
+        "get_file",
+        "get_state",
+        "get_recording",
+        "get_socket",
+    }
+)
+_ANNOTATOR: Final = frozenset(
+    {
+        "edit",
+        "adopt_edits",
+        "start_follow",
+        "drop_follow",
+        "start_run_by_hand",
+        "start_whatif",
+        "record_run",
+        "bundle_run",
+        "export_scene",
+        "cancel_output",
+        "change_assignment",
+    }
+)
+_REVIEWER: Final = frozenset(
+    {
+        "get_overview",
+        "create_assignments",
+        "remove_assignment",
+        "browse",
+        "add_video",
+        "upload_video",
+        "start_run",
+        "rename_run",
+        "cancel_run",
+        "resume_run",
+        "remove_whatifs",
+        "import_file",
+        "import_bundle",
+        "put_truth",
+        "start_export",
+        "remove_output",
+        "bring_label_file",
+        "change_label_set",
+        "use_label_set_in_video",
+    }
+)
+_ADMIN: Final = frozenset(
+    {
+        "create_link",
+        "use_label_set",
+        "remove_video",
+        "remove_run",
+        "remove_truth",
+        "train_models",
+        "roll_back_models",
+        "remove_models",
+        "promote_models",
+        "cancel_models",
+        "resume_models",
+    }
+)
+
+LEAST: Final[dict[str, Role]] = {
+    **dict.fromkeys(_VIEWER, "viewer"),
+    **dict.fromkeys(_ANNOTATOR, "annotator"),
+    **dict.fromkeys(_REVIEWER, "reviewer"),
+    **dict.fromkeys(_ADMIN, "admin"),
+}
+"""Name of an operation -> the least role that may carry it out. ``sign_in`` is for everybody."""
+
+
+def least_role(operation: str) -> Role:
+    """The least role that may carry out an operation."""
+    return LEAST.get(operation, "admin")

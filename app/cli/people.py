@@ -1,0 +1,205 @@
+"""``tsr people``: the accounts of a data folder, without a server; a running one takes changes up at once."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+import json as json_format
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from app.cli.library import HomeOption, opened_library
+from tsr_engine.cli.common import JsonOption, counted, out_console, print_json, say
+from tsr_engine.errors import UsageError
+
+if TYPE_CHECKING:
+    from app.people.roles import Role
+    from app.people.service import PeopleService
+    from app.settings import Settings
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    help="List the people who may use a data folder, add and remove them, give roles, make and revoke tokens.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Name of the person; their changes carry it.")]
+RoleOption = Annotated[
+    str, typer.Option("--role", metavar="ROLE", help="admin, reviewer, annotator or viewer.", show_default=False)
+]
+UrlOption = Annotated[
+    str | None,
+    typer.Option("--url", metavar="URL", help="Address that people open.  [default: that of the running server]"),
+]
+
+
+@app.command("list")
+def listed(home: HomeOption = None, json: JsonOption = False) -> None:
+    """List the people with their roles and the tokens that are in use.
+
+    \b
+    Example:
+      tsr people list --home out/review
+    """
+    with _service(home) as (service, _):
+        people = [(view, service.tokens(view.name)) for view in service.views()]
+    if json:
+        rows = [{**view.model_dump(), "tokens": [token.model_dump() for token in found]} for view, found in people]
+        print_json({"people": rows})
+        return
+    if not people:
+        say("There are no people: the library has one user, who does not sign in. 'tsr people add' adds the first.")
+        return
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table("name", "role", "since", "assigned", "tokens", box=None, pad_edge=False)
+    for view, found in people:
+        texts = ", ".join(f"{token.id} ({token.note})" if token.note else token.id for token in found)
+        table.add_row(*map(Text, (view.name, view.role, view.created[:10], str(view.assignments), texts or "none")))
+    out_console().print(table)
+
+
+@app.command("add")
+def add(
+    name: NameArgument, role: RoleOption, home: HomeOption = None, url: UrlOption = None, json: JsonOption = False
+) -> None:
+    """Add a person and print the link and the token that they sign in with, once.
+
+    \b
+    Example:
+      tsr people add Ada --role admin --url https://tsr.example
+    """
+    chosen = _role(role)
+    with _service(home) as (service, settings):
+        first = not service.views()
+        view, token = service.add(name, chosen)
+        _tell_token(settings, view.name, token, url, json)
+    if first:
+        say("From now on everybody signs in: the library has people.")
+        if view.role != "admin":
+            say(f"warning: {view.name} is no administrator, and nobody else is here. Add one with --role admin.")
+
+
+@app.command("remove")
+def remove(name: NameArgument, home: HomeOption = None) -> None:
+    """Remove a person with their tokens and assignments; what they have changed keeps their name.
+
+    \b
+    Example:
+      tsr people remove Ada --home out/review
+    """
+    with _service(home) as (service, _):
+        service.remove(name)
+        last = not service.views()
+    say(f"{name} is removed and signed out.")
+    if last:
+        say("There are no people any more: the library has one user again, who opens the link of 'tsr review'.")
+
+
+@app.command("role")
+def role(
+    name: NameArgument,
+    role: Annotated[str, typer.Argument(metavar="ROLE", help="admin, reviewer, annotator or viewer.")],
+    home: HomeOption = None,
+) -> None:
+    """Give a person another role; it holds at once.
+
+    \b
+    Example:
+      tsr people role Ada reviewer --home out/review
+    """
+    with _service(home) as (service, _):
+        view = service.set_role(name, _role(role))
+    say(f"{view.name} has the role {view.role}.")
+
+
+@app.command("token")
+def token(
+    name: NameArgument,
+    note: Annotated[str, typer.Option("--note", help="What the token is for.")] = "",
+    home: HomeOption = None,
+    url: UrlOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Make one more token of a person, as for a script or a second machine, and print it once.
+
+    \b
+    Example:
+      tsr people token Ada --note "nightly export"
+    """
+    with _service(home) as (service, settings):
+        _tell_token(settings, name, service.new_token(name, note), url, json)
+
+
+@app.command("rotate")
+def rotate(name: NameArgument, home: HomeOption = None, url: UrlOption = None, json: JsonOption = False) -> None:
+    """Revoke all tokens of a person, end their sessions, and print a new token once.
+
+    \b
+    Example:
+      tsr people rotate Ada --home out/review
+    """
+    with _service(home) as (service, settings):
+        _tell_token(settings, name, service.rotate(name), url, json)
+
+
+@app.command("revoke")
+def revoke(
+    name: NameArgument,
+    token: Annotated[
+        str | None, typer.Option("--token", metavar="ID", help="Only this token, as 'tsr people list' names it.")
+    ] = None,
+    home: HomeOption = None,
+) -> None:
+    """Revoke the tokens of a person, or one of them, and end their sessions; open pages end too.
+
+    \b
+    Example:
+      tsr people revoke Ada --token 3f9ab812
+    """
+    with _service(home) as (service, _):
+        count = service.revoke(name, token)
+    say(f"{counted(count, 'token')} of {name} {'is' if count == 1 else 'are'} revoked, and {name} is signed out.")
+
+
+@contextmanager
+def _service(home: Path | None) -> Iterator[tuple[PeopleService, Settings]]:
+    """The service on a data folder that is there; its refusals become errors of the command line."""
+    from app.events import EventBus
+    from app.people.service import PeopleService
+
+    with opened_library(home) as (settings, database):
+        yield PeopleService(database, EventBus()), settings
+
+
+def _role(text: str) -> Role:
+    from app.people.roles import role_of
+
+    try:
+        return role_of(text)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _tell_token(settings: Settings, name: str, token: str, url: str | None, json: bool) -> None:
+    """Print a token, which is nowhere else; the part of a link behind # never reaches a server or its log."""
+    link = f"{(url or _base(settings)).rstrip('/')}/sign-in#{token}"
+    if json:
+        print_json({"name": name, "token": token, "link": link})
+        return
+    say(f"{name} signs in with this link, or with the token at its end. Both are shown only now.")
+    out_console().print(link, soft_wrap=True, markup=False, highlight=False)
+
+
+def _base(settings: Settings) -> str:
+    try:
+        return str(json_format.loads((settings.home / "server.json").read_text(encoding="utf-8"))["base"])
+    except (OSError, ValueError, KeyError):
+        return f"http://127.0.0.1:{settings.port}"

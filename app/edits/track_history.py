@@ -1,0 +1,153 @@
+"""The history of a track: who changed what and when, from the log that is stored anyway."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.edits.documents import TrackDoc
+from app.errors import NotFound
+from app.shapes import Model
+from app.storage.models import Edit, Run
+
+__all__ = ["Difference", "Happened", "TrackHistory", "differences", "track_history"]
+
+_PAGE = 50
+_LOOK = 200
+"""Rows of the log that are read at once; one row can hold many tracks."""
+_MOST = 20
+"""Boxes, notes and attributes that one difference names."""
+
+
+class Difference(Model):
+    """One thing that became another."""
+
+    what: str
+    """``label``, ``review``, ``boxes``, ``notes`` ...: see :func:`differences`."""
+    before: Any
+    after: Any
+    """Of boxes, notes and attributes: those alone that differ."""
+    more: int = 0
+    """How many further ones differ."""
+
+
+class Happened(Model):
+    """One operation on the track."""
+
+    seq: int
+    author: str
+    time: str
+    """ISO 8601, UTC, by the clock of the server that stored it; the order is that of ``seq``."""
+    name: str
+    """Of the command, or ``undo`` and ``redo``."""
+    frame: int | None
+    differences: list[Difference]
+
+
+class TrackHistory(Model):
+    """The newest operations first."""
+
+    key: str
+    happened: list[Happened]
+    more: int | None
+    """Ask for what came before this number; None: this is all."""
+
+
+def track_history(session: Session, run_id: str, key: str, before: int | None = None) -> TrackHistory:
+    """What was done to a track of a run, the newest first.
+
+    Args:
+        session: reads the log.
+        run_id: the run.
+        key: of the track.
+        before: rows of the log before this number; None: from the newest on.
+
+    Raises:
+        NotFound: there is no such run.
+    """
+    if session.get(Run, run_id) is None:
+        raise NotFound(f"There is no run {run_id[:40]!r}.")
+    found: list[Happened] = []
+    for row in _rows(session, run_id, key, before):
+        if len(found) == _PAGE:
+            return TrackHistory(key=key, happened=found, more=found[-1].seq)
+        old, new = (None if doc is None else TrackDoc.model_validate(doc) for doc in (row.old, row.new))
+        found.append(
+            Happened(
+                seq=row.seq,
+                author=row.author,
+                time=row.created.isoformat(timespec="seconds"),
+                name=row.kind,
+                frame=row.frame,
+                differences=differences(old, new),
+            )
+        )
+    return TrackHistory(key=key, happened=found, more=None)
+
+
+def _rows(session: Session, run_id: str, key: str, before: int | None) -> Iterator[Any]:
+    """Operations on a track, the newest first; of each only this track's documents leave the database."""
+    old, new = Edit.before[key].label("old"), Edit.after[key].label("new")
+    touched = Edit.after[key, "revision"].as_integer().is_not(None)
+    columns = select(Edit.seq, Edit.author, Edit.created, Edit.kind, Edit.frame, old, new)
+    query = columns.where(Edit.run_id == run_id, touched).order_by(Edit.seq.desc()).limit(_LOOK)
+    while True:
+        page = session.execute(query if before is None else query.where(Edit.seq < before)).all()
+        yield from page
+        if len(page) < _LOOK:
+            return
+        before = page[-1].seq
+
+
+def differences(before: TrackDoc | None, after: TrackDoc | None) -> list[Difference]:
+    """What an operation changed of a track; empty: nothing that one sees.
+
+    Args:
+        before: the document; None: nobody had touched the track, or there was none.
+        after: the document.
+    """
+    old, new = _facts(before), _facts(after)
+    if before is None:  # an untouched track of the engine: its pieces are no change of a person
+        old["pieces of the engine"] = new["pieces of the engine"]
+    return [Difference(what=what, **_sides(old[what], new[what])) for what in old if old[what] != new[what]]
+
+
+def _sides(old: Any, new: Any) -> dict[str, Any]:
+    """Both sides of a difference; of what holds many things, those alone that differ."""
+    if not (isinstance(old, dict) and isinstance(new, dict)):
+        return {"before": old, "after": new}
+    keys = [key for key in {**old, **new} if old.get(key) != new.get(key)]
+    few = keys[:_MOST]
+    return {
+        "before": {key: old[key] for key in few if key in old},
+        "after": {key: new[key] for key in few if key in new},
+        "more": len(keys) - len(few),
+    }
+
+
+def _facts(doc: TrackDoc | None) -> dict[str, Any]:
+    """What a document says, each in a form that is short enough for a list."""
+    if doc is None:
+        doc = TrackDoc(key="m0")
+    own = {frame: key for frame, key in doc.keys.items() if key.class_id is not None or key.attributes}
+    return {
+        "label": doc.class_id,
+        "review": doc.review,
+        "deleted": doc.gone and doc.merged_into is None,
+        "merged into": doc.merged_into,
+        "not a sign": doc.not_a_sign,
+        "ignore": doc.ignore,
+        "attributes": doc.attributes,
+        "boxes": {frame: key.box for frame, key in doc.keys.items() if key.box is not None},
+        "occluded": sorted(int(frame) for frame, key in doc.keys.items() if key.occluded),
+        "ends": sorted(int(frame) for frame, key in doc.keys.items() if key.outside),
+        "labels of frames": {frame: (key.class_id, key.attributes) for frame, key in own.items()},
+        "interpolated": sorted(
+            int(frame) for frame, key in doc.keys.items() if key.interpolate and key.box is not None
+        ),
+        "pieces of the engine": [(piece.track, piece.first, piece.last) for piece in doc.segments],
+        "notes": {note.id: f"{note.author}, frame {note.frame}: {note.text}" for note in doc.notes},
+    }

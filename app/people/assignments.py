@@ -1,0 +1,280 @@
+"""Who works on what: videos, or frames of them, given to people; how far each is, and who may change that.
+
+::
+
+    assigned ──► in_review ──► done
+                  │     ▲
+                  ▼     │
+                 returned (with a comment)
+
+Who has an assignment hands it in (``in_review``) and takes it back. A reviewer gives work out, and says of what was
+handed in that it is done, or returns it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import Final, Literal, cast
+
+from sqlalchemy import Select, case, select
+from sqlalchemy.orm import Session
+
+from app.errors import Conflict, Invalid, NotFound, Refused
+from app.events import EventBus
+from app.people.identity import Identity
+from app.people.roles import Role, at_least
+from app.people.service import person_named
+from app.shapes import Model
+from app.storage.database import Database
+from app.storage.models import Assignment, Person, Video
+
+__all__ = ["AssignmentService", "AssignmentView", "State"]
+
+State = Literal["assigned", "in_review", "returned", "done"]
+_OWN: Final[dict[State, tuple[State, ...]]] = {
+    "assigned": ("in_review",),
+    "returned": ("in_review",),
+    "in_review": ("assigned",),
+}
+"""What whoever has an assignment may make of its states."""
+_ORDER: Final = {"returned": 0, "assigned": 1, "in_review": 2, "done": 3}
+_MOST: Final = 10_000
+_WORDS: Final[dict[str, str]] = {
+    "assigned": "assigned",
+    "in_review": "in review",
+    "returned": "returned",
+    "done": "done",
+}
+
+
+class AssignmentView(Model):
+    """One assignment; see ``Assignment`` in static/js/types.js."""
+
+    id: int
+    video_id: str
+    video_name: str
+    person: str
+    first: int
+    stop: int | None
+    state: State
+    comment: str
+    changed_by: str
+    revision: int
+    created: str
+    changed: str
+
+
+class AssignmentService:
+    """Assignments of a library."""
+
+    def __init__(self, database: Database, events: EventBus) -> None:
+        self._database = database
+        self._events = events
+
+    def views(
+        self, *, video_id: str | None = None, person: str | None = None, state: State | None = None
+    ) -> list[AssignmentView]:
+        """Assignments: what was returned first, then what is to be done, to be looked at, done; the oldest first.
+
+        Args:
+            video_id: of this video; None: of all.
+            person: of this person; None: of all.
+            state: in this state; None: in any.
+
+        Raises:
+            NotFound: there is nobody of that name.
+        """
+        rank = case(_ORDER, value=Assignment.state, else_=9)
+        query = _joined().order_by(rank, Assignment.id).limit(_MOST)
+        with self._database.read() as session:
+            if video_id is not None:
+                query = query.where(Assignment.video_id == video_id)
+            if person is not None:
+                query = query.where(Assignment.person_id == person_named(session, person).id)
+            if state is not None:
+                query = query.where(Assignment.state == state)
+            return [_view(row, owner, name) for row, owner, name in session.execute(query)]
+
+    def create(
+        self, who: Identity, video_ids: Sequence[str], person: str, first: int, stop: int | None, comment: str
+    ) -> list[AssignmentView]:
+        """Give videos, or the same frames of each, to a person; all of them or none.
+
+        Raises:
+            NotFound: there is no such video or person.
+            Invalid: the frames are not in order or not in the video, or the person may not change anything.
+            Conflict: the person has such an assignment already.
+        """
+        with self._database.write() as session:
+            chosen = person_named(session, person)
+            _require_worker(chosen)
+            made = []
+            for video_id in dict.fromkeys(video_ids):
+                video = session.get(Video, video_id)
+                if video is None:
+                    raise NotFound(f"There is no video {video_id[:80]!r}.")
+                _require_frames(video, first, stop)
+                self._refuse_twice(session, chosen, video, first, stop)
+                row = Assignment(
+                    video_id=video.id,
+                    person_id=chosen.id,
+                    first=first,
+                    stop=stop,
+                    comment=comment,
+                    changed_by=_name(who),
+                )
+                session.add(row)
+                session.flush()
+                made.append(_view(row, chosen.name, video.name))
+            for view in made:
+                self._publish(session, view)
+            return made
+
+    def change(
+        self,
+        who: Identity,
+        assignment_id: int,
+        revision: int,
+        *,
+        state: State | None = None,
+        comment: str | None = None,
+        person: str | None = None,
+    ) -> AssignmentView:
+        """Change the state, the comment or the person of an assignment.
+
+        Args:
+            who: who asks.
+            assignment_id: the assignment.
+            revision: as the page knows it.
+            state: the new state; None: it stays.
+            comment: the new comment; None: it stays.
+            person: who has it from now on; None: it stays. It begins anew as ``assigned``.
+
+        Raises:
+            NotFound: there is no such assignment or person.
+            Conflict: somebody was faster; ``details`` holds the present state.
+            Refused: who asks may not do that.
+            Invalid: it is returned without a comment.
+        """
+        with self._database.write() as session:
+            row = session.get(Assignment, assignment_id, with_for_update=True)
+            if row is None:
+                raise NotFound("There is no such assignment (any more).")
+            present = self._shown(session, row)
+            _require_allowed(who, row, present.person, state, comment, person)
+            if row.revision != revision:
+                raise Conflict(
+                    f"{row.changed_by} has changed this assignment meanwhile: it is {_WORDS[row.state]} now.",
+                    code="stale",
+                    details={"current": present.model_dump(mode="json")},
+                )
+            if state == "returned" and not (comment or "").strip():
+                raise Invalid("Say in a comment what is to be done again.", field="comment")
+            if person is not None:
+                chosen = person_named(session, person)
+                _require_worker(chosen)
+                row.person_id, row.state = chosen.id, state or "assigned"
+            elif state is not None:
+                row.state = state
+            if comment is not None:
+                row.comment = comment.strip()
+            row.changed_by, row.revision, row.changed = _name(who), row.revision + 1, datetime.now(UTC)
+            session.flush()
+            view = self._shown(session, row)
+            self._publish(session, view)
+            return view
+
+    def remove(self, assignment_id: int) -> None:
+        """Take an assignment back; none of the work on the video is lost.
+
+        Raises:
+            NotFound: there is none.
+        """
+        with self._database.write() as session:
+            row = session.get(Assignment, assignment_id)
+            if row is None:
+                raise NotFound("There is no such assignment (any more).")
+            session.delete(row)
+            self._events.publish(session, "removed", str(assignment_id), {"kind": "assignment", "id": assignment_id})
+
+    def _shown(self, session: Session, row: Assignment) -> AssignmentView:
+        found, owner, name = session.execute(_joined().where(Assignment.id == row.id)).one()
+        return _view(found, owner, name)
+
+    def _refuse_twice(self, session: Session, person: Person, video: Video, first: int, stop: int | None) -> None:
+        same = Assignment.video_id == video.id, Assignment.person_id == person.id, Assignment.state != "done"
+        for other in session.scalars(select(Assignment).where(*same)):
+            if (stop is None or other.first < stop) and (other.stop is None or first < other.stop):
+                raise Conflict(
+                    f"{person.name} has {video.name} already, {_frames(other)}. Change that assignment instead.",
+                    code="assigned_already",
+                )
+
+    def _publish(self, session: Session, view: AssignmentView) -> None:
+        self._events.publish(session, "assignment", str(view.id), view.model_dump(mode="json"))
+
+
+def _require_allowed(
+    who: Identity, row: Assignment, owner: str, state: State | None, comment: str | None, person: str | None
+) -> None:
+    """Refuse a change that neither the role nor having the assignment allows."""
+    if at_least(who.role, "reviewer"):
+        return
+    if who.person != row.person_id:
+        raise Refused(f"This is the work of {owner}. Only a reviewer or {owner} changes it.", code="not_yours")
+    if person is not None or comment is not None or state is None:
+        raise Refused("Only a reviewer gives work to somebody, or comments on it.", code="role")
+    if state not in _OWN.get(cast(State, row.state), ()):
+        raise Refused(f"Your work is {_WORDS[row.state]}. Only a reviewer can make it {_WORDS[state]}.", code="role")
+
+
+def _require_worker(person: Person) -> None:
+    if not at_least(cast(Role, person.role), "annotator"):
+        raise Invalid(f"{person.name} is a viewer and can change nothing. Choose somebody else.", field="person")
+
+
+def _require_frames(video: Video, first: int, stop: int | None) -> None:
+    last = video.frames
+    if (stop is not None and stop <= first) or (last is not None and (first >= last or (stop or 0) > last)):
+        until = "" if last is None else f" and end by {last}"
+        raise Invalid(
+            f"The frames of {video.name} begin at 0{until}; {first} to {'the end' if stop is None else stop} is no "
+            "part of them.",
+            field="first",
+        )
+
+
+def _frames(row: Assignment) -> str:
+    if row.stop is None:
+        return "whole" if row.first == 0 else f"from frame {row.first}"
+    return f"frames {row.first} to {row.stop - 1}"
+
+
+def _name(who: Identity) -> str:
+    return who.name or "the server"
+
+
+def _joined() -> Select[Assignment, str, str]:
+    return (
+        select(Assignment, Person.name, Video.name)
+        .join(Person, Person.id == Assignment.person_id)
+        .join(Video, Video.id == Assignment.video_id)
+    )
+
+
+def _view(row: Assignment, person: str, video: str) -> AssignmentView:
+    return AssignmentView(
+        id=row.id,
+        video_id=row.video_id,
+        video_name=video,
+        person=person,
+        first=row.first,
+        stop=row.stop,
+        state=cast(State, row.state),
+        comment=row.comment,
+        changed_by=row.changed_by,
+        revision=row.revision,
+        created=row.created.isoformat(timespec="seconds"),
+        changed=row.changed.isoformat(timespec="seconds"),
+    )

@@ -1,0 +1,152 @@
+"""Who a secret or a name belongs to. Asked with every request, so that what is revoked is revoked at once."""
+
+from __future__ import annotations
+
+import threading
+import time
+from datetime import UTC, datetime, timedelta
+from typing import Final, cast
+
+from sqlalchemy import delete, select
+from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import TimeoutError as PoolTimeout
+from sqlalchemy.orm import Session
+
+from app.people.identity import Identity
+from app.people.roles import Role
+from app.people.secrets import hash_of, new_secret
+from app.people.service import name_key
+from app.storage.database import Database
+from app.storage.models import Person, PersonSecret
+
+__all__ = ["SESSION_DAYS", "Directory"]
+
+SESSION_DAYS: Final = 30
+"""How long a browser stays signed in."""
+_FRESH: Final = 1.0
+"""Seconds that "the library has no people" is believed; another process may add the first one."""
+
+
+class Directory:
+    """Looks people up.
+
+    Args:
+        database: holds the accounts.
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+        self._empty = True
+        self._until = 0.0
+        self._forgotten = 0
+        self._lock = threading.Lock()
+
+    @property
+    def surely_empty(self) -> bool:
+        """The library has no people, as was seen a moment ago; nobody needs to ask the database."""
+        return self._empty and time.monotonic() < self._until
+
+    def is_empty(self) -> bool:
+        """Whether the library has no people.
+
+        While the database is away, what was seen last holds: without people there is nothing to protect.
+        """
+        if self.surely_empty:
+            return True
+        with self._lock:
+            before = self._forgotten
+            try:
+                with self._database.read() as session:
+                    self._empty = session.scalars(select(Person.id).limit(1)).first() is None
+            except (DBAPIError, PoolTimeout):
+                if not self._empty or self._until == 0.0:
+                    raise
+            # what changed while the database was asked may not be in its answer
+            self._until = time.monotonic() + (_FRESH if before == self._forgotten else 0)
+            return self._empty
+
+    def forget(self) -> None:
+        """Look again next time whether there are people."""
+        self._forgotten += 1
+        self._until = min(self._until, time.monotonic())
+
+    def by_secret(self, secret: str, kind: str) -> tuple[Identity | None, bool]:
+        """Whose a secret is; and whether it was somebody's and is revoked.
+
+        Args:
+            secret: as the request carries it.
+            kind: ``token`` or ``session``.
+        """
+        hashed = hash_of(secret)
+        with self._database.read() as session:
+            query = select(Person, PersonSecret).join(PersonSecret, PersonSecret.person_id == Person.id)
+            row = session.execute(query.where(PersonSecret.hash == hashed, PersonSecret.kind == kind)).first()
+            if row is None:
+                return None, False
+            person, found = row
+            if found.revoked is not None or (kind == "session" and found.created < _oldest()):
+                return None, True
+            return _identity(person, hashed), False
+
+    def by_name(self, name: str) -> Identity | None:
+        """The person of a name; None: there is none."""
+        with self._database.read() as session:
+            person = session.scalars(select(Person).where(Person.key == name_key(name))).first()
+            return None if person is None else _identity(person, None)
+
+    def still(self, identity: Identity) -> bool:
+        """Whether who was let in would be let in again; while the database is away, nothing changes."""
+        try:
+            return self._still(identity)
+        except (DBAPIError, PoolTimeout):
+            return True
+
+    def _still(self, identity: Identity) -> bool:
+        if identity.person is None:
+            return not identity.owner or self.is_empty()
+        with self._database.read() as session:
+            if identity.credential is None:
+                return session.get(Person, identity.person) is not None
+            secret = session.get(PersonSecret, identity.credential)
+            return secret is not None and secret.revoked is None
+
+    def sign_in(self, token: str) -> tuple[Identity | None, str]:
+        """A session for whose token it is, and the secret of that session; None: the token is wrong or revoked."""
+        identity, _ = self.by_secret(token, "token")
+        if identity is None:
+            return None, ""
+        secret = new_secret()
+        with self._database.write() as session:
+            if not _in_use(session, hash_of(token)):  # revoked in this moment
+                return None, ""
+            old = PersonSecret.kind == "session", PersonSecret.created < _oldest()
+            session.execute(delete(PersonSecret).where(*old))
+            session.add(PersonSecret(hash=hash_of(secret), person_id=identity.person, kind="session"))
+        return identity, secret
+
+    def is_session(self, identity: Identity) -> bool:
+        """Whether a browser's session let somebody in; else a token did, or a proxy."""
+        if identity.credential is None:
+            return False
+        with self._database.read() as session:
+            found = session.get(PersonSecret, identity.credential)
+            return found is not None and found.kind == "session"
+
+    def sign_out(self, identity: Identity) -> None:
+        """End the session that a request came with; a token stays."""
+        with self._database.write() as session:
+            mine = PersonSecret.hash == identity.credential, PersonSecret.kind == "session"
+            session.execute(delete(PersonSecret).where(*mine))
+
+
+def _in_use(session: Session, hashed: str) -> bool:
+    query = select(PersonSecret.hash).where(PersonSecret.hash == hashed, PersonSecret.revoked.is_(None))
+    return session.scalars(query.with_for_update()).first() is not None
+
+
+def _oldest() -> datetime:
+    return datetime.now(UTC) - timedelta(days=SESSION_DAYS)
+
+
+def _identity(person: Person, credential: str | None) -> Identity:
+    return Identity(cast(Role, person.role), person.id, person.name, credential)

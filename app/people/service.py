@@ -1,0 +1,237 @@
+"""Accounts: add and remove people, give roles, make and revoke tokens."""
+
+from __future__ import annotations
+
+import unicodedata
+from datetime import UTC, datetime
+from typing import cast
+from uuid import uuid4
+
+from sqlalchemy import func, select, update
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from app.errors import Conflict, Invalid, NotFound
+from app.events import EventBus
+from app.people.roles import Role
+from app.people.secrets import hash_of, new_secret
+from app.shapes import Model
+from app.storage.database import Database
+from app.storage.models import Assignment, Person, PersonSecret
+
+__all__ = ["PeopleService", "PersonView", "TokenView", "name_key", "person_named"]
+
+_MOST_NAME = 80
+_MOST_NOTE = 200
+_ID_DIGITS = 8
+"""Digits of a token's hash that name it in lists."""
+
+
+class TokenView(Model):
+    """A token that is in use; the secret itself is nowhere."""
+
+    id: str
+    note: str
+    created: str
+
+
+class PersonView(Model):
+    """An account."""
+
+    name: str
+    role: Role
+    created: str
+    assignments: int
+    """Those that are not done."""
+
+
+class PeopleService:
+    """Accounts of a library."""
+
+    def __init__(self, database: Database, events: EventBus) -> None:
+        self._database = database
+        self._events = events
+
+    def views(self) -> list[PersonView]:
+        """All people by name."""
+        with self._database.read() as session:
+            rows = session.scalars(select(Person).order_by(Person.key)).all()
+            open_ones = (
+                select(Assignment.person_id, func.count())
+                .where(Assignment.state != "done")
+                .group_by(Assignment.person_id)
+            )
+            left = {person: count for person, count in session.execute(open_ones)}  # noqa: C416 - a Row is no tuple
+            return [_view(row, left.get(row.id, 0)) for row in rows]
+
+    def tokens(self, name: str) -> list[TokenView]:
+        """Tokens of a person that are in use, the oldest first.
+
+        Raises:
+            NotFound: there is nobody of that name.
+        """
+        with self._database.read() as session:
+            person = person_named(session, name)
+            mine = PersonSecret.person_id == person.id, PersonSecret.kind == "token", PersonSecret.revoked.is_(None)
+            rows = session.scalars(select(PersonSecret).where(*mine).order_by(PersonSecret.created))
+            return [
+                TokenView(id=row.hash[:_ID_DIGITS], note=row.note, created=row.created.isoformat(timespec="seconds"))
+                for row in rows
+            ]
+
+    def add(self, name: str, role: Role) -> tuple[PersonView, str]:
+        """Add a person; the account and its first token, which is shown this once.
+
+        Raises:
+            Invalid: the name cannot be one.
+            Conflict: somebody has it.
+        """
+        name = _checked(name)
+        secret = new_secret()
+        person = Person(id=uuid4().hex, name=name, key=name_key(name), role=role)
+        try:
+            with self._database.write() as session:
+                session.add(person)
+                session.flush()
+                session.add(PersonSecret(hash=hash_of(secret), person_id=person.id, kind="token", note="first token"))
+                self._publish(session)
+        except IntegrityError:
+            raise Conflict(f"There is a person {name!r} already. Choose another name.", code="name_taken") from None
+        return _view(person, 0), secret
+
+    def remove(self, name: str) -> None:
+        """Remove an account with its tokens, sessions and assignments; what the person has changed keeps the name.
+
+        Raises:
+            NotFound: there is nobody of that name.
+            Conflict: nobody would be left who may change accounts.
+        """
+        with self._database.write() as session:
+            person = person_named(session, name)
+            if person.role == "admin":
+                self._keep_admin(session, person, "remove")
+            session.delete(person)
+            self._publish(session)
+
+    def set_role(self, name: str, role: Role) -> PersonView:
+        """Give a person another role; it holds for the next request.
+
+        Raises:
+            NotFound: there is nobody of that name.
+            Conflict: nobody would be left who is an administrator.
+        """
+        with self._database.write() as session:
+            person = person_named(session, name)
+            if person.role == "admin" and role != "admin":
+                self._keep_admin(session, person, "change")
+            person.role = role
+            self._publish(session)
+            return _view(person, 0)
+
+    def new_token(self, name: str, note: str = "") -> str:
+        """One more token of a person, as for a script; it is shown this once.
+
+        Raises:
+            NotFound: there is nobody of that name.
+            Invalid: the note is too long.
+        """
+        if len(note) > _MOST_NOTE or "\x00" in note:
+            raise Invalid(f"The note of a token has at most {_MOST_NOTE} characters.", field="note")
+        secret = new_secret()
+        with self._database.write() as session:
+            person = person_named(session, name)
+            session.add(PersonSecret(hash=hash_of(secret), person_id=person.id, kind="token", note=note))
+        return secret
+
+    def rotate(self, name: str) -> str:
+        """Revoke all tokens and sessions of a person, and make a new token, which is shown this once.
+
+        Raises:
+            NotFound: there is nobody of that name.
+        """
+        secret = new_secret()
+        with self._database.write() as session:
+            person = person_named(session, name)
+            self._revoke(session, person)
+            session.add(PersonSecret(hash=hash_of(secret), person_id=person.id, kind="token", note="rotated"))
+            self._publish(session)
+        return secret
+
+    def revoke(self, name: str, token: str | None = None) -> int:
+        """Revoke tokens of a person, and all sessions; open pages end at once.
+
+        A session does not know which token it began with, so all end with any token.
+
+        Args:
+            name: of the person.
+            token: id of one token, as the list shows it; None: all of them.
+
+        Returns:
+            How many tokens were revoked.
+
+        Raises:
+            NotFound: there is nobody of that name, or no such token in use.
+        """
+        with self._database.write() as session:
+            person = person_named(session, name)
+            count = self._revoke(session, person, token)
+            if token is not None and count == 0:
+                raise NotFound(f"{person.name!r} has no token {token[:80]!r} in use. 'tsr people list' shows them.")
+            self._publish(session)
+        return count
+
+    def _revoke(self, session: Session, person: Person, token: str | None = None) -> int:
+        in_use = PersonSecret.person_id == person.id, PersonSecret.revoked.is_(None)
+        revoked = update(PersonSecret).values(revoked=datetime.now(UTC))
+        which = [*in_use, PersonSecret.kind == "token"]
+        if token is not None:
+            which.append(func.substr(PersonSecret.hash, 1, _ID_DIGITS) == token)
+        hashes = session.scalars(select(PersonSecret.hash).where(*which)).all()
+        session.execute(revoked.where(PersonSecret.hash.in_(hashes)))
+        if token is None or hashes:
+            session.execute(revoked.where(*in_use, PersonSecret.kind == "session"))
+        return len(hashes)
+
+    def _keep_admin(self, session: Session, person: Person, what: str) -> None:
+        others = select(func.count()).select_from(Person).where(Person.id != person.id)
+        if session.scalar(others) and not session.scalar(others.where(Person.role == "admin")):
+            raise Conflict(
+                f"{person.name!r} is the last administrator, and others would be left without one. Make somebody else "
+                f"an administrator first, then {what} {person.name!r}.",
+                code="last_admin",
+            )
+
+    def _publish(self, session: Session) -> None:
+        """Tell all servers that secrets or roles have changed: they look again who may still listen."""
+        self._events.publish(session, "people", "", {})
+
+
+def person_named(session: Session, name: str) -> Person:
+    """The account of a name.
+
+    Raises:
+        NotFound: there is nobody of that name.
+    """
+    person = session.scalars(select(Person).where(Person.key == name_key(name))).first()
+    if person is None:
+        raise NotFound(f"There is nobody called {name[:80]!r} here. 'tsr people list' shows the accounts.")
+    return person
+
+
+def name_key(name: str) -> str:
+    """A name without differences of case and Unicode form: two people must not be mistaken for each other."""
+    return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())[:255]
+
+
+def _checked(name: str) -> str:
+    if not 0 < len(name) <= _MOST_NAME or name != name.strip() or not name.isprintable():
+        raise Invalid(
+            f"A name has 1 to {_MOST_NAME} printable characters and no space at its ends, got {name[:100]!r}.",
+            field="name",
+        )
+    return name
+
+
+def _view(person: Person, assignments: int) -> PersonView:
+    created = person.created.isoformat(timespec="seconds")
+    return PersonView(name=person.name, role=cast(Role, person.role), created=created, assignments=assignments)

@@ -1,0 +1,182 @@
+"""Who a request comes from: the one place that knows tokens, cookies and what a proxy says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, cast
+
+import anyio
+import anyio.to_thread
+from starlette.datastructures import Headers
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import Response
+from starlette.types import Scope
+
+from app.people.directory import SESSION_DAYS, Directory
+from app.people.identity import OWNER, SECRET, Identity
+from app.security.proxies import BadProxyHeader, Proxies
+from app.security.tokens import Tokens
+
+__all__ = ["Access", "Denied", "cookie_name", "identity_of", "sign_in_cookie"]
+
+_KEY: Final = "tsr.identity"
+_AT_ONCE: Final = 16
+"""Requests that ask the database at once who they come from."""
+
+
+def cookie_name(port: int) -> str:
+    """Cookies do not tell ports apart, so their name does."""
+    return f"tsr_{port}"
+
+
+def identity_of(connection: HTTPConnection) -> Identity:
+    """Who a request comes from that the guard has let in."""
+    return cast(Identity, connection.scope[_KEY])
+
+
+def sign_in_cookie(request: Request, answer: Response, secret: str, days: int = SESSION_DAYS) -> None:
+    """Let a browser keep a secret that scripts cannot read and other sites cannot send; 0 days: forget it."""
+    port = (request.scope.get("server") or ("", 0))[1] or 0
+    origin = request.headers.get("origin", "")
+    answer.set_cookie(
+        cookie_name(port),
+        secret,
+        max_age=days * 86400,
+        httponly=True,
+        samesite="strict",
+        # a proxy that speaks TLS in front need not tell us; the browser does
+        secure=request.url.scheme == "https" or origin.startswith("https://"),
+    )
+
+
+class Denied(Exception):
+    """A request is not let in.
+
+    Attributes:
+        status: 401 or 403.
+        code: for programs.
+        message: for people.
+    """
+
+    def __init__(self, status: int, code: str, message: str) -> None:
+        super().__init__(message)
+        self.status, self.code, self.message = status, code, message
+
+
+@dataclass(frozen=True, slots=True)
+class _Carried:
+    """What a request shows."""
+
+    bearer: str | None
+    cookies: tuple[str, ...]
+    named: str | None
+    """Whom a trusted proxy names."""
+
+
+class Access:
+    """Tells who requests come from.
+
+    Args:
+        tokens: the server's own secret.
+        directory: the people of the library.
+        proxies: who may name a person in a header.
+    """
+
+    def __init__(self, tokens: Tokens, directory: Directory, proxies: Proxies) -> None:
+        self.tokens = tokens
+        self.directory = directory
+        self.proxies = proxies
+        self._limit = anyio.CapacityLimiter(_AT_ONCE)
+
+    async def let_in(self, scope: Scope) -> None:
+        """Note who a request comes from, for :func:`identity_of`.
+
+        Raises:
+            Denied: from nobody who may come in.
+        """
+        scope[_KEY] = await self.identify(scope)
+
+    async def identify(self, scope: Scope) -> Identity:
+        """Who a request comes from.
+
+        Raises:
+            Denied: from nobody who may come in.
+        """
+        if self.directory.surely_empty:
+            return self._owner(scope)
+        return await anyio.to_thread.run_sync(self._look, scope, limiter=self._limit)
+
+    async def alone(self) -> bool:
+        """Whether the library has no people."""
+        return self.directory.surely_empty or await anyio.to_thread.run_sync(
+            self.directory.is_empty, limiter=self._limit
+        )
+
+    async def still(self, identity: Identity) -> bool:
+        """Whether somebody who was let in would be let in again."""
+        return await anyio.to_thread.run_sync(self.directory.still, identity, limiter=self._limit)
+
+    def _look(self, scope: Scope) -> Identity:
+        return self._owner(scope) if self.directory.is_empty() else self._person(scope)
+
+    def _owner(self, scope: Scope) -> Identity:
+        carried = self._carried(scope, people=False)
+        by_cookie = any(self.tokens.accepts(cookie=cookie) for cookie in carried.cookies)
+        if by_cookie or self.tokens.accepts(bearer=carried.bearer):
+            return OWNER
+        raise Denied(401, "unauthorised", "Open the link that the terminal shows ('tsr review' prints a new one).")
+
+    def _person(self, scope: Scope) -> Identity:
+        carried = self._carried(scope, people=True)
+        if carried.named is not None:
+            person = self.directory.by_name(carried.named)
+            if person is None:
+                raise Denied(
+                    401,
+                    "no_account",
+                    f"The proxy names {carried.named[:80]!r}, who has no account here. An administrator can add it "
+                    "('tsr people add').",
+                )
+            return person
+        if carried.bearer is not None:
+            if self.tokens.accepts(bearer=carried.bearer):
+                return SECRET
+            person, revoked = self.directory.by_secret(carried.bearer, "token")
+            if person is None:
+                raise Denied(401, *_bad_token(revoked))
+            return person
+        for cookie in carried.cookies:
+            person, _ = self.directory.by_secret(cookie, "session")
+            if person is not None:
+                return person
+        raise Denied(401, "signed_out", "Nobody is signed in here, or not any more. Sign in to go on.")
+
+    def _carried(self, scope: Scope, *, people: bool) -> _Carried:
+        headers = Headers(scope=scope)
+        kind, _, bearer = headers.get("authorization", "").partition(" ")
+        server = scope.get("server") or ("", 0)
+        name = cookie_name(server[1] or 0)
+        try:
+            named = self.proxies.person(scope) if people else None
+        except BadProxyHeader as error:
+            raise Denied(403, "bad_proxy", str(error)) from None
+        return _Carried(
+            bearer=bearer.strip() if kind.lower() == "bearer" else None,
+            cookies=tuple(c for header in headers.getlist("cookie") for c in _cookies(header, name)),
+            named=named,
+        )
+
+
+def _bad_token(revoked: bool) -> tuple[str, str]:
+    if revoked:
+        return "revoked", "This token has been revoked. Ask an administrator for a new one ('tsr people rotate')."
+    return "unauthorised", "This token is wrong. Ask an administrator for a new one ('tsr people rotate')."
+
+
+def _cookies(header: str, name: str) -> Iterator[str]:
+    """All cookies of a name. Other programs on this machine set cookies for the same host, in any form they like."""
+    for part in header.split(";"):
+        key, equals, value = part.strip().partition("=")
+        if equals and key == name:
+            yield value

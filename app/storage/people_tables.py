@@ -1,0 +1,68 @@
+"""Tables of people: accounts, their secrets, and who works on what; part of ``app.storage.models``."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from sqlalchemy import ForeignKey, Integer, String, Text
+from sqlalchemy.orm import Mapped, mapped_column
+
+from app.storage.base import Base, Sequence, now
+from app.storage.moments import Moment
+
+__all__ = ["Assignment", "Person", "PersonSecret"]
+
+
+class Person(Base):
+    """An account. While there is none, the library has one user, who does not sign in."""
+
+    __tablename__ = "people"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    name: Mapped[str] = mapped_column(String(80))
+    """The author of what the person changes."""
+    key: Mapped[str] = mapped_column(String(255), unique=True)
+    """The name without differences of case and Unicode form."""
+    role: Mapped[str] = mapped_column(String(16))
+    """``admin``, ``reviewer``, ``annotator`` or ``viewer``."""
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
+
+
+class PersonSecret(Base):
+    """A token, or a session of a browser. Only the hash of the secret is stored."""
+
+    __tablename__ = "person_secrets"
+
+    hash: Mapped[str] = mapped_column(String(64), primary_key=True)
+    """SHA-256 of the secret."""
+    person_id: Mapped[str] = mapped_column(ForeignKey("people.id", ondelete="CASCADE"), index=True)
+    kind: Mapped[str] = mapped_column(String(16))
+    """``token`` or ``session``."""
+    note: Mapped[str] = mapped_column(Text, default="")
+    """What the token is for."""
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    revoked: Mapped[datetime | None] = mapped_column(Moment)
+
+
+class Assignment(Base):
+    """A video, or some frames of it, that a person is to work on."""
+
+    __tablename__ = "assignments"
+
+    id: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
+    video_id: Mapped[str] = mapped_column(ForeignKey("videos.id", ondelete="CASCADE"), index=True)
+    person_id: Mapped[str] = mapped_column(ForeignKey("people.id", ondelete="CASCADE"), index=True)
+    first: Mapped[int] = mapped_column(Integer, default=0)
+    """First frame."""
+    stop: Mapped[int | None]
+    """Frame after the last; NULL: to the end."""
+    state: Mapped[str] = mapped_column(String(16), default="assigned")
+    """``assigned``, ``in_review``, ``returned`` or ``done``."""
+    comment: Mapped[str] = mapped_column(Text, default="")
+    """Of who assigned or returned it."""
+    changed_by: Mapped[str] = mapped_column(Text)
+    """Name of who changed it last."""
+    revision: Mapped[int] = mapped_column(Integer, default=1)
+    """Rises with every change; a change names the one that it was made for."""
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    changed: Mapped[datetime] = mapped_column(Moment, default=now)

@@ -1,0 +1,137 @@
+// @ts-check
+/**
+ * Who may do what, who works on what, and what happened to a track, in words. Pure.
+ *
+ * @typedef {import('../types.js').Assignment} Assignment
+ * @typedef {import('../types.js').Session} Session
+ * @typedef {import('../types.js').TrackDifference} TrackDifference
+ * @typedef {import('../types.js').Label} Label
+ */
+import { className } from './labels.js';
+import { trackName } from './track_name.js';
+
+const ROLES = /** @type {const} */ (['viewer', 'annotator', 'reviewer', 'admin']);
+/** @typedef {typeof ROLES[number]} Role */
+
+/** Whether who is signed in has at least a role; without people everybody may do everything. @param {Session|null} session @param {Role} least */
+export const may = (session, least) => !session?.person || ROLES.indexOf(session.person.role) >= ROLES.indexOf(least);
+
+/** Why nothing can be changed here; null: it can. @param {Session|null} session @returns {string|null} */
+export const readOnly = (session) => (may(session, 'annotator') ? null : 'You are a viewer here: you can look at everything and change nothing. Ask an administrator for another role.');
+
+/** @type {Record<Assignment['state'], string>} */
+export const STATES = { assigned: 'To do', in_review: 'In review', returned: 'Returned', done: 'Done' };
+/** @type {Record<Assignment['state'], number>} */
+const ORDER = { returned: 0, assigned: 1, in_review: 2, done: 3 };
+
+/** What waits for a person: what was returned first, then the oldest. @param {readonly Assignment[]} assignments @param {string} name */
+export const workOf = (assignments, name) => inOrder(assignments.filter(({ person, state }) => person === name && (state === 'returned' || state === 'assigned')));
+
+/** What others have handed in. @param {readonly Assignment[]} assignments @param {string} name */
+export const toReview = (assignments, name) => inOrder(assignments.filter(({ person, state }) => person !== name && state === 'in_review'));
+
+/** @param {Assignment[]} found */
+const inOrder = (found) => found.sort((a, b) => ORDER[a.state] - ORDER[b.state] || a.id - b.id);
+
+/**
+ * What one works on next: of one's own what comes after the open video, else, for a reviewer, of what was handed in.
+ *
+ * @param {readonly Assignment[]} assignments
+ * @param {Session|null} session
+ * @param {number|null} open   the assignment that one comes from
+ * @returns {Assignment|null}
+ */
+export function nextWork(assignments, session, open) {
+  const name = session?.person?.name;
+  if (name === undefined) return null;
+  const found = [...workOf(assignments, name), ...(may(session, 'reviewer') ? toReview(assignments, name) : [])];
+  const next = found[found.findIndex(({ id }) => id === open) + 1] ?? found[0] ?? null;
+  return next?.id === open ? null : next;
+}
+
+/**
+ * The assignment that the review screen is about: one's own of that video before what others have handed in.
+ *
+ * @param {readonly Assignment[]} assignments
+ * @param {Session|null} session
+ * @param {string} video
+ * @param {number} frame   where there are several of a video, the one that holds this frame
+ * @returns {Assignment|null}
+ */
+export function workHere(assignments, session, video, frame) {
+  const name = session?.person?.name;
+  if (name === undefined) return null;
+  const here = assignments.filter((one) => one.video_id === video && one.state !== 'done' && (one.person === name || (may(session, 'reviewer') && one.state === 'in_review')));
+  const holds = /** @param {Assignment} one */ (one) => one.first <= frame && (one.stop === null || frame < one.stop);
+  const rank = /** @param {Assignment} one */ (one) => (holds(one) ? 0 : 2) + (one.person === name ? 0 : 1);
+  return here.sort((a, b) => rank(a) - rank(b) || a.first - b.first)[0] ?? null;
+}
+
+/** @param {Pick<Assignment, 'first'|'stop'>} assignment */
+export function framesOf({ first, stop }) {
+  if (stop === null) return first === 0 ? 'all frames' : `from frame ${first}`;
+  return `frames ${first} to ${stop - 1}`;
+}
+
+/**
+ * A difference in one line.
+ *
+ * @param {TrackDifference} difference
+ * @param {readonly Label[]} labels
+ * @returns {string}
+ */
+export function differenceWords({ what, before, after, more }, labels) {
+  const rest = more > 0 ? ` and ${more} more` : '';
+  if (what === 'label') return `Label: ${labelWords(before, labels)} → ${labelWords(after, labels)}`;
+  if (what === 'review') return `Verdict: ${VERDICTS[before] ?? before} → ${VERDICTS[after] ?? after}`;
+  if (what === 'merged into') return after === null ? 'Merge taken back' : `Merged into track ${trackName(after)}`;
+  if (typeof after === 'boolean') return after ? capital(what) : `No longer ${what}`;
+  if (what === 'boxes') return boxWords(before, after) + rest;
+  if (what === 'notes' || what === 'attributes') return pairWords(what, before, after) + rest;
+  if (Array.isArray(before) && Array.isArray(after)) {
+    const [gone, come] = [missing(before, after), missing(after, before)];
+    return `${capital(what)}: ${[come.length ? `set at ${some(come)}` : '', gone.length ? `removed at ${some(gone)}` : ''].filter(Boolean).join(', ')}`;
+  }
+  return `${capital(what)} changed${rest}`;
+}
+
+/** @type {Record<string, string>} */
+const VERDICTS = { open: 'undecided', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work' };
+
+/** @param {any} id @param {readonly Label[]} labels */
+const labelWords = (id, labels) => (id === null ? 'the engine’s' : className(labels, id));
+
+/** @param {Record<string, number[]>} before @param {Record<string, number[]>} after */
+function boxWords(before, after) {
+  const set = Object.keys(after);
+  const gone = Object.keys(before).filter((frame) => !(frame in after));
+  const single = set.length === 1 && gone.length === 0 ? set[0] : null;
+  if (single !== null) {
+    const now = numbers(after[single]);
+    return before[single] ? `Box in frame ${single}: ${numbers(before[single])} → ${now}` : `Box in frame ${single}: ${now}`;
+  }
+  return `Boxes: ${[set.length ? `set in frames ${some(set)}` : '', gone.length ? `removed in frames ${some(gone)}` : ''].filter(Boolean).join(', ')}`;
+}
+
+/** @param {string} what @param {Record<string, unknown>} before @param {Record<string, unknown>} after */
+function pairWords(what, before, after) {
+  const named = what === 'attributes';
+  const lines = [...new Set([...Object.keys(before), ...Object.keys(after)])].map((key) => {
+    const [old, now] = [before[key], after[key]];
+    const told = now === undefined ? `“${old}” removed` : old === undefined ? `“${now}”` : `“${old}” → “${now}”`;
+    return named ? `${key} ${told}` : told;
+  });
+  return `${named ? 'Attributes' : 'Note'}: ${lines.join('; ')}`;
+}
+
+/** @param {number[]} box */
+const numbers = (box) => box.map((value) => Math.round(value * 10) / 10).join(', ');
+/** @param {readonly unknown[]} list @param {readonly unknown[]} other */
+const missing = (list, other) => list.filter((one) => !other.some((same) => JSON.stringify(same) === JSON.stringify(one)));
+/** @param {readonly unknown[]} list */
+const some = (list) => `${list.slice(0, 5).map((one) => (Array.isArray(one) ? one.slice(1).join('–') : String(one))).join(', ')}${list.length > 5 ? ` and ${list.length - 5} more` : ''}`;
+/** @param {string} text */
+const capital = (text) => text[0].toUpperCase() + text.slice(1);
+
+/** Tracks decided an hour of work; null: too little to tell. @param {{decided: number, hours: number}} worker */
+export const anHour = ({ decided, hours }) => (hours >= 0.05 && decided > 0 ? Math.round(decided / hours) : null);

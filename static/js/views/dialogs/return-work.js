@@ -1,0 +1,26 @@
+// @ts-check
+/** Return work to who did it, with what is to be done again. */
+
+import { h } from '../dom.js';
+import { changeWork } from '../work-strip.js';
+import { field } from './fields.js';
+
+/**
+ * @param {import('./layer.js').Setup} setup   data: `{assignment}`
+ * @returns {import('./layer.js').Content}
+ */
+export function returnWorkDialog({ app, data, close }) {
+  const { assignment } = data;
+  const comment = h('textarea', { class: 'textarea', id: 'return-comment', rows: '4', maxlength: 2000, required: true });
+  return {
+    title: `Return the work to ${assignment.person}`, size: 'narrow', focus: comment,
+    body: h('div', { class: 'stack' }, field('What is to be done again', comment, `${assignment.person} reads it above the picture.`)),
+    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), h('button', { class: 'btn btn-primary', type: 'submit' }, 'Return')],
+    submit() {
+      const text = comment.value.trim();
+      if (text === '') return comment.focus();
+      close();
+      void changeWork(app, assignment, { state: 'returned', comment: text }, `The work is returned to ${assignment.person}.`);
+    },
+  };
+}

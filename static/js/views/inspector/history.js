@@ -1,0 +1,67 @@
+// @ts-check
+/** Who changed the selected track, when, and what it was before: asked for when the section is opened. */
+
+import { sentence } from '../../api/errors.js';
+import { describe } from '../../editing/words.js';
+import { differenceWords } from '../../model/team.js';
+import { seek } from '../app.js';
+import { fill, h } from '../dom.js';
+import { moment } from '../format.js';
+
+/** @typedef {import('../../types.js').Happened} Happened */
+
+/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+export function createHistory(app, signal) {
+  const list = h('ol', { class: 'history', 'aria-label': 'Changes of this track, the newest first' });
+  const more = h('button', { class: 'btn btn-small', type: 'button', hidden: true, onclick: () => void load(false) }, 'Show earlier changes');
+  const notice = h('p', { class: 'small muted', role: 'status' });
+  const section = h('details', { class: 'inspector-section inspector-history', ontoggle: () => void load(true) }, h('summary', null, h('h3', null, 'History')), list, notice, more);
+  /** Run, track and revision that the list is about. */
+  let about = '';
+  let loaded = '';
+  /** @type {number|null} */ let before = null;
+
+  /** @param {Happened} one */
+  function row(one) {
+    const { labels } = app.store.get();
+    return h('li', null,
+      h('div', { class: 'row small' },
+        h('strong', { dir: 'auto', class: 'truncate' }, one.author), h('span', { class: 'muted grow' }, moment(one.time)),
+        one.frame !== null && h('button', { class: 'btn-link small', type: 'button', onclick: () => seek(app, /** @type {number} */ (one.frame)) }, `frame ${one.frame}`)),
+      h('div', null, describe(one.name)),
+      ...one.differences.map((each) => h('div', { class: 'small muted history-difference', dir: 'auto' }, differenceWords(each, labels))));
+  }
+
+  /** @param {boolean} anew */
+  async function load(anew) {
+    if (!section.open || about === '' || (anew && loaded === about)) return;
+    const wanted = about;
+    const [run, key] = wanted.split(' ');
+    loaded = wanted;
+    if (anew) before = null;
+    try {
+      const found = await app.api.trackHistory(run, key, before, { signal });
+      if (about !== wanted) return;
+      before = found.more;
+      more.hidden = found.more === null;
+      if (anew) fill(list);
+      list.append(...found.happened.map(row));
+      notice.textContent = list.children.length === 0 ? 'Nobody has changed this track.' : '';
+    } catch (thrown) {
+      if (signal.aborted || about !== wanted) return;
+      loaded = '';
+      notice.textContent = sentence(thrown);
+    }
+  }
+
+  return {
+    element: section,
+    /** @param {import('./index.js').Inspected} inspected */
+    update({ entry, doc, review }) {
+      const now = `${review.run?.id ?? ''} ${entry.key} ${review.unsaved.length > 0 ? 'unsaved' : doc?.revision ?? 0}`;
+      if (now === about) return;
+      about = now;
+      void load(true);
+    },
+  };
+}

@@ -1,0 +1,34 @@
+// @ts-check
+/** Who has a video, on its card; reviewers give it to somebody here. Nothing of it shows in a library of one user. */
+
+import { framesOf, may, STATES } from '../model/team.js';
+import { openDialog } from '../store/actions/page.js';
+import { fill, h } from './dom.js';
+import { icon } from './icons.js';
+
+/**
+ * @param {import('../page-types.js').App} app
+ * @param {string} id   of the video
+ */
+export function createAssigned(app, id) {
+  const element = h('div', { class: 'card-assigned small', hidden: true });
+  let shown = '';
+  return {
+    element,
+    /** @param {import('../types.js').Video} video */
+    update(video) {
+      const { assignments, session } = app.store.get();
+      const mine = assignments.filter(({ video_id }) => video_id === id);
+      const gives = session?.person != null && may(session, 'reviewer') && video.state === 'ready';
+      const key = JSON.stringify([mine, gives, video.name]);
+      if (key === shown) return;
+      shown = key;
+      element.hidden = mine.length === 0 && !gives;
+      fill(element,
+        ...mine.slice(0, 3).map((one) => h('span', { class: `state-chip state-${one.state}`, title: `${one.person}: ${STATES[one.state]}, ${framesOf(one)}` }, `${one.person}: ${STATES[one.state]}`)),
+        mine.length > 3 && h('span', { class: 'muted' }, `and ${mine.length - 3} more`),
+        h('span', { class: 'grow' }),
+        gives && h('button', { class: 'btn btn-quiet btn-small', type: 'button', 'aria-label': `Assign ${video.name}`, title: 'Give this video, or some frames of it, to somebody …', onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'assign', data: { video: id } })) }, icon('person'), 'Assign'));
+    },
+  };
+}

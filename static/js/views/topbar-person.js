@@ -1,0 +1,39 @@
+// @ts-check
+/** Who is signed in, and the way out; nothing of it shows in a library of one user. */
+
+import { sentence } from '../api/errors.js';
+import { fill, h } from './dom.js';
+import { icon } from './icons.js';
+import { toast } from './toasts.js';
+
+/**
+ * @param {import('../page-types.js').App} app
+ * @returns {import('../page-types.js').View}
+ */
+export function createPerson(app) {
+  const element = h('div', { class: 'row topbar-person', hidden: true });
+  /** @type {import('../types.js').Session['person']} */ let shown = null;
+
+  async function leave() {
+    try {
+      await app.api.signOut();
+      location.assign('/sign-in');
+    } catch (thrown) {
+      toast(sentence(thrown), { tone: 'bad' });
+    }
+  }
+
+  return {
+    element,
+    update({ session }) {
+      const person = session?.person ?? null;
+      if (person === shown) return;
+      shown = person;
+      element.hidden = person === null;
+      if (person === null) return;
+      fill(element, h('a', { class: 'nav-link', href: `#/team/${encodeURIComponent(person.name)}`, title: `${person.name}, ${person.role}: what you have done` }, h('span', { class: 'topbar-name truncate', dir: 'auto' }, person.name)),
+        person.can_sign_out && h('button', { class: 'btn btn-quiet btn-icon', type: 'button', title: `Sign out ${person.name}`, 'aria-label': 'Sign out', onclick: () => void leave() }, icon('leave')));
+    },
+    destroy: () => element.remove(),
+  };
+}

@@ -1,0 +1,82 @@
+// @ts-check
+/** The assignment that one works on, above the picture: what was asked, and how far it is. */
+
+import { sentence } from '../api/errors.js';
+import { framesOf, may, STATES } from '../model/team.js';
+import { openWork, waitingWork } from '../operations/team.js';
+import { runOperation } from '../operations/registry.js';
+import { openDialog } from '../store/actions/page.js';
+import { putAssignment } from '../store/actions/team.js';
+import { fill, h } from './dom.js';
+import { icon } from './icons.js';
+import { toast } from './toasts.js';
+
+/** @typedef {import('../types.js').Assignment} Assignment */
+
+/**
+ * Change an assignment; where somebody was faster, show theirs and say so.
+ *
+ * @param {import('../page-types.js').App} app
+ * @param {Assignment} known
+ * @param {Parameters<import('../page-types.js').App['api']['changeAssignment']>[1]} change
+ * @param {string} done   said when it is stored
+ */
+export async function changeWork(app, known, change, done) {
+  try {
+    const now = await app.api.changeAssignment(known, change);
+    app.store.dispatch((state) => putAssignment(state, now));
+    toast(done, { tone: 'good' });
+  } catch (thrown) {
+    const current = Reflect.get(Object(thrown), 'details')?.current;
+    if (current) app.store.dispatch((state) => putAssignment(state, current));
+    toast(sentence(thrown), { tone: 'bad' });
+  }
+}
+
+/**
+ * @param {import('../page-types.js').App} app
+ * @returns {import('../page-types.js').View}
+ */
+export function createWorkStrip(app) {
+  const element = h('section', { class: 'work-strip', 'aria-label': 'Assignment', hidden: true });
+  let shown = '';
+
+  /** @param {string} label @param {string} title @param {() => void} run @param {boolean} [primary] */
+  const button = (label, title, run, primary = false) => h('button', { class: `btn btn-small ${primary ? 'btn-primary' : ''}`, type: 'button', title, onclick: run }, label);
+
+  /** @param {Assignment} work @param {boolean} own @param {boolean} reviewer */
+  function actions(work, own, reviewer) {
+    const found = [];
+    if (own && (work.state === 'assigned' || work.state === 'returned')) found.push(button('Hand in', 'You are done: a reviewer looks at it', () => void changeWork(app, work, { state: 'in_review' }, 'Your work is handed in.'), true));
+    if (own && work.state === 'in_review') found.push(button('Take back', 'You go on working on it', () => void changeWork(app, work, { state: 'assigned' }, 'The work is yours again.')));
+    if (reviewer && work.state === 'in_review') {
+      found.push(button('Done', 'Nothing is left to do', () => void changeWork(app, work, { state: 'done' }, `The work of ${work.person} is done.`), !own));
+      found.push(button('Return …', 'Say what is to be done again', () => app.store.dispatch((state) => openDialog(state, { kind: 'return-work', data: { assignment: work } }))));
+    }
+    return found;
+  }
+
+  return {
+    element,
+    update(state) {
+      const work = openWork(state);
+      const waiting = waitingWork(state);
+      const others = [...waiting.own, ...waiting.review].filter(({ id }) => id !== work?.id).length;
+      const key = JSON.stringify([work, others, state.session?.person]);
+      if (key === shown) return;
+      shown = key;
+      element.hidden = work === null;
+      if (work === null) return;
+      const own = work.person === state.session?.person?.name;
+      const following = app.operations.find(({ id }) => id === 'next-work');
+      fill(element,
+        h('span', { class: `state-chip state-${work.state}` }, STATES[work.state]),
+        h('span', { class: 'truncate' }, `${own ? 'Your work' : `Work of ${work.person}`}: ${framesOf(work)}`),
+        work.comment && h('span', { class: 'work-comment truncate grow', dir: 'auto', title: `${work.changed_by}: ${work.comment}` }, `“${work.comment}”`),
+        !work.comment && h('span', { class: 'grow' }),
+        ...actions(work, own, may(state.session, 'reviewer')),
+        following && others > 0 && h('button', { class: 'btn btn-small', type: 'button', title: following.tooltip, onclick: () => runOperation(app, following, (reason) => toast(reason)) }, `Next (${others})`));
+    },
+    destroy: () => element.remove(),
+  };
+}

@@ -1,0 +1,213 @@
+"""Whose name a change carries: the account's, on every route that stores one; histories and figures of it."""
+
+from __future__ import annotations
+
+import uuid
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import pytest
+from sqlalchemy import update
+from starlette.testclient import TestClient
+
+from app.people.work import agreement, clocks_differ, decided, decisions, hours_of
+from app.storage.models import Edit
+from tests.app.people.team import Team
+from tests.app.toy_home import ToyHome
+from tests.app.toy_server import Server
+
+
+@pytest.fixture
+def run(made: ToyHome) -> str:
+    """A fresh run: edits belong to one."""
+    return made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
+
+
+def send(client: TestClient, run: str, author: str, revision: int = 0, **command: Any) -> Any:
+    """The answer to an edit of track ``key``."""
+    body = {"op_id": uuid.uuid4().hex, "author": author, "command": {"frame": 5, **command}}
+    headers = {"If-Match": f'"{command["key"]}:{revision}"'}
+    return client.post(f"/api/runs/{run}/edits", json=body, headers=headers)
+
+
+def keys_of(client: TestClient, run: str) -> list[str]:
+    """Keys of the run's tracks."""
+    return [f"m{number}" for number in client.get(f"/api/runs/{run}/tracks").json()["id"]]
+
+
+def test_nobody_writes_under_another_s_name(made: ToyHome, served: Server, team: Team, run: str) -> None:
+    anna, adam = team.client("Anna"), team.client("Adam")
+    key = keys_of(anna, run)[0]
+    assert send(anna, run, "Anna", key=key, name="set_review", review="accepted").status_code == 200
+    for client, other in ((anna, "Adam"), (adam, "Anna"), (anna, "anna"), (anna, "somebody")):
+        answers = [
+            send(client, run, other, 1, key=key, name="set_review", review="rejected"),
+            client.post(f"/api/runs/{run}/adopt", json={"from_run": made.run_id, "author": other}),
+            client.post(
+                f"/api/runs/{run}/follows",
+                json={"key": key, "anchors": [{"frame": 1, "box": [1, 1, 9, 9]}], "author": other},
+            ),
+            client.post(f"/api/videos/{made.video_id}/runs/by-hand", json={"author": other}),
+        ]
+        if client is adam:
+            change = {"type": "add", "name": "x"}
+            answers += [
+                client.post("/api/label-sets/gtsrb-43/changes", json={"author": other, "change": change}),
+                client.post("/api/label-sets/gtsrb-43/files", params={"author": other}, content=b"{}"),
+                client.post("/api/bundles", params={"author": other}, content=b"x"),
+                client.post(
+                    f"/api/videos/{made.video_id}/imports", params={"as": "run", "author": other}, content=b"x"
+                ),
+            ]
+        for answer in answers:
+            assert (answer.status_code, answer.json()["error"]["code"]) == (403, "other_name"), answer.text
+    log = anna.get(f"/api/runs/{run}/edits").json()["edits"]
+    assert [row["author"] for row in log] == ["Anna"]
+
+
+def test_without_a_name_the_account_s_counts(served: Server, team: Team) -> None:
+    answer = team.client("Rolf").post(
+        "/api/label-sets/gtsrb-43/changes", json={"change": {"type": "add", "name": f"sign {uuid.uuid4().hex[:6]}"}}
+    )
+    assert answer.status_code == 200, answer.text
+    newest = served.client.get("/api/label-sets/gtsrb-43/history").json()[0]
+    assert newest["author"] == "Rolf"
+
+
+def test_undo_is_each_one_s_own_whatever_is_asked_for(team: Team, run: str) -> None:
+    anna, rolf = team.client("Anna"), team.client("Rolf")
+    key = keys_of(anna, run)[0]
+    op = send(anna, run, "Anna", key=key, name="set_review", review="accepted").json()["op_id"]
+    assert anna.get(f"/api/runs/{run}/annotation", params={"author": "Rolf"}).json()["undo"]["op_id"] == op
+    assert rolf.get(f"/api/runs/{run}/annotation", params={"author": "Anna"}).json()["undo"] is None
+    assert rolf.get(f"/api/runs/{run}/follows", params={"author": "Anna"}).json() == {"found": None}
+
+
+def test_words_of_one_never_stand_under_the_name_of_another(team: Team, run: str) -> None:
+    anna, rolf = team.client("Anna"), team.client("Rolf")
+    key = keys_of(anna, run)[0]
+    send(anna, run, "Anna", key=key, name="add_note", note_id="n1", text="a scratch")
+    changed = send(rolf, run, "Rolf", 1, key=key, name="edit_note", note_id="n1", text="a sign").json()
+    assert [(note["author"], note["text"]) for note in changed["docs"][0]["notes"]] == [("Rolf", "a sign")]
+    own = send(rolf, run, "Rolf", 2, key=key, name="edit_note", note_id="n1", text="a sign!").json()
+    assert own["docs"][0]["notes"][0]["time"] == changed["docs"][0]["notes"][0]["time"]
+
+
+def test_a_track_has_a_history(team: Team, run: str) -> None:
+    anna, rolf = team.client("Anna"), team.client("Rolf")
+    key, other = keys_of(anna, run)[:2]
+    path = f"/api/runs/{run}/tracks/{key}/history"
+    assert anna.get(path).json() == {"key": key, "happened": [], "more": None}
+    send(anna, run, "Anna", key=key, name="relabel_track", class_id=3)
+    send(anna, run, "Anna", key=other, name="set_review", review="rejected")
+    op = send(rolf, run, "Rolf", 1, key=key, name="set_review", review="accepted").json()["op_id"]
+    send(rolf, run, "Rolf", 2, key=key, name="set_box", box=[1.5, 2, 30, 40])
+    send(rolf, run, "Rolf", 3, key=key, name="add_note", note_id="n1", text="bent")
+    found = anna.get(path).json()["happened"]
+    assert [(one["author"], one["name"]) for one in found] == [
+        ("Rolf", "add_note"),
+        ("Rolf", "set_box"),
+        ("Rolf", "set_review"),
+        ("Anna", "relabel_track"),
+    ]
+    told = [[(each["what"], each["before"], each["after"]) for each in one["differences"]] for one in found]
+    assert told[3] == [("label", None, 3)]
+    assert told[2] == [("review", "open", "accepted")]
+    assert ("boxes", {}, {"5": [1.5, 2.0, 30.0, 40.0]}) in told[1]
+    assert told[0] == [("notes", {}, {"n1": "Rolf, frame 5: bent"})]
+    assert [one["seq"] for one in found] == sorted((one["seq"] for one in found), reverse=True)
+    assert op
+    # what is undone is history too, and many changes come in pages
+    for number in range(60):
+        send(anna, run, "Anna", 4 + number, key=key, name="relabel_track", class_id=number % 7)
+    first = anna.get(path).json()
+    rest = anna.get(path, params={"before": first["more"]}).json()
+    assert (len(first["happened"]), len(rest["happened"]), rest["more"]) == (50, 14, None)
+    assert anna.get(f"/api/runs/{'0' * 32}/tracks/m1/history").status_code == 404
+
+
+def test_a_person_s_work_and_the_overview(made: ToyHome, served: Server, team: Team, run: str) -> None:
+    anna, rolf, vera = team.client("Anna"), team.client("Rolf"), team.client("Vera")
+    first, second = keys_of(anna, run)[:2]
+    send(anna, run, "Anna", key=first, name="set_review", review="accepted")
+    send(anna, run, "Anna", key=second, name="set_review", review="rejected")
+    send(rolf, run, "Rolf", 1, key=first, name="set_review", review="rejected")
+    send(rolf, run, "Rolf", 1, key=second, name="set_review", review="rejected")
+    undone = send(anna, run, "Anna", 2, key=second, name="set_review", review="accepted").json()["op_id"]
+    body = {"op_id": uuid.uuid4().hex, "author": "Anna", "command": {"name": "undo", "op_id": undone}}
+    assert anna.post(f"/api/runs/{run}/edits", json=body).status_code == 200
+    send(rolf, run, "Rolf", 2, key=first, name="add_note", note_id="n1", text="?")
+
+    own = anna.get("/api/people/Anna/activity").json()
+    assert own["done"][0]["name"] == "undo"
+    assert own["done"][0]["video_name"] == "drive.mp4"
+    assert own["done"][0]["tracks"] == [second]
+    assert own["worker"]["decided"] >= 2
+    assert anna.get("/api/people/Rolf/activity").status_code == 403
+    assert vera.get("/api/people/Vera/activity").json()["done"] == []
+    assert rolf.get("/api/people/Anna/activity").json() == own
+    assert rolf.get("/api/people/Eve/activity").status_code == 404
+    older = rolf.get("/api/people/Anna/activity", params={"before": own["done"][0]["seq"]}).json()
+    assert older["done"][0]["seq"] < own["done"][0]["seq"]
+
+    assert anna.get("/api/overview").status_code == 403
+    seen = rolf.get("/api/overview").json()
+    assert seen["tracks"] == 2
+    assert (seen["reviewed"], seen["rejected"], seen["notes"]) == (2, 2, 1)
+    assert seen["decided_twice"] >= 2
+    assert seen["clocks"] is None
+    people = {one["name"]: one for one in seen["people"]}
+    assert people["Rolf"]["rejected"] >= 2
+    assert people["Vera"] == {
+        "name": "Vera",
+        "role": "viewer",
+        "decided": 0,
+        "rejected": 0,
+        "hours": 0.0,
+        "assigned": 0,
+        "in_review": 0,
+    }
+
+
+def test_a_clock_that_differs_is_told_and_orders_nothing(served: Server, team: Team, run: str) -> None:
+    anna, rolf = team.client("Anna"), team.client("Rolf")
+    key = keys_of(anna, run)[0]
+    send(anna, run, "Anna", key=key, name="relabel_track", class_id=1)
+    late = send(anna, run, "Anna", 1, key=key, name="relabel_track", class_id=2).json()["op_id"]
+    with served.context.database.write() as session:
+        tomorrow = datetime.now(UTC) + timedelta(days=1)
+        session.execute(update(Edit).where(Edit.op_id == late).values(created=tomorrow))
+    send(anna, run, "Anna", 2, key=key, name="relabel_track", class_id=3)
+    seen = rolf.get("/api/overview").json()
+    assert seen["clocks"].startswith("The clocks of servers or of the past differ by 14")
+    assert all(one["hours"] < 1 for one in seen["people"])
+    found = anna.get(f"/api/runs/{run}/tracks/{key}/history").json()["happened"]
+    assert [one["differences"][0]["after"] for one in found] == [3, 2, 1]
+    with served.context.database.write() as session:
+        session.execute(update(Edit).where(Edit.op_id == late).values(created=datetime.now(UTC)))
+
+
+def test_figures_of_work() -> None:
+    start = datetime(2026, 1, 1, tzinfo=UTC)
+
+    def at(*minutes: float) -> list[datetime]:
+        return [start + timedelta(minutes=each) for each in minutes]
+
+    assert hours_of([]) == hours_of(at(0)) == 0
+    assert hours_of(at(0, 3, 6)) == pytest.approx(0.1)
+    assert hours_of(at(0, 600)) == pytest.approx(5 / 60)  # a night counts as a break
+    assert hours_of(at(0, 600, 3)) == pytest.approx(5 / 60)  # a step back as nothing
+    rows = [
+        ("1", "ann", "r", {"name": "set_review", "key": "m1", "review": "accepted"}),
+        ("2", "bob", "r", {"name": "review_tracks", "key": "m1", "others": ["m2", "m1"], "review": "rejected"}),
+        ("3", "ann", "r", {"name": "set_review", "key": "m2", "review": "rejected"}),
+        ("4", "ann", "r", {"name": "set_review", "key": "m3", "review": "open"}),
+        ("5", "bob", "r", {"name": "set_review", "key": "m2", "review": "accepted"}),
+    ]
+    found = decisions(rows, ["5"])
+    assert decided(found) == {"ann": {("r", "m1"), ("r", "m2")}, "bob": {("r", "m1"), ("r", "m2")}}
+    assert agreement(found) == (2, 1)
+    assert agreement(decisions(rows)) == (2, 0)
+    assert clocks_differ(at(0, 1, 0.5), start + timedelta(minutes=1)) is None
+    assert clocks_differ(at(0, 60, 1), start + timedelta(minutes=60)) == timedelta(minutes=59)
+    assert clocks_differ(at(0, 60), start) == timedelta(minutes=60)

@@ -1,0 +1,97 @@
+"""``tsr people``: every command, on a library that is there."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from app.cli.main import run
+from app.people.directory import Directory
+from app.settings import Settings
+from app.storage.database import Database
+
+
+class Command:
+    """The command line on one data folder."""
+
+    def __init__(self, home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        self.home, self._capsys = home, capsys
+
+    def __call__(self, *words: object, code: int = 0) -> tuple[str, str]:
+        """What a command prints, and what it says; ``code``: how it must end."""
+        self._capsys.readouterr()
+        ended = run(["people", *map(str, words), "--home", str(self.home)])
+        said = self._capsys.readouterr()
+        assert ended == code, said.err
+        return said.out.strip(), said.err.strip()
+
+
+@pytest.fixture
+def tsr(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Command:
+    """The command line on an empty library."""
+    settings = Settings(home=tmp_path / "home", database_url=None)
+    settings.home.mkdir()
+    database = Database(settings.database)
+    database.migrate()
+    database.close()
+    return Command(settings.home, capsys)
+
+
+def known(tsr: Command, token: str) -> bool:
+    """Whether a token lets somebody in."""
+    database = Database(Settings(home=tsr.home, database_url=None).database)
+    found, _ = Directory(database).by_secret(token, "token")
+    database.close()
+    return found is not None
+
+
+def test_people_come_change_and_go(tsr: Command) -> None:
+    assert "one user" in tsr("list")[1]
+    link, said = tsr("add", "Ada", "--role", "admin", "--url", "https://tsr.example/")
+    assert link.startswith("https://tsr.example/sign-in#tsr_")
+    assert "only now" in said
+    assert "From now on everybody signs in" in said
+    token = link.partition("#")[2]
+    assert known(tsr, token)
+    made = json.loads(tsr("add", "Bob", "--role", "viewer", "--json")[0])
+    assert made["link"] == f"http://127.0.0.1:8765/sign-in#{made['token']}"
+    assert tsr("role", "bob", "reviewer")[1].endswith("Bob has the role reviewer.")
+    second = json.loads(tsr("token", "Bob", "--note", "script", "--json")[0])["token"]
+    (tsr.home / "server.json").write_text('{"base": "http://127.0.0.1:9999", "pid": 1}')
+    rotated = tsr("rotate", "Ada")[0]
+    assert rotated.startswith("http://127.0.0.1:9999/sign-in#")
+    assert not known(tsr, token)
+    listed = json.loads(tsr("list", "--json")[0])["people"]
+    assert [(one["name"], one["role"]) for one in listed] == [("Ada", "admin"), ("Bob", "reviewer")]
+    (identity,) = [one["id"] for one in listed[1]["tokens"] if one["note"] == "script"]
+    assert identity in tsr("list")[0]
+    assert second not in tsr("list")[0]
+    assert "1 token of Bob is revoked" in tsr("revoke", "Bob", "--token", identity)[1]
+    assert (known(tsr, second), known(tsr, made["token"])) == (False, True)
+    assert "Bob is removed and signed out" in tsr("remove", "Bob")[1]
+    assert "one user again" in tsr("remove", "Ada")[1]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("add", "Ada", "--role", "boss"), "Expected one of the roles viewer, annotator, reviewer, admin, got 'boss'."),
+        (("add", " ", "--role", "admin"), "printable characters"),
+        (("role", "Eve", "admin"), "There is nobody called 'Eve' here."),
+        (("remove", "Eve"), "There is nobody called 'Eve' here."),
+        (("rotate", "Eve"), "There is nobody called 'Eve' here."),
+        (("token", "Eve"), "There is nobody called 'Eve' here."),
+        (("revoke", "Eve"), "There is nobody called 'Eve' here."),
+    ],
+)
+def test_what_cannot_be_is_one_sentence(tsr: Command, words: tuple[str, ...], sentence: str) -> None:
+    out, said = tsr(*words, code=2)
+    assert out == ""
+    assert sentence in said
+    assert "Traceback" not in said
+
+
+def test_a_first_person_who_is_no_administrator_is_warned_of(tsr: Command) -> None:
+    assert "is no administrator" in tsr("add", "Vera", "--role", "viewer")[1]

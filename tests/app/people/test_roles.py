@@ -1,0 +1,125 @@
+"""Every route has a least role, and holds it: the table, and every route called as every role."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+from fastapi import FastAPI
+from starlette.routing import Route
+from starlette.testclient import TestClient
+
+from app.api.access import EVERYBODY, operation_of
+from app.api.roles import LEAST
+from app.people.roles import ROLES, at_least
+from tests.app.people.team import NAMES, Team
+from tests.app.toy_server import Server
+
+_VALUES = {
+    "run_id": "0" * 32,
+    "video_id": "0" * 64,
+    "output_id": "0" * 32,
+    "truth_id": "0" * 32,
+    "follow_id": "0" * 32,
+    "view": "0" * 8,
+    "key": "gtsrb-43",
+    "name": "x",
+}
+_ENDLESS = {"follow_events"}
+
+
+def _routes(app: FastAPI) -> list[Any]:
+    """All routes that FastAPI serves, those of included routers too."""
+
+    def walk(routes: Any) -> Any:
+        for route in routes:
+            inner = getattr(getattr(route, "original_router", None) or getattr(route, "router", None), "routes", None)
+            if inner is not None:
+                yield from walk(inner)
+            elif hasattr(route, "dependant"):
+                yield route
+
+    return list(walk(app.routes))
+
+
+def _operations(server: Server) -> list[tuple[str, str, str]]:
+    """Method, path and operation of the OpenAPI document."""
+    document = server.client.get("/api/openapi.json").json()
+    return [
+        (method.upper(), path, found["operationId"])
+        for path, methods in document["paths"].items()
+        for method, found in methods.items()
+    ]
+
+
+def test_every_route_of_the_document_has_a_role(alone: Server) -> None:
+    operations = {operation for _, _, operation in _operations(alone)}
+    missing = operations - LEAST.keys() - EVERYBODY
+    assert not missing, f"give these operations a least role in app/api/roles.py: {sorted(missing)}"
+    assert "sign_in" in operations
+
+
+def test_routes_beside_the_document_have_one_too_and_no_row_is_left_over(alone: Server) -> None:
+    served = {operation_of(route) for route in _routes(alone.app)}
+    assert len(served) > 70
+    assert served - LEAST.keys() - EVERYBODY == set()
+    assert LEAST.keys() - served == set()
+    plain = [route.path for route in alone.app.routes if type(route) is Route]
+    assert plain == ["/api/openapi.json"], "routes without dependencies hold no role"
+
+
+def test_a_role_may_what_those_below_it_may() -> None:
+    assert ROLES == ("viewer", "annotator", "reviewer", "admin")
+    for number, role in enumerate(ROLES):
+        assert [at_least(role, least) for least in ROLES] == [n <= number for n in range(4)]
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_every_route_as_every_role(served: Server, team: Team, role: str) -> None:
+    client = team.client(NAMES[role])  # type: ignore[index]
+    wrong = []
+    operations = _operations(served)
+    assert len(operations) > 60
+    for method, path, operation in operations:
+        allowed = operation in EVERYBODY or at_least(role, LEAST[operation])  # type: ignore[arg-type]
+        if allowed and operation in _ENDLESS:
+            continue
+        own = {"name": NAMES[role]} if operation == "get_activity" else {}  # type: ignore[index]
+        answer = _call(client, method, path, **own)
+        refused = answer.status_code == 403 and answer.json()["error"]["code"] == "role"
+        if refused is allowed or answer.status_code >= 500 or (answer.status_code == 401 and operation != "sign_in"):
+            wrong.append((operation, answer.status_code, answer.text[:100]))
+    assert not wrong
+
+
+def test_a_refusal_says_who_may_what(team: Team) -> None:
+    answer = team.client("Anna").delete(f"/api/videos/{'0' * 64}")
+    assert answer.status_code == 403
+    assert answer.json()["error"]["message"] == (
+        "Anna is an annotator; this needs the role admin. Ask an administrator."
+    )
+    assert answer.json()["error"]["details"] == {"role": "annotator", "least": "admin"}
+
+
+def test_routes_beside_the_document_refuse_strangers_and_serve_viewers(served: Server, team: Team) -> None:
+    for path in ("/api/artefacts", f"/api/videos/{'0' * 64}/truths"):  # former name
+        assert served.stranger().get(path).status_code == 401
+        assert team.client("Vera").get(path).status_code in (200, 404)
+    assert team.client("Vera").delete(f"/api/truths/{'0' * 32}").status_code == 403  # former name
+    assert team.client("Vera").get("/rerun/viewer.html").status_code == 200
+
+
+def test_a_role_that_changes_holds_for_the_next_request(served: Server, team: Team) -> None:
+    browser = team.browser("Vera")
+    path = f"/api/videos/{'0' * 64}/runs"
+    assert browser.post(path, json={}).status_code == 403
+    served.context.people.set_role("Vera", "reviewer")
+    assert browser.post(path, json={}).status_code == 404
+    served.context.people.set_role("Vera", "viewer")
+    assert browser.post(path, json={}).status_code == 403
+
+
+def _call(client: TestClient, method: str, path: str, **values: str) -> Any:
+    filled = re.sub(r"\{(\w+)\}", lambda match: {**_VALUES, **values}.get(match[1], "0"), path)
+    return client.request(method, filled)

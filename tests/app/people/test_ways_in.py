@@ -1,0 +1,221 @@
+"""Who comes in, in a library with people: tokens, sessions, a proxy's header; and who does not, any more."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import requests
+from starlette.testclient import TestClient
+
+from app.security.access import cookie_name
+from tests.app.live_server import live
+from tests.app.people.team import Team, make_team
+from tests.app.toy_server import SECRET, Server
+from tests.patience import within
+
+PROXY, ELSEWHERE = ("10.0.0.9", 40000), ("192.0.2.1", 40000)
+
+
+def refusal(answer: Any) -> tuple[int, str]:
+    """Status and code; the message is one line."""
+    error = answer.json()["error"]
+    assert "\n" not in error["message"]
+    assert error["message"].endswith((".", ")."))
+    return answer.status_code, error["code"]
+
+
+def behind(server: Server, peer: tuple[str, int], *names: str) -> Any:
+    """What a request gets that comes from an address and names people."""
+    client = TestClient(server.app, base_url="http://127.0.0.1", raise_server_exceptions=False, client=peer)
+    return client.get("/api/session", headers=[("X-Forwarded-User", name.encode()) for name in names])  # type: ignore[arg-type]
+
+
+def test_a_library_without_people_stays_as_it_was(alone: Server) -> None:
+    session = alone.client.get("/api/session").json()
+    assert session["person"] is None
+    assert session["author"] == "ada"
+    assert alone.client.post("/api/session/links").json()["path"].startswith("/login/")
+    # a header that names a person means nothing where there are none
+    named = alone.stranger()
+    named.headers["X-Forwarded-User"] = "Ada"
+    assert refusal(named.get("/api/session")) == (401, "unauthorised")
+    assert "tsr review" in named.get("/api/session").json()["error"]["message"]
+    assert refusal(alone.stranger().post("/api/session", json={"token": SECRET})) == (401, "unauthorised")
+
+
+def test_a_person_signs_in_and_out(served: Server, team: Team) -> None:
+    browser = served.stranger()
+    answer = browser.post("/api/session", json={"token": team.tokens["Anna"]})
+    assert answer.json() == {"name": "Anna", "role": "annotator", "can_sign_out": True}
+    cookie = answer.headers["set-cookie"]
+    assert "HttpOnly" in cookie
+    assert "SameSite=strict" in cookie
+    assert "Secure" not in cookie
+    assert team.tokens["Anna"] not in cookie
+    session = browser.get("/api/session").json()
+    assert (session["author"], session["person"]["role"]) == ("Anna", "annotator")
+    kept = dict(browser.cookies)
+    assert browser.delete("/api/session").status_code == 204
+    assert refusal(browser.get("/api/session")) == (401, "signed_out")
+    again = served.stranger()
+    again.cookies.update(kept)
+    assert refusal(again.get("/api/session")) == (401, "signed_out")  # ended here, not only forgotten there
+    assert team.client("Anna").get("/api/session").json()["person"]["can_sign_out"] is False
+
+
+@pytest.mark.parametrize(
+    ("peer", "headers", "secure"),
+    [
+        (("127.0.0.1", 1), {"X-Forwarded-Proto": "https"}, True),
+        (PROXY, {"X-Forwarded-Proto": "https"}, True),
+        (ELSEWHERE, {"X-Forwarded-Proto": "https"}, False),
+        (ELSEWHERE, {"Origin": "https://127.0.0.1"}, True),
+        (ELSEWHERE, {"Origin": "http://127.0.0.1"}, False),
+    ],
+)
+def test_behind_tls_the_cookie_is_secure(
+    served: Server, team: Team, peer: tuple[str, int], headers: dict[str, str], secure: bool
+) -> None:
+    client = TestClient(served.app, base_url="http://127.0.0.1", client=peer)
+    answer = client.post("/api/session", json={"token": team.tokens["Anna"]}, headers=headers)
+    assert answer.status_code == 200
+    assert ("Secure" in answer.headers["set-cookie"]) is secure
+
+
+def test_a_wrong_or_revoked_token_is_told_in_one_sentence(served: Server, team: Team) -> None:
+    client = team.client("Anna")
+    assert client.get("/api/session").status_code == 200
+    new = served.context.people.rotate("Anna")
+    assert refusal(client.get("/api/session")) == (401, "revoked")
+    assert "revoked" in client.get("/api/session").json()["error"]["message"]
+    for wrong in (new[:-1], "tsr_x", "x" * 5000, "\u00fc"):
+        headers = {"Authorization": f"Bearer {wrong}".encode()}
+        assert refusal(served.stranger().get("/api/session", headers=headers)) == (401, "unauthorised")
+        assert refusal(served.stranger().post("/api/session", json={"token": wrong[:200]})) == (401, "unauthorised")
+    client.headers["Authorization"] = f"Bearer {new}"
+    assert client.get("/api/session").status_code == 200
+
+
+def test_what_opened_a_library_of_one_user_opens_none_with_people(served: Server, team: Team) -> None:
+    old = {"Cookie": f"{cookie_name(80)}={served.context.tokens.cookie}"}
+    assert refusal(served.stranger().get("/api/session", headers=old)) == (401, "signed_out")
+    assert served.client.post("/api/session/links").json()["path"] == "/"
+    link = served.stranger().get(f"/login/{served.context.tokens.new_link()}", headers={"Accept": "text/html"})
+    assert (link.status_code, link.headers["location"]) == (303, "/sign-in")
+    assert "set-cookie" not in link.headers
+    assert "Your token" in served.stranger().get("/sign-in").text
+
+
+def test_the_server_s_own_secret_changes_nothing_in_nobody_s_name(served: Server, team: Team) -> None:
+    run = served.client.get("/api/videos").json()["videos"][0]["latest_run"]
+    body = {"op_id": "1" * 12, "author": "ada", "command": {"name": "delete_track", "frame": 0, "key": "m1"}}
+    answer = served.client.post(f"/api/runs/{run}/edits", json=body, headers={"If-Match": '"m1:0"'})
+    assert refusal(answer) == (403, "no_person")
+
+
+def test_a_trusted_proxy_names_the_person(served: Server, team: Team) -> None:
+    answer = behind(served, PROXY, "anna")
+    assert answer.json()["person"] == {"name": "Anna", "role": "annotator", "can_sign_out": False}
+    assert behind(served, ("::ffff:10.0.0.9", 1), "Anna").status_code == 200
+    assert behind(served, ("::1", 1), "Anna").status_code == 200
+    unknown = behind(served, PROXY, "Eve")
+    assert refusal(unknown) == (401, "no_account")
+    assert "'Eve'" in unknown.json()["error"]["message"]
+    assert refusal(behind(served, PROXY)) == (401, "signed_out")
+    assert refusal(behind(served, PROXY, "")) == (401, "signed_out")
+    assert refusal(behind(served, PROXY, "Anna", "Adam")) == (403, "bad_proxy")
+
+
+@pytest.mark.parametrize("peer", [ELSEWHERE, ("127.0.0.1", 1), ("10.0.1.9", 1), ("testclient", 1)])
+def test_the_header_of_a_proxy_is_refused_from_elsewhere(served: Server, team: Team, peer: tuple[str, int]) -> None:
+    answer = behind(served, peer, "Adam")
+    assert refusal(answer) == (403, "bad_proxy")
+    assert peer[0] in answer.json()["error"]["message"]
+    # nor does a token beside it help: the request says two things
+    client = TestClient(served.app, base_url="http://127.0.0.1", client=peer)
+    client.headers["Authorization"] = f"Bearer {team.tokens['Anna']}"
+    assert refusal(client.get("/api/session", headers={"X-Forwarded-User": "Adam"})) == (403, "bad_proxy")
+
+
+def test_a_forwarded_address_makes_nobody_a_trusted_proxy(served: Server, team: Team) -> None:
+    with live(served) as made:
+        said = {"X-Forwarded-For": "10.0.0.9", "X-Forwarded-User": "Adam", "Forwarded": "for=10.0.0.9"}
+        answer = requests.get(f"{made.url}/api/session", headers=said, timeout=30)
+    assert (answer.status_code, answer.json()["error"]["code"]) == (403, "bad_proxy")
+    assert "127.0.0.1" in answer.json()["error"]["message"]
+
+
+@pytest.mark.parametrize("how", ["rotate", "revoke", "remove", "sign_out"])
+def test_revocation_ends_an_open_stream_at_once(alone: Server, how: str) -> None:
+    team = make_team(alone)
+    with live(alone) as made:
+        browser = requests.Session()
+        browser.post(f"{made.url}/api/session", json={"token": team.tokens["Vera"]}, timeout=30).raise_for_status()
+        with browser.get(f"{made.url}/api/events", stream=True, timeout=within(30)) as stream:
+            lines = stream.iter_lines()
+            assert b"event: hello" in (next(lines), next(lines))
+            ended = threading.Event()
+
+            def read() -> None:
+                for _ in lines:
+                    pass
+                ended.set()
+
+            threading.Thread(target=read, daemon=True).start()
+            alone.context.people.set_role("Anna", "viewer")  # of somebody else: the stream goes on
+            assert not ended.wait(0.5)
+            if how == "sign_out":
+                browser.delete(f"{made.url}/api/session", timeout=30)
+            else:
+                getattr(alone.context.people, how)("Vera")
+            assert ended.wait(within(5))
+        assert browser.get(f"{made.url}/api/events", timeout=30).status_code == 401
+
+
+def test_the_first_person_ends_the_stream_of_the_one_user(alone: Server) -> None:
+    with (
+        live(alone) as made,
+        requests.get(
+            f"{made.url}/api/events", headers={"Authorization": f"Bearer {SECRET}"}, stream=True, timeout=within(30)
+        ) as stream,
+    ):
+        lines = stream.iter_lines()
+        assert b"event: hello" in (next(lines), next(lines))
+        alone.context.people.add("Ada", "admin")
+        assert sum(1 for _ in lines) < 50  # it ends
+
+
+def test_while_the_database_is_away_nobody_with_an_account_comes_in(
+    served: Server, team: Team, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from sqlalchemy.exc import OperationalError
+
+    def away(*_: object) -> None:
+        raise OperationalError(None, None, ConnectionError("away"))
+
+    monkeypatch.setattr(served.context.directory, "by_secret", away)
+    answer = team.client("Anna").get("/api/session")
+    assert answer.status_code in (500, 503)
+    assert "person" not in answer.text
+
+
+def test_a_view_s_socket_ends_with_what_let_it_in(served: Server, team: Team, monkeypatch: pytest.MonkeyPatch) -> None:
+    from app.api import viser
+
+    monkeypatch.setattr(viser, "_LOOK", 0.05)
+    found, _ = served.context.directory.by_secret(team.tokens["Vera"], "token")
+
+    socket = SimpleNamespace(app=served.app, scope={"tsr.identity": found})
+
+    async def ends() -> None:
+        watching = asyncio.ensure_future(viser._while_let_in(socket))  # type: ignore[arg-type]
+        await asyncio.sleep(0.3)
+        assert not watching.done()
+        await asyncio.to_thread(served.context.people.revoke, "Vera")
+        await asyncio.wait_for(watching, within(5))
+
+    asyncio.run(ends())

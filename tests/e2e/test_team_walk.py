@@ -1,0 +1,128 @@
+"""A team in a real browser: sign in, give work, hand it in, return it, see whose change it was, be signed out."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Browser, Page, expect
+
+from tests.e2e.review_desk import Desk, faultless, state, wait
+from tests.e2e.screenshots import CHROMIUM
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+
+LAST_SIGN_IN = re.compile(r"/sign-in#?$")
+
+
+def people(home: Path, *words: str) -> str:
+    """``tsr people``, beside the server that runs; what it prints."""
+    command = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "people", *words]
+    return subprocess.run(
+        [*command, "--home", str(home)], check=True, capture_output=True, text=True, timeout=300
+    ).stdout
+
+
+def signed_in(browser: Browser, link: str) -> Page:
+    """The library of who opens a link, in a browser of their own."""
+    page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    page.goto(link)
+    expect(page.locator(".card")).to_have_count(1)
+    assert "tsr_" not in page.url
+    return page
+
+
+def test_a_team_works_on_a_video(desk: Desk) -> None:
+    home = desk.server.home
+    alone = desk.page()
+    expect(alone.get_by_role("link", name="Team")).to_be_hidden()
+    links = {
+        name: json.loads(people(home, "add", name, "--role", role, "--url", desk.server.base, "--json"))
+        for name, role in (("Adam", "admin"), ("Rolf", "reviewer"), ("Anna", "annotator"), ("Vera", "viewer"))
+    }
+    # who was alone here signs in from now on
+    expect(alone.locator(".banner-error")).to_contain_text("signed out")
+    alone.get_by_role("button", name="Sign in").click()
+    expect(alone.get_by_label("Your token")).to_be_visible()
+    alone.get_by_label("Your token").fill("tsr_wrong")
+    alone.get_by_role("button", name="Sign in").click()
+    expect(alone.get_by_role("alert")).to_contain_text("wrong or has been revoked")
+    alone.get_by_label("Your token").fill(links["Adam"]["token"])
+    alone.get_by_role("button", name="Sign in").click()
+    expect(alone.get_by_role("link", name="Adam")).to_be_visible()
+    wait(alone, lambda s: s["run"] == desk.run)  # where one was
+    alone.context.close()
+
+    with (
+        faultless(signed_in(desk.browser, links["Rolf"]["link"])) as rolf,
+        faultless(signed_in(desk.browser, links["Anna"]["link"])) as anna,
+    ):
+        rolf.get_by_role("button", name="Assign drive.mp4").click()
+        rolf.get_by_label("To", exact=True).select_option("Anna")
+        rolf.get_by_label("What is to be done").fill("The far signs first.")
+        rolf.get_by_role("button", name="Assign", exact=True).click()
+        expect(rolf.locator(".card-assigned")).to_contain_text("Anna: To do")
+
+        anna.get_by_role("region", name="My work").get_by_role("link").click()
+        strip = anna.get_by_role("region", name="Assignment")
+        expect(strip).to_contain_text("“The far signs first.”")
+        wait(anna, lambda s: s["tracks"] is not None and s["overlay"] is not None)
+        key = f"m{state(anna)['tracks']['id'][0]}"
+        anna.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}?track={key}'")
+        wait(anna, lambda s: s["selected"] == key)
+        anna.keyboard.press("w")
+        wait(anna, lambda s: s["docs"].get(key, {}).get("review") == "needs_work" and s["unsaved"] == 0)
+        anna.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}?track={key}&frame=0'")
+        wait(anna, lambda s: s["selected"] == key)
+        anna.get_by_role("tab", name="Inspector").click()
+        anna.locator(".inspector-history summary").click()
+        newest = anna.locator(".history li").first
+        expect(newest).to_contain_text("Anna")
+        expect(newest).to_contain_text("→ needs work")
+        strip.get_by_role("button", name="Hand in").click()
+        expect(strip).to_contain_text("In review")
+
+        rolf.keyboard.press("y")
+        theirs = rolf.get_by_role("region", name="Assignment")
+        expect(theirs).to_contain_text("Work of Anna")
+        wait(rolf, lambda s: s["tracks"] is not None)
+        theirs.get_by_role("button", name="Return …").click()
+        rolf.get_by_label("What is to be done again").fill("Track 1 lacks a box.")
+        rolf.get_by_role("button", name="Return", exact=True).click()
+        expect(strip).to_contain_text("“Track 1 lacks a box.”")
+        strip.get_by_role("button", name="Hand in").click()
+        expect(strip).to_contain_text("In review")
+        theirs.get_by_role("button", name="Done").click()
+        expect(strip).to_be_hidden()
+
+        rolf.get_by_role("link", name="Team").click()
+        expect(rolf.locator(".team-table")).to_contain_text("annotator")
+        rolf.get_by_role("link", name="Anna").click()
+        expect(rolf.locator(".activity li").first).to_contain_text("drive.mp4")
+
+        # a viewer sees everything and changes nothing
+        with faultless(signed_in(desk.browser, links["Vera"]["link"])) as vera:
+            vera.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}?track={key}'")
+            wait(vera, lambda s: s["selected"] == key and s["docs"].get(key, {}).get("review") == "needs_work")
+            vera.keyboard.press("x")
+            expect(vera.locator(".toast")).to_contain_text("You are a viewer here")
+            assert state(vera)["docs"][key]["review"] == "needs_work"
+
+        people(home, "revoke", "Anna")
+        expect(anna.locator(".banner-error")).to_contain_text("signed out")
+        expect(anna.locator(".banner")).to_have_count(1)  # the server is not away
+        rolf.get_by_role("button", name="Sign out").click()
+        rolf.wait_for_url(LAST_SIGN_IN)
+        rolf.goto(f"{desk.server.base}/#/team")
+        expect(rolf.get_by_label("Your token")).to_be_visible()
