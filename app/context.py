@@ -31,6 +31,8 @@ from app.runs.service import RunService
 from app.scene3d.ordering import SceneService
 from app.scene3d.prior import find_prior
 from app.scene3d.service import Scene3dService
+from app.search.actions import SearchActions
+from app.search.index import SearchIndex
 from app.security.tokens import Tokens, home_token
 from app.settings import Settings
 from app.storage.database import Database
@@ -81,6 +83,8 @@ class Context:
     bundle_imports: BundleImports
     labels: LabelService
     pictograms: Pictograms
+    search: SearchIndex
+    search_actions: SearchActions
 
     def close(self) -> None:
         """Release files, threads, connections and processes."""
@@ -110,6 +114,7 @@ def build_context(settings: Settings) -> Context:
     videos = VideoService(settings, database, events, jobs, uploads, servers)
     evidence = EvidenceService(settings, database)
     edits = EditService(database, events, evidence, settings)
+    search = SearchIndex(database, evidence)
     ground_truths = GroundTruthService(database)
     imports = ImportService(settings, database, events, edits, ground_truths)
     frames = FrameService(settings, database, partial(CagedDecoder, cages, memory_mb=settings.worker_memory_mb))
@@ -147,6 +152,8 @@ def build_context(settings: Settings) -> Context:
         bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits, cages),
         labels=LabelService(database, events),
         pictograms=Pictograms(database),
+        search=search,
+        search_actions=SearchActions(database, edits, search),
     )
 
 

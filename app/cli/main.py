@@ -9,6 +9,7 @@ from app.cli.labels import app as labels
 from app.cli.models import app as models
 from app.cli.record import record
 from app.cli.review import review
+from app.cli.search import search
 from tsr_engine.cli import main as engine
 from tsr_engine.cli.common import ParameterCommand
 
@@ -28,6 +29,7 @@ def register() -> None:
         engine.app.add_typer(models, name="models")
         engine.app.add_typer(labels, name="labels")
         engine.app.command("record")(record)
+        engine.app.command("search")(search)
 
 
 def run(arguments: list[str] | None = None) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,6 +60,12 @@ class EngineTracks:
             ends = np.searchsorted(table[0], block, side="right")
             for number, first, stop in zip(block, bounds[:-1].tolist(), ends.tolist(), strict=True):
                 yield self._track(number, table[:, first:stop])
+
+    def chosen(self, numbers: Collection[int]) -> Iterator[EngineTrack]:
+        """Those of some numbers that there are, in order of their numbers."""
+        for number in sorted(numbers):
+            if (track := self.one(number)) is not None:
+                yield track
 
     def one(self, number: int) -> EngineTrack | None:
         """One track; None: there is none of that number."""

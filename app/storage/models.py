@@ -15,6 +15,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from app.storage.base import Base, Sequence, now
 from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord
 from app.storage.moments import Moment
+from app.storage.search_tables import SearchAttribute, SearchRun, SearchTrack, VideoTag
 
 __all__ = [
     "Base",
@@ -31,9 +32,13 @@ __all__ = [
     "ModelVersion",
     "Output",
     "Run",
+    "SearchAttribute",
+    "SearchRun",
+    "SearchTrack",
     "Server",
     "TrackDocument",
     "Video",
+    "VideoTag",
 ]
 
 

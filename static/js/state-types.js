@@ -48,6 +48,7 @@
  * @typedef {{screen: 'library'}
  *   | {screen: 'review', video: string, run: string|null, frame: number|null, track: string|null}
  *   | {screen: 'compare', a: string, b: string}
+ *   | {screen: 'search', query: string}
  *   | {screen: 'models'} | {screen: 'files'} | {screen: 'labels'}} Route
  */
 
@@ -57,7 +58,7 @@
 
 /** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'bulk-review'
  *   |'export'|'import'|'ground-truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
- *   |'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
+ *   |'label'|'label-merge'|'label-files'|'label-history'|'choose-label'|'tags', data?: any}} Dialog */
 
 /**
  * @typedef {object} ReviewState

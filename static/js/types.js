@@ -91,10 +91,34 @@
  * @property {string|null} codec
  * @property {string[]} warnings
  * @property {string|null} [label_set] key of its label set; null: the library's
+ * @property {string[]} [tags]         words that people have given it
  * @property {string} created          ISO 8601
  * @property {number} runs             number of runs
  * @property {string|null} latest_run
  * @property {{tracks: number, reviewed: number}} review   of the latest complete run: tracks that are there, and those accepted or rejected
+ */
+
+/**
+ * A track that the search has found.
+ * @typedef {object} FoundTrack
+ * @property {string} run
+ * @property {string} run_name
+ * @property {string} video
+ * @property {string} video_name
+ * @property {string[]} tags           of the video
+ * @property {string} key
+ * @property {{set: string, id: number, name: string}|null} label   null: none of the set's labels
+ * @property {'open'|'needs_work'|'accepted'|'rejected'|'ignored'} state
+ * @property {number} uncertainty      0..1
+ * @property {number} size             longer side of its largest box, px
+ * @property {number} frame            where that box is
+ * @property {Box} box
+ * @property {number} first
+ * @property {number} last
+ * @property {number} revision
+ * @property {string|null} author      who edited it last
+ * @property {string|null} edited
+ * @property {boolean} notes           whether there are any
  */
 
 /**
@@ -359,6 +383,7 @@
  * @property {number} split_seed
  * @property {number} thin_px
  * @property {Record<string, string>} switches
+ * @property {Record<string, string[]>} [tracks]   keys of the only tracks that go out, by run; unset: all
  * @property {string} name
  */
 

@@ -3,6 +3,7 @@
 
 import {createSend, queryText, readJson} from './http.js';
 import {labelRoutes} from './labels.js';
+import {searchRoutes} from './search.js';
 import {expectColumns, expectList, expectObject} from './shapes.js';
 import {upload} from './upload.js';
 
@@ -53,6 +54,7 @@ export function createApi(setup = {}) {
   return {
     base,
     ...labelRoutes(base, json),
+    ...searchRoutes(base, json),
 
     // -- session and catalogue
     /** @param {Call} [call] @returns {Promise<import('../types.js').Session>} */

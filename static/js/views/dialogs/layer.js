@@ -10,7 +10,8 @@
  * - note: `{key?, frame?, note_id?, text?}`
  * - conflict: a `Plan` of editing/keeping.js with `{others, keepMine, takeTheirs}`: who saved, and what the two buttons do
  * - adopted: `{from, to}`: runs
- * - export: `{runs?}`; import: `{video, file?, as?}`; ground-truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
+ * - choose-label: `{title, labels, take}`; tags: `{videos, known, done}`: ids, their tags, what is called afterwards
+ * - export: `{runs?, tracks?}`; import: `{video, file?, as?}`; ground-truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
  * - label: `{set, labels, label?}`: the one that is changed, else a new one; label-merge: `{set, labels, label, usage}`;
  *   label-files, label-history: `{set}`
  * - record, bundle, second, settings: nothing
@@ -32,6 +33,7 @@ import {helpDialog} from './help.js';
 import {importDialog} from './import.js';
 import {importBundleDialog} from './import-bundle.js';
 import {bulkReviewDialog} from './bulk-review.js';
+import {chooseLabelDialog} from './choose-label.js';
 import {labelDialog} from './label.js';
 import {labelFilesDialog} from './label-files.js';
 import {labelHistoryDialog} from './label-history.js';
@@ -43,6 +45,7 @@ import {retrainDialog} from './retrain.js';
 import {runDialog} from './run.js';
 import {secondDialog} from './second.js';
 import {settingsDialog} from './settings.js';
+import {tagsDialog} from './tags.js';
 import {groundTruthsDialog} from './ground-truths.js';
 import {whatIfDialog} from './whatif.js';
 
@@ -83,6 +86,7 @@ const KINDS = {
   import: importDialog,
   'import-bundle': importBundleDialog,
   'bulk-review': bulkReviewDialog,
+  'choose-label': chooseLabelDialog,
   label: labelDialog,
   'label-files': labelFilesDialog,
   'label-history': labelHistoryDialog,
@@ -94,6 +98,7 @@ const KINDS = {
   run: runDialog,
   second: secondDialog,
   settings: settingsDialog,
+  tags: tagsDialog,
   'ground-truths': groundTruthsDialog,
   whatif: whatIfDialog,
 };
