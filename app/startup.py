@@ -19,7 +19,7 @@ from app.streaming import EventStream
 
 __all__ = ["Running", "start", "stop"]
 
-_SEARCH = 0.5
+_SEARCH = 1.0
 """Seconds between looks for what the search does not know yet."""
 
 

@@ -65,7 +65,7 @@ def conditions(session: Session, filters: SearchFilters) -> list[ColumnElement[b
         Invalid: a label that no set has, a moment that is none, an empty range.
     """
     row = SearchTrack
-    found: list[ColumnElement[bool]] = [row.current.is_(True)] if filters.runs == "current" else []
+    found: list[ColumnElement[bool]] = [row.current == true()] if filters.runs == "current" else []
     if filters.label:
         found.append(_labelled(session, filters.label))
     if filters.state:

@@ -124,7 +124,7 @@ class SearchIndex:
             flags: dict[str, bool] = {}
             if changed:
                 self._wanted = wanted_runs(session)
-                self._unread, flags = stale_runs(session, self._wanted)
+                self._unread, flags = stale_runs(session, self._wanted, retry=self._event < 0)
             newest = session.execute(
                 select(Edit.run_id, func.max(Edit.seq)).where(Edit.seq > self._edit).group_by(Edit.run_id)
             ).all()
@@ -152,10 +152,12 @@ class SearchIndex:
     def _read(self, wanted: WantedRun, *, whole: bool) -> None:
         try:
             seq, keys, rows = self._rows(wanted, whole=whole)
-        except NotFound:
+        except (NotFound, SQLAlchemyError, _Left):
             raise
-        except (ApiError, TsrError) as error:
-            reason = error.message if isinstance(error, ApiError) else str(error)
+        except Exception as error:  # noqa: BLE001 - one damaged run must not keep the others from being found
+            if not isinstance(error, ApiError | TsrError | OSError):
+                _log.warning("The run %s cannot be read.", wanted.run_id, exc_info=error)
+            reason = error.message if isinstance(error, ApiError) else str(error) or type(error).__name__
             self._store(wanted, 0, None, Rows([], []), reason)
         else:
             self._store(wanted, seq, keys, rows, None)

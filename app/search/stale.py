@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import Final
 
 from sqlalchemy import and_, or_, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, load_only
 
 from app.labels.mapping import run_classes
 from app.labels.store import default_key, newest
@@ -60,6 +60,7 @@ def wanted_runs(session: Session) -> dict[str, WantedRun]:
         .join(Video, Video.id == Run.video_id)
         .where(Run.state == "complete", is_here(session, Run.place))
         .order_by(Run.video_id, *latest_last())
+        .options(load_only(Run.video_id, Run.kind, Run.order, Run.labels))
     )
     meanings: dict[tuple[str, str], str] = {}
     found: dict[str, WantedRun] = {}
@@ -79,15 +80,24 @@ def wanted_runs(session: Session) -> dict[str, WantedRun]:
     return found
 
 
-def stale_runs(session: Session, wanted: dict[str, WantedRun]) -> tuple[list[str], dict[str, bool]]:
+def stale_runs(session: Session, wanted: dict[str, WantedRun], *, retry: bool) -> tuple[list[str], dict[str, bool]]:
     """What the tables lack.
+
+    Args:
+        session: reads.
+        wanted: runs as they should be known.
+        retry: read runs once more that could not be read.
 
     Returns:
         Runs to read, those that stand for their videos first; runs that stand for their video without the tables
         saying so, or the other way round.
     """
     known = {row.run_id: row for row in session.scalars(select(SearchRun))}
-    missing = [run for run in wanted.values() if run.run_id not in known or known[run.run_id].basis != run.basis]
+    missing = [
+        run
+        for run in wanted.values()
+        if (row := known.get(run.run_id)) is None or row.basis != run.basis or (retry and row.error is not None)
+    ]
     flags = {
         run.run_id: run.current
         for run in wanted.values()

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import csv
+from pathlib import Path
+
+from app.exchange.export import ExportRequest, export_sources
+from app.exchange.stored import home_source
 from tests.app.search.conftest import Library
 
 
@@ -84,3 +89,20 @@ def test_a_run_that_is_gone_does_not_keep_the_others_from_being_changed(library:
     done = library.act({"type": "judge", "review": "accepted"}, [lost, *tracks])
     assert (done["changed"], done["stayed"]) == (len(tracks), 1)
     assert "There is no run" in done["sentences"][0]
+
+
+def test_an_export_can_hold_chosen_tracks_alone(library: Library, tmp_path: Path) -> None:
+    ann, key, drawn = library.page(), library.keys()[0], "h" + "b2" * 6
+    assert ann.send({"name": "create_track", "frame": 3, "key": drawn, "box": [9, 9, 40, 40], "class_id": 1}).is_success
+    with library.home.database.read() as session:
+        source = home_source(session, library.home.settings, library.run)
+    states = ["open", "edited", "accepted", "rejected", "needs_work"]
+    asked = {"runs": [library.run], "format": "tracks-csv", "states": states, "not_in_set": "class"}
+    rows = {}
+    for name, tracks in {"all": None, "one": {library.run: [drawn]}, "both": {library.run: [key, drawn]}}.items():
+        request = ExportRequest.model_validate({**asked, "tracks": tracks})
+        export_sources(request, [source], tmp_path / name, zipped=False)
+        (file,) = (path for path in (tmp_path / name).rglob("*.csv") if "track" in path.read_text().split("\n")[0])
+        rows[name] = list(csv.DictReader(file.open()))
+    assert len(rows["one"]) == 1
+    assert len(rows["one"]) < len(rows["both"]) < len(rows["all"])
