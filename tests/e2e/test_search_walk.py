@@ -41,10 +41,10 @@ def test_many_are_judged_by_keys_and_taken_back(desk: Desk, found: Page) -> None
 
 
 def test_filters_are_an_address(found: Page) -> None:
-    found.get_by_label("Uncertainty from, %").fill("99.5")
+    found.get_by_label("Smallest size, px").fill("9999")
     found.get_by_text("No track passes these filters").wait_for()
-    assert found.evaluate("location.hash") == "#/search?uncertainty_min=0.995"
-    found.get_by_label("Uncertainty from, %").fill("0")
+    assert found.evaluate("location.hash") == "#/search?size_min=9999"
+    found.get_by_label("Smallest size, px").fill("1")
     found.locator(".found-tile").first.wait_for()
     found.get_by_label("Label", exact=True).fill("unicorn")
     found.keyboard.press("Enter")
@@ -78,8 +78,8 @@ def test_a_tag_and_a_label_are_given_in_dialogs(desk: Desk, found: Page) -> None
     found.locator(".found-tile").first.click()
     found.keyboard.press("l")
     found.locator("dialog[open] input:focus").wait_for()
-    found.keyboard.type("give way")
+    found.keyboard.type("roundabout")
     found.keyboard.press("Enter")
-    expect(found.locator(".found-tile").first).to_contain_text("give way")
+    expect(found.locator(".found-tile").first).to_contain_text("roundabout")
     found.get_by_role("button", name="Undo").last.click()
-    expect(found.get_by_text("Undone: relabelled give way")).to_be_visible()
+    expect(found.get_by_text("Undone: relabelled roundabout")).to_be_visible()
