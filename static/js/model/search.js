@@ -38,11 +38,14 @@ export const NO_SEARCH = Object.freeze({
  * @returns {SearchFilters}
  */
 export function parseSearch(query) {
-  const pairs = new URLSearchParams(query);
+  const pairs = query.split('&').map((pair) => {
+    const [key, ...value] = pair.split('=');
+    return [decoded(key), decoded(value.join('='))];
+  });
   /** @type {Record<string, string|string[]>} */
   const found = {};
   for (const [name, usual] of Object.entries(NO_SEARCH)) {
-    const values = pairs.getAll(name).map((value) => value.trim()).filter(Boolean);
+    const values = pairs.filter(([key]) => key === name).map(([, value]) => value.trim()).filter(Boolean);
     found[name] = Array.isArray(usual) ? [...new Set(values)] : values.at(-1) ?? usual;
   }
   return /** @type {any} */ (found);
@@ -55,13 +58,23 @@ export function parseSearch(query) {
  * @returns {string} without `?`
  */
 export function formatSearch(filters) {
-  const pairs = new URLSearchParams();
+  /** @type {string[]} */
+  const pairs = [];
   for (const [name, usual] of Object.entries(NO_SEARCH)) {
     const value = filters[/** @type {keyof SearchFilters} */ (name)];
-    if (Array.isArray(value)) value.forEach((one) => pairs.append(name, one));
-    else if (value !== usual) pairs.append(name, value);
+    const said = Array.isArray(value) ? value : value === usual ? [] : [value];
+    pairs.push(...said.map((one) => `${name}=${encodeURIComponent(one)}`));
   }
-  return pairs.toString();
+  return pairs.join('&');
+}
+
+/** @param {string} text @returns {string} as it is, where its escapes are broken */
+function decoded(text) {
+  try {
+    return decodeURIComponent(text.replaceAll('+', ' '));
+  } catch {
+    return text;
+  }
 }
 
 /** Whether any filter is set that is not among those of the first row. @param {SearchFilters} filters */

@@ -11,9 +11,12 @@ const track = (key, further = {}) => ({ run: 'r', key, state: 'open', ...further
 test('an address is a question, and comes back as it was', () => {
   const filters = { ...NO_SEARCH, label: ['C,3a', 'stop'], uncertainty_min: '0.3', text: 'bent & old', runs: 'all' };
   const query = formatSearch(filters);
-  assert.equal(query, 'label=C%2C3a&label=stop&uncertainty_min=0.3&text=bent+%26+old&runs=all');
+  assert.equal(query, 'label=C%2C3a&label=stop&uncertainty_min=0.3&text=bent%20%26%20old&runs=all');
   assert.deepEqual(parseSearch(query), filters);
   assert.equal(formatSearch(NO_SEARCH), '');
+  assert.deepEqual(parseSearch('text=bent+old&video=50%').text, 'bent old');
+  assert.equal(parseSearch('video=50%').video, '50%');
+  assert.deepEqual(parseSearch('attribute=dirty=yes').attribute, ['dirty=yes']);
 });
 
 test('what an address does not know is left out, and twice the same is once', () => {
