@@ -174,7 +174,8 @@ class SearchIndex:
             edits, seq = _last_edits(session, run_id, after)
             keys = None if row is None else sorted(edits)
             documents = documents_of(session, run_id)
-            frames = session.scalar(select(Video.frames).where(Video.id == wanted.video_id)) or _NO_END
+            video = session.get_one(Video, wanted.video_id)
+            frames, picture = video.frames or _NO_END, (video.width or 0, video.height or 0)
             if keys is not None:
                 began = {doc.began_as() for key in keys if (doc := documents.get(key)) is not None} - {None}
                 known = _uncertainties(session, run_id, [f"m{number}" for number in began] + keys)
@@ -191,7 +192,12 @@ class SearchIndex:
 
         tracks = run_tracks(place.folder, documents, 0, frames, frames, to_label=place.classes.to_label, keys=keys)
         rows = rows_of(
-            self._until_left(tracks), documents, edits, uncertainty, lambda number: self._evidence.label(run_id, number)
+            self._until_left(tracks),
+            documents,
+            edits,
+            uncertainty,
+            lambda number: self._evidence.label(run_id, number),
+            picture,
         )
         return seq, keys, rows
 

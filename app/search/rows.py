@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.edits.documents import TrackDoc
 from tsr_engine.exchange.dataset import Track
@@ -44,6 +45,7 @@ def rows_of(
     edits: Mapping[str, LastEdit],
     uncertainty: Callable[[str, int | None], float],
     engine_label: Callable[[int], int | None],
+    picture: tuple[int, int],
 ) -> Rows:
     """Make rows.
 
@@ -54,6 +56,7 @@ def rows_of(
         uncertainty: key of a track, number of the engine's track that it began as -> uncertainty, before people said
             anything.
         engine_label: number of an engine's track -> its label; None: it was never read.
+        picture: width and height, px.
     """
     rows, attributes = [], []
     for track in tracks:
@@ -61,7 +64,8 @@ def rows_of(
         began = int(track.uid[1:]) if document is None else document.began_as()
         engine = 0.0 if began is None else uncertainty(track.uid, began)
         edit = edits.get(track.uid)
-        best = _clearest(track)
+        side = np.maximum(track.boxes[:, 2] - track.boxes[:, 0], track.boxes[:, 3] - track.boxes[:, 1])
+        best = _clearest(track, side, picture)
         x1, y1, x2, y2 = track.boxes[best].tolist()
         overruled = document is not None and began is not None and _overruled(document, began, engine_label)
         rows.append(
@@ -71,7 +75,7 @@ def rows_of(
                 "state": track.state if track.ignore is None else "ignored",
                 "uncertainty": 1.0 if overruled else engine,
                 "engine_uncertainty": engine,
-                "size": max(x2 - x1, y2 - y1),
+                "size": float(side.max()),
                 "frame": int(track.frames[best]),
                 "x1": x1,
                 "y1": y1,
@@ -101,12 +105,16 @@ def attribute_text(value: object) -> str:
     return str(value).casefold()[:LONGEST_VALUE]
 
 
-def _clearest(track: Track) -> int:
-    """Position of the largest box among those that were measured or set by a person; among all, if none was."""
-    side = np.maximum(track.boxes[:, 2] - track.boxes[:, 0], track.boxes[:, 3] - track.boxes[:, 1])
+def _clearest(track: Track, side: NDArray[np.float64], picture: tuple[int, int]) -> int:
+    """Position of the largest box that is whole in the picture and was measured or set by a person.
+
+    Where no box is all of that, one that is some of it.
+    """
+    whole = (track.boxes[:, :2] >= 0).all(axis=1) & (track.boxes[:, 2:] <= picture).all(axis=1)
     seen = (np.isfinite(track.score) | track.key) & ~track.occluded
-    if seen.any():
-        side = np.where(seen, side, -1.0)
+    for wanted in (whole & seen, whole, seen):
+        if wanted.any():
+            return int(np.argmax(np.where(wanted, side, -1.0)))
     return int(np.argmax(side))
 
 

@@ -42,7 +42,7 @@ class SearchRun(Base):
 
 
 class SearchTrack(Base):
-    """One track of a run as people have left it, without its boxes but the largest. Deleted tracks have no row."""
+    """One track of a run as people have left it, without its boxes but one. Deleted tracks have no row."""
 
     __tablename__ = "search_tracks"
     __table_args__ = (
@@ -69,7 +69,7 @@ class SearchTrack(Base):
     size: Mapped[float] = mapped_column(Float)
     """Longer side of its largest box, px."""
     frame: Mapped[int] = mapped_column(Integer)
-    """Where that box is."""
+    """Where it shows best: in its largest box that is whole in the picture, which follows."""
     x1: Mapped[float] = mapped_column(Float)
     y1: Mapped[float] = mapped_column(Float)
     x2: Mapped[float] = mapped_column(Float)
