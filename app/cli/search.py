@@ -153,7 +153,7 @@ def _tell(found: SearchAnswer) -> None:
     more = " or more" if found.more else ""
     listed = f", {len(found.tracks)} listed" if found.total > len(found.tracks) else ""
     say(f"{found.total}{more} {'track' if found.total == 1 else 'tracks'} found{listed}.")
-    for each in found.unreadable:
-        say(f"{each.run_name} of {each.video_name} cannot be read and is missing: {each.message}")
+    for lost in found.unreadable:
+        say(f"{lost.run_name} of {lost.video_name} cannot be read and is missing: {lost.message}")
     if found.unreadable_count > len(found.unreadable):
         say(f"So are {found.unreadable_count - len(found.unreadable)} more runs.")
