@@ -38,6 +38,8 @@ from app.runs.service import RunService
 from app.scene3d.ordering import SceneService
 from app.scene3d.prior import find_prior
 from app.scene3d.service import Scene3dService
+from app.search.actions import SearchActions
+from app.search.index import SearchIndex
 from app.security.access import Access
 from app.security.proxies import Proxies
 from app.security.tokens import Tokens, home_token
@@ -99,6 +101,8 @@ class Context:
     labels: LabelService
     labelled_videos: LabelledVideos
     pictograms: Pictograms
+    search: SearchIndex
+    search_actions: SearchActions
 
     def way_in(self) -> str:
         """A path that lets a browser in: a new link that works once, or with people the page, which asks who it is."""
@@ -140,6 +144,7 @@ def build_context(settings: Settings) -> Context:
     videos = VideoService(settings, database, events, jobs, uploads, servers)
     evidence = EvidenceService(settings, database)
     edits = EditService(database, events, evidence, settings)
+    search = SearchIndex(database, evidence)
     ground_truths = GroundTruthService(database)
     imports = ImportService(settings, database, events, edits, ground_truths)
     frames = FrameService(settings, database, partial(CagedDecoder, cages, memory_mb=settings.worker_memory_mb))
@@ -185,6 +190,8 @@ def build_context(settings: Settings) -> Context:
         labels=LabelService(database, events),
         labelled_videos=LabelledVideos(database, evidence),
         pictograms=Pictograms(database),
+        search=search,
+        search_actions=SearchActions(database, edits, search),
     )
 
 

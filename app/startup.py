@@ -11,12 +11,16 @@ from app.context import Context
 from app.follows.service import LEASE
 from app.jobs.supervisor import Supervisor
 from app.outputs.placing import sweep as sweep_placing
+from app.search.index import SearchIndex
 from app.storage.places import adopt_files
 from app.storage.room import shortage
 from app.storage.ticking import ticking
 from app.streaming import EventStream
 
 __all__ = ["Running", "start", "stop"]
+
+_SEARCH = 1.0
+"""Seconds between looks for what the search does not know yet."""
 
 
 @dataclass(slots=True)
@@ -26,6 +30,7 @@ class Running:
     supervisor: Supervisor | None
     stream: EventStream
     warmer: threading.Thread
+    search: SearchIndex
     beating: ExitStack
 
 
@@ -52,11 +57,13 @@ def start(context: Context) -> Running:
     warmer.start()
     stream.start()
     beating.enter_context(ticking("tsr-follows", LEASE / 4, context.follows.sweep))
-    return Running(supervisor, stream, warmer, beating)
+    beating.enter_context(ticking("tsr-search", _SEARCH, context.search.tick))
+    return Running(supervisor, stream, warmer, context.search, beating)
 
 
 async def stop(running: Running) -> None:
     """Stop them, the streams first: an open page must not hold the server up."""
+    running.search.leave()
     await running.stream.stop()
     if running.supervisor is not None:
         await asyncio.to_thread(running.supervisor.stop)

@@ -10,6 +10,7 @@ from app.cli.models import app as models
 from app.cli.people import app as people
 from app.cli.record import record
 from app.cli.review import review
+from app.cli.search import search
 from tsr_engine.cli import main as engine
 from tsr_engine.cli.common import ParameterCommand
 
@@ -30,6 +31,7 @@ def register() -> None:
         engine.app.add_typer(labels, name="labels")
         engine.app.add_typer(people, name="people")
         engine.app.command("record")(record)
+        engine.app.command("search")(search)
 
 
 def run(arguments: list[str] | None = None) -> int:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app.cli.library import HomeOption, opened_library
-from tsr_engine.cli.common import JsonOption, counted, out_console, print_json, say
+from tsr_engine.cli.common import JsonOption, out_console, print_json, say
+from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from sqlalchemy import text
 from sqlalchemy.orm import Session
 
-__all__ = ["lock_for_adoption", "lock_for_edit", "lock_tracks"]
+__all__ = ["lock_for_adoption", "lock_for_edit", "lock_for_many", "lock_tracks"]
 
 
 def lock_for_edit(session: Session, run_id: str, op_id: str, author: str, keys: Iterable[str] = ()) -> None:
@@ -24,6 +24,11 @@ def lock_for_edit(session: Session, run_id: str, op_id: str, author: str, keys: 
 def lock_tracks(session: Session, run_id: str, keys: Iterable[str]) -> None:
     """Tracks that became known only after :func:`lock_for_edit`, which had none."""
     _take(session, [f"track {run_id} {key}" for key in sorted(keys)])
+
+
+def lock_for_many(session: Session, run_id: str, op_id: str, author: str) -> None:
+    """One edit of many tracks: nothing else goes on in the run meanwhile, nor with this operation or by this author."""
+    _take(session, [f"op {op_id}", f"author {run_id} {author}", f"run {run_id}"])
 
 
 def lock_for_adoption(session: Session, run_id: str) -> None:

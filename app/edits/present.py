@@ -40,10 +40,10 @@ class PresentDocuments:
         if change:
             session.info["documents"] = rows  # kept alive, so that save finds them without asking again
         found = {row.key: self.closed(run, doc_of(row)) for row in rows}
-        for key in keys:
-            if key in found or not key.startswith("m"):
-                continue
-            fresh = self.fresh(run, key)
+        missing = [key for key in keys if key not in found and key.startswith("m")]
+        spans = self._evidence.all_spans(run.id) if len(missing) > _FEW else None
+        for key in missing:
+            fresh = self.fresh(run, key, spans)
             if fresh is not None:
                 found[key] = fresh
         return found
@@ -63,12 +63,21 @@ class PresentDocuments:
                 pieces.append(piece.model_copy(update={"last": span[1]}))
         return doc.model_copy(update={"segments": tuple(pieces)})
 
-    def fresh(self, run: Run, key: str) -> TrackDoc | None:
-        """The untouched document of an engine track; while the run goes on, its end is open. None: there is none."""
-        span = self._evidence.span(run.id, int(key[1:])) if key.startswith("m") else None
+    def fresh(self, run: Run, key: str, spans: Mapping[int, tuple[int, int]] | None = None) -> TrackDoc | None:
+        """The untouched document of an engine track; while the run goes on, its end is open. None: there is none.
+
+        Args:
+            run: the run.
+            key: of the track.
+            spans: first and last frame of all engine tracks, where they are known already.
+        """
+        if not key.startswith("m"):
+            return None
+        track = int(key[1:])
+        span = self._evidence.span(run.id, track) if spans is None else spans.get(track)
         if span is None:
             return None
-        return engine_doc(int(key[1:]), span[0], span[1] if run.state == "complete" else OPEN_END)
+        return engine_doc(track, span[0], span[1] if run.state == "complete" else OPEN_END)
 
     @staticmethod
     def save(

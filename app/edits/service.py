@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 from uuid import uuid4
@@ -19,7 +20,7 @@ from app.edits.documents import TrackDoc
 from app.edits.extent import known_frames, require_documents_inside, require_inside
 from app.edits.history import Target, adopted_keys, last_said, targets
 from app.edits.labelled import by_key, require_attribute, require_known_labels
-from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
+from app.edits.locks import lock_for_adoption, lock_for_edit, lock_for_many, lock_tracks
 from app.edits.present import PresentDocuments
 from app.edits.revisions import check_revisions
 from app.edits.stored import documents_of
@@ -34,10 +35,23 @@ from app.storage.database import Database
 from app.storage.models import Edit, Run
 from app.videos.same_file import ChangedFiles
 
-__all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
+__all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry", "TracksChanged"]
 
 _MOST_REPORTED = 500
 """Documents that the stream of events carries of one operation."""
+
+
+@dataclass(frozen=True, slots=True)
+class TracksChanged:
+    """What became of an operation on many tracks.
+
+    Attributes:
+        changed: keys; empty: nothing was stored.
+        stayed: key -> why, as the end of a sentence without its full stop.
+    """
+
+    changed: list[str]
+    stayed: dict[str, str]
 
 
 class EditService:
@@ -246,6 +260,70 @@ class EditService:
             row = self._record(session, run, author, command, before, documents)
             return row.seq, sorted(documents)
 
+    def apply_to_tracks(
+        self,
+        run_id: str,
+        op_id: str,
+        author: str,
+        name: str,
+        make: Callable[[str], Sequence[Any]],
+        expected: Mapping[str, int],
+    ) -> TracksChanged:
+        """Change many tracks of a run in one operation; those that cannot be changed stay as they are.
+
+        The same ``op_id`` again gives the first answer again, without those that stayed.
+
+        Args:
+            run_id: the run.
+            op_id: chosen by who asks, unique.
+            author: who does it.
+            name: of the kind of operation, for the log.
+            make: key of a track -> the commands for it; see :mod:`app.edits.commands`.
+            expected: revision of each track as the author knows it; they are changed in this order.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: the video's file is another one by now, or the ``op_id`` belongs to another run.
+            Invalid: a command names a label that the video's set does not have.
+        """
+        try:
+            self._files.refuse(run_id)
+        except Conflict:
+            if not self._is_stored(op_id):
+                raise
+        with self._database.write() as session:
+            lock_for_many(session, run_id, op_id, author)
+            run = _require_run(session, run_id)
+            known = session.scalars(select(Edit).where(Edit.op_id == op_id)).first()
+            if known is not None:
+                self._again(session, known, run_id, author)
+                return TracksChanged(sorted(known.after), {})
+            present = self._present.load(session, run, list(expected))
+            now = datetime.now(UTC).isoformat(timespec="seconds")
+            after: dict[str, TrackDoc] = {}
+            stayed: dict[str, str] = {}
+            for key, revision in expected.items():
+                doc = present.get(key)
+                if doc is None or doc.gone:
+                    stayed[key] = "it is not there any more"
+                elif doc.revision != revision:
+                    who = last_said(session, run_id, author, {key: revision}).get(key)
+                    stayed[key] = "it was changed meanwhile" + (f" by {who.author}" if who else "")
+                else:
+                    try:
+                        changed = _applied(doc, make(key), author, now)
+                    except CommandError as error:
+                        stayed[key] = str(error).rstrip(".")
+                        continue
+                    if not changed.same(doc):
+                        after[key] = changed
+            require_known_labels(after.values(), labels_of_run(session, run))
+            if after:
+                command = {"name": name, "commands": [each.model_dump(mode="json") for each in make(next(iter(after)))]}
+                before = {key: present.get(key) for key in after}
+                self._write(session, run, author, command, before, after, None, op_id=op_id)
+            return TracksChanged(sorted(after), stayed)
+
     def record_first(
         self,
         session: Session,
@@ -393,6 +471,13 @@ class EditService:
         undo, redo = self._targets(session, _require_run(session, run_id), author)
         seq = _newest(session, run_id)
         return Annotation(seq=seq, docs=docs, undo=undo, redo=redo)
+
+
+def _applied(doc: TrackDoc, commands: Sequence[Any], author: str, now: str) -> TrackDoc:
+    """A track after commands that are about it alone."""
+    for command in commands:
+        doc = apply_command({doc.key: doc}, command, author, now).get(doc.key, doc)
+    return doc
 
 
 def _engine_run(table: BoxTable) -> EngineRun:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 from sqlalchemy import select
 
 from app.errors import ApiError, Conflict, Invalid, NotFound
@@ -35,14 +36,16 @@ from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.schema import RUN_FILE
+from tsr_engine.geometry.boxes import area, clip
 from tsr_engine.params import Params
-from tsr_engine.records import Picture
+from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["EvidenceService", "RunPlace"]
 
 CACHE_BYTES = 48 * 2**20
 """Memory for finished answers about whole runs."""
 
+Box = tuple[float, float, float, float]
 _T = TypeVar("_T")
 
 
@@ -187,6 +190,13 @@ class EvidenceService:
             rows = read_columns(reader, "tracks", *names, tracks=(track_id, track_id), confirmed=True)
         return (int(rows.ints(names[0])[0]), int(rows.ints(names[1])[0])) if len(rows) else None
 
+    def all_spans(self, run_id: str) -> dict[int, tuple[int, int]]:
+        """First and last frame of each confirmed track, by number."""
+        sql = "SELECT track_id, first_frame, last_frame FROM tracks WHERE confirmed_frame IS NOT NULL"
+        place = self.place(run_id)
+        with self.reading(place) as reader:
+            return {track: (first, last) for track, first, last in reader.query(sql)}
+
     def label(self, run_id: str, track_id: int) -> int | None:
         """The engine's label of a confirmed track, in the video's set; -1: the set lacks what the engine calls it.
 
@@ -260,6 +270,40 @@ class EvidenceService:
             margin = float(reader.header.parameters["gate"]["gate_margin"]) if of == "prediction" else MARGIN
         if box is None:
             raise NotFound(f"Track {track_id} has no {of} in frame {frame}.")
+        return self._crop(place, frame, box, margin, size, picture)
+
+    def crop_of_box(
+        self, run_id: str, frame: int, box: Box, size: int, picture: Callable[[str, int], Picture]
+    ) -> bytes:
+        """What lies under any box in a frame of the run's video, with the margin of a result, as PNG.
+
+        Args:
+            run_id: the run.
+            frame: ordinal of the frame.
+            box: x1, y1, x2, y2, px.
+            size: longer side of the answer, px.
+            picture: decodes a frame of a video; asked only where evidence lacks pixels.
+
+        Raises:
+            NotFound: the box lies beyond the picture.
+        """
+        place = self.place(run_id)
+        with self._database.read() as session:
+            video = session.get_one(Video, place.video_id)
+        inside = clip(np.array([box], np.float64), video.width or 0, video.height or 0)
+        if area(inside)[0] <= 0:
+            raise NotFound("The box lies beyond the picture.", field="box")
+        return self._crop(place, frame, inside[0], MARGIN, size, picture)
+
+    def _crop(
+        self,
+        place: RunPlace,
+        frame: int,
+        box: FloatArray,
+        margin: float,
+        size: int,
+        picture: Callable[[str, int], Picture],
+    ) -> bytes:
         with self._pixels_of(place) as source:
             stored = pixels_in_frame(source, frame)
         crop = crop_of(stored, box, margin, lambda: picture(place.video_id, frame))

@@ -94,6 +94,7 @@ class Source:
         origin: ``engine`` or ``imported``.
         provenance: for the manifest.
         classes: what the class numbers of its evidence mean in the label set of its video.
+        keys: of the tracks that are wanted; None: all.
     """
 
     folder: Path
@@ -104,6 +105,7 @@ class Source:
     origin: str
     provenance: Mapping[str, Any]
     classes: RunClasses
+    keys: frozenset[str] | None = None
 
     @property
     def labels(self) -> LabelSet:
@@ -127,11 +129,14 @@ class Source:
     def tracks(self) -> Iterator[Track]:
         """A new pass over the tracks."""
         frames, to_label = self.video.frames, self.classes.to_label
-        return run_tracks(self.folder, self.documents, self.first, self.stop, frames, self.origin, to_label)
+        return run_tracks(self.folder, self.documents, self.first, self.stop, frames, self.origin, to_label, self.keys)
 
     def skipped(self) -> tuple[Skipped, ...]:
         """What people have drawn where the run has not looked; what else is in those frames, nobody has said."""
-        beyond = boxes_beyond(self.documents, self.first, self.stop, self.video.frames)
+        documents = self.documents
+        if self.keys is not None:
+            documents = {key: doc for key, doc in documents.items() if key in self.keys}
+        beyond = boxes_beyond(documents, self.first, self.stop, self.video.frames)
         if not beyond:
             return ()
         boxes, tracks = sum(beyond.values()), len(beyond)

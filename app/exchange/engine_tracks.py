@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,6 +54,12 @@ class EngineTracks:
         for start in range(0, len(ids), _BLOCK):
             block = ids[start : start + _BLOCK]
             yield from self._read(block[0], block[-1], block)
+
+    def chosen(self, numbers: Collection[int]) -> Iterator[EngineTrack]:
+        """Those of some numbers that there are, in order of their numbers."""
+        for number in sorted(numbers):
+            if (track := self.one(number)) is not None:
+                yield track
 
     def one(self, number: int) -> EngineTrack | None:
         """One track; None: there is none of that number."""

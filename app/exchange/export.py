@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from app.edits.documents import Key
 from app.exchange.dataset import Source, VideoFacts, dataset_of
 from app.shapes import PLAIN, Model
 from app.videos.opened import ChangedError
@@ -31,6 +33,7 @@ State = Literal["open", "edited", "accepted", "rejected", "needs_work"]
 DEFAULT_STATES: tuple[State, ...] = ("edited", "accepted", "rejected")
 """What a person has accepted, or edited and left open. What people have rejected, or judged to be no sign, goes out as
 hard negatives: never as a sign."""
+RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 LabelWord = Annotated[str, Field(min_length=1, max_length=200)]
 _MOST_SKIPPED = 200
 """Reasons kept in the summary; the manifest has all."""
@@ -47,7 +50,7 @@ class Shares(Model):
 class ExportRequest(Model):
     """What to export, and how."""
 
-    runs: Annotated[list[Annotated[str, Field(pattern="^[0-9a-f]{32}$")]], Field(min_length=1, max_length=1000)]
+    runs: Annotated[list[RunName], Field(min_length=1, max_length=1000)]
     """Of different videos."""
     format: Annotated[str, Field(max_length=32, pattern=PLAIN)]
     pictures: Literal["none", "annotated", "all"] = "none"
@@ -76,6 +79,10 @@ class ExportRequest(Model):
     split_seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     thin_px: Annotated[float, Field(ge=0, le=100)] = 0.5
     switches: Annotated[dict[str, Annotated[str, Field(max_length=64)]], Field(max_length=20)] = Field({})
+    tracks: Annotated[dict[RunName, Annotated[list[Key], Field(max_length=5000)]], Field(max_length=1000)] | None = (
+        Field(None, exclude_if=lambda value: value is None)
+    )
+    """Keys of the only tracks that go out, by run; of a run that is not named nothing does. Null: all."""
     name: Annotated[str, Field(max_length=120, pattern=r"^[^/\\\x00-\x1f\x7f]*$")] = ""
     """File name without suffix; empty: made up."""
 
@@ -131,6 +138,9 @@ def export_sources(
         StorageError: no room.
     """
     chosen = check_request(request)
+    if request.tracks is not None:
+        wanted = request.tracks
+        sources = [replace(source, keys=frozenset(wanted.get(source.run_id or "", ()))) for source in sources]
     whole = dataset_of(sources)
     filters = _filters(request, whole.labels)
     dataset = filtered(merged_resolved(whole), filters)

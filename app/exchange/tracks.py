@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,6 +29,7 @@ def run_tracks(
     frames: int,
     origin: str = "engine",
     to_label: Callable[[int], int] = as_it_is,
+    keys: Collection[str] | None = None,
 ) -> Iterator[Track]:
     """The tracks of a run: those of the engine by number, then those that people have made, by name.
 
@@ -42,11 +43,15 @@ def run_tracks(
         frames: length of the video; nothing lies beyond it.
         origin: ``source`` of tracks that nobody has touched: ``engine`` or ``imported``.
         to_label: class number of the evidence -> id of a label, -1: none.
+        keys: of the tracks that are wanted; None: all.
     """
+    if keys is not None:
+        documents = {key: documents[key] for key in keys if key in documents}
     own = [key for key in sorted(documents) if not key.startswith("m")]
     with EvidenceReader(folder) as reader:
         engine_tracks = EngineTracks(reader, to_label)
-        for found in engine_tracks:
+        chosen = None if keys is None else [int(key[1:]) for key in keys if key.startswith("m")]
+        for found in engine_tracks if chosen is None else engine_tracks.chosen(chosen):
             document = documents.get(f"m{found.id}")
             track = (
                 _untouched(found, origin)

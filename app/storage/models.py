@@ -16,6 +16,7 @@ from app.storage.base import Base, Sequence, now
 from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord, TrackClasses
 from app.storage.moments import Moment
 from app.storage.people_tables import Assignment, Person, PersonSecret
+from app.storage.search_tables import SearchAttribute, SearchRun, SearchTrack, VideoTag
 
 __all__ = [
     "Assignment",
@@ -35,10 +36,14 @@ __all__ = [
     "Person",
     "PersonSecret",
     "Run",
+    "SearchAttribute",
+    "SearchRun",
+    "SearchTrack",
     "Server",
     "TrackClasses",
     "TrackDocument",
     "Video",
+    "VideoTag",
 ]
 
 

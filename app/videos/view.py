@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from app.events import EventBus
 from app.shapes import Model
 from app.storage.latest import latest_last
-from app.storage.models import Run, TrackDocument, Video
+from app.storage.models import Run, TrackDocument, Video, VideoTag
 from app.storage.places import here_of
 
 __all__ = ["ReviewProgress", "VideoView", "publish_video", "video_view", "video_views"]
@@ -60,6 +60,7 @@ class VideoView(Model):
     """ISO 8601."""
     label_set: str | None
     """Key of its own label set; None: the library's default."""
+    tags: list[str]
     runs: int
     """Number of runs."""
     latest_run: str | None
@@ -99,12 +100,23 @@ def _views(session: Session, videos: Sequence[Video]) -> list[VideoView]:
     edited: dict[str, tuple[int, int]] = {}
     for run_id, change, reviewed in session.execute(documents) if latest else ():
         edited[run_id] = change, reviewed
+    tags: dict[str, list[str]] = {}
+    given = select(VideoTag.video_id, VideoTag.tag).where(VideoTag.video_id.in_(ids)).order_by(VideoTag.tag)
+    for video_id, tag in session.execute(given):
+        tags.setdefault(video_id, []).append(tag)
     here = here_of(session)
-    return [_view(video, counts[video.id], latest.get(video.id), edited, here) for video in videos]
+    return [
+        _view(video, tags.get(video.id, []), counts[video.id], latest.get(video.id), edited, here) for video in videos
+    ]
 
 
 def _view(
-    video: Video, runs: int, latest: tuple[str, int] | None, edited: Mapping[str, tuple[int, int]], here: str | None
+    video: Video,
+    tags: list[str],
+    runs: int,
+    latest: tuple[str, int] | None,
+    edited: Mapping[str, tuple[int, int]],
+    here: str | None,
 ) -> VideoView:
     run_id, tracks = latest or (None, 0)
     more, reviewed = edited.get(run_id, (0, 0)) if run_id else (0, 0)
@@ -127,6 +139,7 @@ def _view(
         warnings=list(video.warnings or []),
         created=video.created.isoformat(),
         label_set=video.label_set,
+        tags=tags,
         runs=runs,
         latest_run=run_id,
         review=ReviewProgress(tracks=max(0, tracks + more), reviewed=reviewed),

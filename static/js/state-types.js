@@ -53,6 +53,7 @@
  *   | {screen: 'review', video: string, run: string|null, frame: number|null, track: string|null}
  *   | {screen: 'compare', a: string, b: string}
  *   | {screen: 'team', person: string|null}
+ *   | {screen: 'search', query: string}
  *   | {screen: 'models'} | {screen: 'files'} | {screen: 'labels'}} Route
  */
 
@@ -62,7 +63,7 @@
 
 /** @typedef {{kind: 'help'|'relabel'|'run'|'run-several'|'run-queue'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'bulk-review'
  *   |'export'|'import'|'ground-truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
- *   |'palette'|'merge'|'assign'|'return-work'|'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
+ *   |'palette'|'merge'|'assign'|'return-work'|'label'|'label-merge'|'label-files'|'label-history'|'choose-label'|'tags', data?: any}} Dialog */
 
 /**
  * @typedef {object} ReviewState

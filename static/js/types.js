@@ -38,6 +38,7 @@
 /** @typedef {Schemas['Overlay']} Overlay */
 /** @typedef {Schemas['OverlayTrack']} OverlayTrack */
 /** @typedef {Schemas['TrackDoc']} TrackDoc */
+/** @typedef {Schemas['FoundTrack']} FoundTrack */
 
 /** @typedef {boolean|number|string} AttributeValue   of a checkbox, of a number, of a select or a text */
 

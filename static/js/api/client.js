@@ -4,6 +4,7 @@
 import {createSend, queryText, readJson} from './http.js';
 import {labelRoutes} from './labels.js';
 import {peopleRoutes} from './people.js';
+import {searchRoutes} from './search.js';
 import {expectColumns, expectList, expectObject} from './shapes.js';
 import {upload} from './upload.js';
 
@@ -55,6 +56,7 @@ export function createApi(setup = {}) {
     base,
     ...labelRoutes(base, json),
     ...peopleRoutes(json),
+    ...searchRoutes(base, json),
 
     // -- session and catalogue
     /** @param {Call} [call] @returns {Promise<import('../types.js').Session>} */

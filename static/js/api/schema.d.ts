@@ -5,6 +5,20 @@ export type paths = Record<string, never>;
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /** @description An action of one person on tracks that were found. */
+        ActionRequest: {
+            action_id: string;
+            author?: string | null;
+            action: components["schemas"]["Judge"] | components["schemas"]["Ignore"] | components["schemas"]["Relabel"];
+            tracks: components["schemas"]["WantedTrack"][];
+        };
+        /** @description A person's operations, the newest first. */
+        Activity: {
+            worker: components["schemas"]["Worker"];
+            done: components["schemas"]["Done"][];
+            /** @description Ask for what came before this number; None: this is all. */
+            more: number | null;
+        };
         /** @description Make this frame a key frame with the box on screen. */
         AddKey: {
             /** @description The frame that the person looks at. */
@@ -111,6 +125,33 @@ export interface components {
             /** @description What Ctrl+Z would take back for this author. */
             undo: components["schemas"]["Target"] | null;
             redo: components["schemas"]["Target"] | null;
+        };
+        /** @description What is to be different; what is left out stays. */
+        AssignmentChange: {
+            revision: number;
+            state?: ("assigned" | "in_review" | "returned" | "done") | null;
+            comment?: string | null;
+            person?: string | null;
+        };
+        /** @description One assignment; see ``Assignment`` in static/js/types.js. */
+        AssignmentView: {
+            id: number;
+            video_id: string;
+            video_name: string;
+            person: string;
+            first: number;
+            stop: number | null;
+            /** @enum {string} */
+            state: "assigned" | "in_review" | "returned" | "done";
+            comment: string;
+            changed_by: string;
+            revision: number;
+            created: string;
+            changed: string;
+        };
+        /** @description Some assignments. */
+        Assignments: {
+            assignments: components["schemas"]["AssignmentView"][];
         };
         /** @description A question about a sign beside its label; see ``Attribute`` in ``tsr_engine.labels.model``. */
         AttributeView: {
@@ -307,6 +348,33 @@ export interface components {
              */
             name: "delete_track";
         };
+        /** @description One thing that became another. */
+        Difference: {
+            /** @description ``label``, ``review``, ``boxes``, ``notes`` ...: see :func:`differences`. */
+            what: string;
+            before: unknown;
+            /** @description Of boxes, notes and attributes: those alone that differ. */
+            after: unknown;
+            /**
+             * @description How many further ones differ.
+             * @default 0
+             */
+            more: number;
+        };
+        /** @description One operation of a person. */
+        Done: {
+            seq: number;
+            time: string;
+            name: string;
+            frame: number | null;
+            /** @description Keys; the first few of many. */
+            tracks: string[];
+            /** @description How many tracks. */
+            count: number;
+            run_id: string;
+            video_id: string;
+            video_name: string;
+        };
         /**
          * @description The corrections of an earlier run.
          *
@@ -447,6 +515,10 @@ export interface components {
             switches?: {
                 [key: string]: string;
             };
+            /** @description Keys of the only tracks that go out, by run; of a run that is not named nothing does. Null: all. */
+            tracks?: {
+                [key: string]: string[];
+            } | null;
             /**
              * @description File name without suffix; empty: made up.
              * @default
@@ -603,6 +675,39 @@ export interface components {
         FoundFollow: {
             found: components["schemas"]["FollowView"] | null;
         };
+        /** @description The label of a track. */
+        FoundLabel: {
+            set: string;
+            id: number;
+            name: string;
+        };
+        /** @description One track, with the frame and the box to show it by. */
+        FoundTrack: {
+            run: string;
+            run_name: string;
+            video: string;
+            video_name: string;
+            tags: string[];
+            key: string;
+            /** @description None: none of the set's labels, or never read. */
+            label: components["schemas"]["FoundLabel"] | null;
+            state: string;
+            uncertainty: number;
+            size: number;
+            frame: number;
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            first: number;
+            last: number;
+            revision: number;
+            author: string | null;
+            edited: string | null;
+            notes: boolean;
+        };
         /** @description One sign in one frame. */
         GroundTruthBox: {
             frame: number;
@@ -632,6 +737,17 @@ export interface components {
         GroundTruths: {
             ground_truths: components["schemas"]["GroundTruthView"][];
         };
+        /** @description One operation on the track. */
+        Happened: {
+            seq: number;
+            author: string;
+            /** @description ISO 8601, UTC, by the clock of the server that stored it; the order is that of ``seq``. */
+            time: string;
+            /** @description Of the command, or ``undo`` and ``redo``. */
+            name: string;
+            frame: number | null;
+            differences: components["schemas"]["Difference"][];
+        };
         /** @description 64 bits each as 16 hexadecimal digits, first bit highest, row by row. */
         HashView: {
             crop: string;
@@ -646,6 +762,15 @@ export interface components {
              */
             type: "hide";
             id: number;
+        };
+        /** @description Make them regions that nobody counts, or let them count again. */
+        Ignore: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "ignore";
+            value: boolean;
         };
         /** @description What an import is doing now. */
         ImportProgress: {
@@ -698,6 +823,16 @@ export interface components {
             last: number;
             /** @default true */
             value?: boolean;
+        };
+        /** @description Give a verdict. */
+        Judge: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "judge";
+            /** @enum {string} */
+            review: "open" | "accepted" | "rejected" | "needs_work";
         };
         /** @description What a person has said about one frame, and about those up to the next key frame. */
         KeyFrame: {
@@ -848,6 +983,12 @@ export interface components {
             left: number;
             unreadable: number;
         };
+        /** @description A label that a word of the request stands for. */
+        MeantLabel: {
+            set: string;
+            id: number;
+            name: string;
+        };
         /** @description Others become part of the track; where both have a frame, the track's own counts. */
         Merge: {
             /** @description The frame that the person looks at. */
@@ -909,6 +1050,16 @@ export interface components {
         /** @description How many open views have been informed. */
         Moved: {
             views: number;
+        };
+        /** @description What is given to whom. */
+        NewAssignments: {
+            videos: string[];
+            person: string;
+            /** @default 0 */
+            first?: number;
+            stop?: number | null;
+            /** @default  */
+            comment?: string;
         };
         /** @description See ``Attribute`` in ``tsr_engine.labels.model``. */
         NewAttribute: {
@@ -1030,11 +1181,10 @@ export interface components {
             author: string;
             time: string;
         };
-        /** @description One operation of one person. */
-        Operation: {
+        /** @description What one run's log holds of an action. */
+        "Operation-Output": {
+            run: string;
             op_id: string;
-            author: string;
-            command: components["schemas"]["CreateTrack"] | components["schemas"]["SetBox"] | components["schemas"]["RelabelTrack"] | components["schemas"]["RelabelBox"] | components["schemas"]["Merge"] | components["schemas"]["Split"] | components["schemas"]["DeleteFrom"] | components["schemas"]["DeleteTrack"] | components["schemas"]["RestoreTrack"] | components["schemas"]["AddKey"] | components["schemas"]["RemoveKey"] | components["schemas"]["Interpolate"] | components["schemas"]["Follow"] | components["schemas"]["SetOccluded"] | components["schemas"]["SetOutside"] | components["schemas"]["SetNotASign"] | components["schemas"]["SetIgnore"] | components["schemas"]["SetAttribute"] | components["schemas"]["SetReview"] | components["schemas"]["ReviewTracks"] | components["schemas"]["AddNote"] | components["schemas"]["EditNote"] | components["schemas"]["RemoveNote"] | components["schemas"]["Undo"] | components["schemas"]["Redo"];
         };
         /** @description One file that was made from runs, or is being made. */
         OutputView: {
@@ -1154,6 +1304,21 @@ export interface components {
         Overlays: {
             overlays: components["schemas"]["Overlay"][];
         };
+        /** @description The newest complete run of each video, and the work of the last 30 days. */
+        Overview: {
+            videos: number;
+            tracks: number;
+            reviewed: number;
+            rejected: number;
+            notes: number;
+            /** @description Tracks that two people have decided. */
+            decided_twice: number;
+            /** @description Those of them on which they say the same. */
+            agreed: number;
+            people: components["schemas"]["Worker"][];
+            /** @description A sentence where times of the log cannot be right. */
+            clocks: string | null;
+        };
         /** @description The box that a place is about, and what the other side has there: its partner, else what overlaps it most. */
         Pair: {
             box: [
@@ -1194,6 +1359,19 @@ export interface components {
                 [key: string]: boolean | number | string | number[] | null;
             };
         };
+        /** @description Everybody. */
+        People: {
+            people: components["schemas"]["PersonView"][];
+        };
+        /** @description An account. */
+        PersonView: {
+            name: string;
+            /** @enum {string} */
+            role: "viewer" | "annotator" | "reviewer" | "admin";
+            created: string;
+            /** @description Those that are not done. */
+            assignments: number;
+        };
         /** @description What to record. */
         RecordingOrder: {
             first: number;
@@ -1220,6 +1398,15 @@ export interface components {
         RefusedLabel: {
             name: string;
             reason: string;
+        };
+        /** @description Give a label, by key, name or alias; each video has its own set. */
+        Relabel: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "relabel";
+            label: string;
         };
         /** @description Label of the box in this frame alone, null: the track's again; ``box`` is the one on screen. */
         RelabelBox: {
@@ -1403,6 +1590,23 @@ export interface components {
             id: "volume" | "prior" | "drive";
             title: string;
         };
+        /** @description A page of what was found. */
+        SearchAnswer: {
+            tracks: components["schemas"]["FoundTrack"][];
+            /** @description Cursor of the next page; None: there is none. */
+            next: string | null;
+            /** @description Tracks that were found; at most 10,000 are counted. */
+            total: number;
+            /** @description There are more than that. */
+            more: boolean;
+            /** @description What the words of ``label`` were taken for. */
+            labels: components["schemas"]["MeantLabel"][];
+            /** @description Runs whose tracks or newest edits are not in the answer yet. */
+            unread: number;
+            /** @description The first runs whose tracks are not known, with the reason. */
+            unreadable: components["schemas"]["Unreadable"][];
+            unreadable_count: number;
+        };
         /** @description A piece of an engine track. */
         Segment: {
             track: number;
@@ -1415,6 +1619,8 @@ export interface components {
             version: string;
             /** @description Name that edits carry unless the page sets another. */
             author: string;
+            /** @description None: the library has no people, and one user. */
+            person: components["schemas"]["SignedIn"] | null;
             /** @description Folders that videos may be added from. */
             roots: string[];
             /** @description Largest upload. */
@@ -1594,6 +1800,18 @@ export interface components {
             /** @description A run, compared as the engine left it, on which people have said something. */
             edited: boolean;
         };
+        /** @description What a person signs in with. */
+        SignIn: {
+            token: string;
+        };
+        /** @description The person who is signed in. */
+        SignedIn: {
+            name: string;
+            /** @enum {string} */
+            role: "viewer" | "annotator" | "reviewer" | "admin";
+            /** @description False: a proxy says who it is, or a token does. */
+            can_sign_out: boolean;
+        };
         /** @description Something that did not come in. */
         SkippedView: {
             what: string;
@@ -1711,6 +1929,19 @@ export interface components {
             keys: number[];
             /** @description Ordinals of damaged frames. */
             corrupt: number[];
+        };
+        /** @description Tags that videos get and lose. */
+        TagRequest: {
+            videos: string[];
+            /** @default [] */
+            add?: string[];
+            /** @default [] */
+            remove?: string[];
+        };
+        /** @description What a change of tags did. */
+        Tagged: {
+            /** @description Videos that have other tags now. */
+            changed: number;
         };
         /** @description Signs of a ground truth that a run shall show: by their numbers, or all of a label. */
         TakeOver: {
@@ -1853,6 +2084,13 @@ export interface components {
             kind: string;
             text: string;
         };
+        /** @description The newest operations first. */
+        TrackHistory: {
+            key: string;
+            happened: components["schemas"]["Happened"][];
+            /** @description Ask for what came before this number; None: this is all. */
+            more: number | null;
+        };
         /** @description One track frame by frame, one column a property. Null: the step did not take place. */
         TrackLane: {
             id: number;
@@ -1902,6 +2140,17 @@ export interface components {
             /** @description The run's parameter: a smaller symmetry_magnitude counts as this in `symmetry`. */
             symmetry_floor: number;
         };
+        /** @description What an action has done. */
+        TracksDone: {
+            changed: number;
+            /** @description For an undo. */
+            operations: components["schemas"]["Operation-Output"][];
+            stayed: number;
+            /** @description Which tracks stayed as they were, and why; the first of them. */
+            sentences: string[];
+            /** @description The changed tracks as they are now; without those that are deleted or not read yet. */
+            tracks: components["schemas"]["FoundTrack"][];
+        };
         /** @description All of them. */
         TrainingSources: {
             reviews: components["schemas"]["ReviewSource"][];
@@ -1929,6 +2178,18 @@ export interface components {
              */
             type: "undo";
             version: number;
+        };
+        /** @description Operations that are taken back. */
+        UndoRequest: {
+            author?: string | null;
+            operations: components["schemas"]["app__search__actions__Operation"][];
+        };
+        /** @description A run whose tracks the search cannot know. */
+        Unreadable: {
+            run: string;
+            run_name: string;
+            video_name: string;
+            message: string;
         };
         /** @description Other values for the fields that are sent; null takes a value away. */
         UpdateLabel: {
@@ -1998,6 +2259,7 @@ export interface components {
             created: string;
             /** @description Key of its own label set; None: the library's default. */
             label_set: string | null;
+            tags: string[];
             /** @description Number of runs. */
             runs: number;
             latest_run: string | null;
@@ -2007,6 +2269,39 @@ export interface components {
         /** @description All videos. */
         Videos: {
             videos: components["schemas"]["VideoView"][];
+        };
+        /** @description A track as the person has seen it. */
+        WantedTrack: {
+            run: string;
+            key: string;
+            revision: number;
+        };
+        /** @description How the work of a person goes; the figures are of the last 30 days. */
+        Worker: {
+            name: string;
+            /** @description None: an author without an account, as from before there were people. */
+            role: ("viewer" | "annotator" | "reviewer" | "admin") | null;
+            /** @description Tracks accepted or rejected. */
+            decided: number;
+            /** @description Those of them that were rejected. */
+            rejected: number;
+            /** @description Time between operations, five minutes of a break. */
+            hours: number;
+            /** @description Assignments that are not done. */
+            assigned: number;
+            /** @description Assignments that wait for a reviewer. */
+            in_review: number;
+        };
+        /** @description One operation of one person. */
+        app__api__edits__Operation: {
+            op_id: string;
+            author: string;
+            command: components["schemas"]["CreateTrack"] | components["schemas"]["SetBox"] | components["schemas"]["RelabelTrack"] | components["schemas"]["RelabelBox"] | components["schemas"]["Merge"] | components["schemas"]["Split"] | components["schemas"]["DeleteFrom"] | components["schemas"]["DeleteTrack"] | components["schemas"]["RestoreTrack"] | components["schemas"]["AddKey"] | components["schemas"]["RemoveKey"] | components["schemas"]["Interpolate"] | components["schemas"]["Follow"] | components["schemas"]["SetOccluded"] | components["schemas"]["SetOutside"] | components["schemas"]["SetNotASign"] | components["schemas"]["SetIgnore"] | components["schemas"]["SetAttribute"] | components["schemas"]["SetReview"] | components["schemas"]["ReviewTracks"] | components["schemas"]["AddNote"] | components["schemas"]["EditNote"] | components["schemas"]["RemoveNote"] | components["schemas"]["Undo"] | components["schemas"]["Redo"];
+        };
+        /** @description What one run's log holds of an action. */
+        app__search__actions__Operation: {
+            run: string;
+            op_id: string;
         };
     };
     responses: never;

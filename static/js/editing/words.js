@@ -7,7 +7,7 @@ import { trackName } from '../model/track_name.js';
 const WHOLE = new Set(['relabel_track', 'delete_track', 'restore_track', 'merge', 'set_not_a_sign', 'ignore', 'set_review', 'adopt']);
 
 /** They are about several tracks: the first one says nothing. */
-const SEVERAL = new Set(['review_tracks', 'import', 'import_bundle', 'take_over']);
+const SEVERAL = new Set(['review_tracks', 'edit_tracks', 'import', 'import_bundle', 'take_over']);
 
 /** @type {Record<string, string>} */
 const NAMES = {
@@ -31,6 +31,7 @@ const NAMES = {
   attribute: 'Attribute changed',
   set_review: 'Verdict',
   review_tracks: 'Verdict on several tracks',
+  edit_tracks: 'Several tracks changed',
   add_note: 'Note pinned',
   edit_note: 'Note changed',
   remove_note: 'Note removed',

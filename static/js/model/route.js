@@ -6,10 +6,13 @@
  *     #/review/VIDEO/RUN?frame=12&track=m7      RUN may be `-`: the newest
  *     #/compare?a=run:R&b=annotation:R
  *     #/team, #/team/NAME                       all people, one of them
+ *     #/search?label=60&uncertainty_min=0.3     filters of the search, see model/search.js
  *     #/models, #/files, #/labels
  *
  * @typedef {import('../state-types.js').Route} Route
  */
+
+import { formatSearch, parseSearch } from './search.js';
 
 /**
  * @param {Route} route
@@ -22,6 +25,7 @@ export function formatRoute(route) {
     if (route.track !== null) pairs.push(`track=${encodeURIComponent(route.track)}`);
     return `#/review/${route.video}/${route.run ?? '-'}${pairs.length ? `?${pairs.join('&')}` : ''}`;
   }
+  if (route.screen === 'search') return `#/search${route.query ? `?${route.query}` : ''}`;
   if (route.screen === 'compare') return `#/compare?a=${encodeURIComponent(route.a)}&b=${encodeURIComponent(route.b)}`;
   if (route.screen === 'team') return route.person === null ? '#/team' : `#/team/${encodeURIComponent(route.person)}`;
   if (route.screen === 'models' || route.screen === 'files' || route.screen === 'labels') return `#/${route.screen}`;
@@ -52,6 +56,7 @@ export function parseRoute(hash) {
     return {screen: 'compare', a: values.a, b: values.b};
   }
   if (parts[0] === 'team' && parts.length <= 2) return {screen: 'team', person: parts[1] === undefined ? null : decoded(parts[1])};
+  if (parts.length === 1 && parts[0] === 'search') return {screen: 'search', query: formatSearch(parseSearch(query))};
   if (parts.length === 1 && (parts[0] === 'models' || parts[0] === 'files' || parts[0] === 'labels')) return {screen: parts[0]};
   return {screen: 'library'};
 }

@@ -10,6 +10,7 @@ import {createLabels} from './labels/index.js';
 import {createLibrary} from './library.js';
 import {createModels} from './models.js';
 import {createReview} from './review.js';
+import {createSearch} from './search/index.js';
 import {createTeam} from './team.js';
 import {createToasts} from './toasts.js';
 import {createTooltip} from './tooltip.js';
@@ -24,6 +25,7 @@ import {applyTheme} from './preferences.js';
 const SCREENS = {
   library: {title: 'Library', create: createLibrary},
   review: {title: 'Review', create: createReview},
+  search: {title: 'Search', create: createSearch},
   compare: {title: 'Compare', create: createCompare},
   models: {title: 'Models', create: createModels},
   files: {title: 'Files', create: createFiles},

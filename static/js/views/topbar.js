@@ -52,6 +52,7 @@ export function createTopBar(app) {
   const making = h('span', {class: 'nav-count', hidden: true});
   const links = [
     h('a', {class: 'nav-link', href: '#/', dataset: {screen: 'library'}}, 'Library'),
+    h('a', {class: 'nav-link', href: '#/search', title: 'Find signs in all videos, and judge or relabel many at once', dataset: {screen: 'search'}}, 'Search'),
     h('a', {class: 'nav-link', href: '#/files', dataset: {screen: 'files'}}, 'Files', making),
     h('a', {class: 'nav-link', href: '#/labels', dataset: {screen: 'labels'}}, 'Labels'),
     h('a', {class: 'nav-link', href: '#/models', dataset: {screen: 'models'}}, 'Models'),

@@ -25,6 +25,9 @@ class ToyEvidence:
     def span(self, _run_id: str, track: int) -> tuple[int, int] | None:
         return self.spans.get(track)
 
+    def all_spans(self, _run_id: str) -> dict[int, tuple[int, int]]:
+        return self.spans
+
     def label(self, _run_id: str, track: int) -> int | None:
         return self.labels.get(track)
 

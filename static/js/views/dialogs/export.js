@@ -8,6 +8,7 @@ import {createOutputRow} from '../output-row.js';
 import {isActive} from '../output-words.js';
 import {fill, h, setText} from '../dom.js';
 import {icon} from '../icons.js';
+import {count} from '../format.js';
 import {tellWhenMade} from '../made_notice.js';
 import {recall, remember} from '../preferences.js';
 import {createExportCount} from './export-count.js';
@@ -24,12 +25,14 @@ const PICTURES = /** @type {const} */ ([['none', 'None', 'Annotations only; the 
 const SPLIT_HELP = 'The shares are of boxes. The same sign in thirty frames is thirty near copies, so signs that share a frame go to one side as a group. The leakage check then proves that no sign and no picture stands on two sides; otherwise nothing is written.';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{runs?: string[]}`: those that are ticked at first
+ * @param {import('./layer.js').Setup} setup   data: `{runs?: string[], tracks?: Record<string, string[]>}`: those that are ticked at first; the only tracks of them
  * @returns {import('./layer.js').Content}
  */
 export function exportDialog({app, data, close, signal}) {
   const {store, api} = app;
-  const kept = restoreChoice(recall('export'));
+  const usual = restoreChoice(recall('export'));
+  // of what was selected by hand no earlier choice takes anything away
+  const kept = data.tracks ? {...usual, states: STATES.map(([value]) => value), labels: null, min_side: ''} : usual;
   /** @type {Format[]} */
   let formats = [];
   const error = h('p', {class: 'field-error grow', role: 'alert'});
@@ -120,7 +123,7 @@ export function exportDialog({app, data, close, signal}) {
       first: values.first ?? 0, stop: (values.last ?? null) === null ? null : Number(values.last) + 1,
       split: split.input.checked ? {train: values.train ?? 0, val: values.val ?? 0, test: values.test ?? 0} : null,
       split_by: by.value === 'video' ? 'video' : 'sign', balance_labels: split.input.checked && balance.input.checked, split_seed: values.seed ?? 0, thin_px: values.thin ?? 0.5,
-      switches: switchValues(), name: name.value.trim(),
+      switches: switchValues(), name: name.value.trim(), ...(data.tracks ? {tracks: data.tracks} : {}),
     }};
   }
 
@@ -138,14 +141,15 @@ export function exportDialog({app, data, close, signal}) {
     const found = read();
     setText(error, 'error' in found ? found.error : '');
     go.disabled = 'error' in found;
-    counter.show('request' in found ? found.request : null);
+    // it counts whole runs
+    counter.show('request' in found && !data.tracks ? found.request : null);
   }
 
   async function submit() {
     const found = read();
     if ('error' in found) return;
     go.disabled = true;
-    remember('export', JSON.stringify({
+    if (!data.tracks) remember('export', JSON.stringify({
       format: found.request.format, pictures: found.request.pictures, states: found.request.states, labels: found.request.labels, not_in_set: found.request.not_in_set, class_map: found.request.class_map, balance: balance.input.checked, min_side: side.value,
       split: split.input.checked, shares: shares.map(({value}) => value), split_by: by.value, seed: seed.value, thin_px: thin.value,
       switches: {...kept.switches, [found.request.format]: found.request.switches},
@@ -208,6 +212,7 @@ export function exportDialog({app, data, close, signal}) {
     body: h('div', {class: 'stack'},
       h('div', {class: 'run-dialog'},
         h('section', {class: 'run-column', 'aria-labelledby': 'export-what'}, h('h3', {id: 'export-what'}, 'Data'),
+          data.tracks ? h('p', {class: 'field-warning'}, `Only the ${count(Object.values(data.tracks).flat().length)} selected tracks go out.`) : null,
           runs.element, group('Review states', h('div', {class: 'ticks'}, ...states.map(({element}) => element))), labels.element,
           field('Smallest shorter side, px', side), range),
         h('section', {class: 'run-column', 'aria-labelledby': 'export-how'}, h('h3', {id: 'export-how'}, 'Format options'),

@@ -10,7 +10,8 @@
  * - note: `{key?, frame?, note_id?, text?}`
  * - conflict: a `Plan` of editing/keeping.js with `{others, keepMine, takeTheirs}`: who saved, and what the two buttons do
  * - adopted: `{from, to}`: runs
- * - export: `{runs?}`; import: `{video, file?, as?}`; ground-truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
+ * - choose-label: `{title, labels, take}`; tags: `{videos, known, done}`: ids, their tags, what is called afterwards
+ * - export: `{runs?, tracks?}`; import: `{video, file?, as?}`; ground-truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
  * - label: `{set, labels, label?}`: the one that is changed, else a new one; label-merge: `{set, labels, label, usage}`;
  *   label-files, label-history: `{set}`
  * - merge: `{marked}`: keys of tracks
@@ -36,6 +37,7 @@ import {helpDialog} from './help.js';
 import {importDialog} from './import.js';
 import {importBundleDialog} from './import-bundle.js';
 import {bulkReviewDialog} from './bulk-review.js';
+import {chooseLabelDialog} from './choose-label.js';
 import {labelDialog} from './label.js';
 import {labelFilesDialog} from './label-files.js';
 import {labelHistoryDialog} from './label-history.js';
@@ -52,6 +54,7 @@ import {runQueueDialog} from './run-queue.js';
 import {runSeveralDialog} from './run-several.js';
 import {secondDialog} from './second.js';
 import {settingsDialog} from './settings.js';
+import {tagsDialog} from './tags.js';
 import {groundTruthsDialog} from './ground-truths.js';
 import {whatIfDialog} from './whatif.js';
 
@@ -93,6 +96,7 @@ const KINDS = {
   import: importDialog,
   'import-bundle': importBundleDialog,
   'bulk-review': bulkReviewDialog,
+  'choose-label': chooseLabelDialog,
   label: labelDialog,
   'label-files': labelFilesDialog,
   'label-history': labelHistoryDialog,
@@ -109,6 +113,7 @@ const KINDS = {
   'run-several': runSeveralDialog,
   second: secondDialog,
   settings: settingsDialog,
+  tags: tagsDialog,
   'ground-truths': groundTruthsDialog,
   whatif: whatIfDialog,
 };

@@ -1,0 +1,114 @@
+"""The search across videos, and what is done with what was found."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, Query
+from fastapi.responses import Response
+from pydantic import Field
+
+from app.api.edits import Author
+from app.api.responses import failures
+from app.context import ContextDep
+from app.errors import Invalid
+from app.search.actions import MOST_TRACKS, Operation, TrackAction, TracksDone, WantedTrack
+from app.search.query import SearchAnswer, SearchRequest, answer
+from app.shapes import Model
+from app.videos.tags import TagRequest, change_tags
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["search"])
+
+_PNG: dict[str, Any] = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
+_SOON = 0.1
+"""Seconds that a search waits for edits that are not in its tables yet."""
+_NUMBER = re.compile(r"-?[0-9]{1,7}(\.[0-9]{1,6})?")
+
+
+class ActionRequest(Model):
+    """An action of one person on tracks that were found."""
+
+    action_id: Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
+    author: Author | None = None
+    action: TrackAction
+    tracks: Annotated[list[WantedTrack], Field(min_length=1, max_length=MOST_TRACKS)]
+
+
+class UndoRequest(Model):
+    """Operations that are taken back."""
+
+    author: Author | None = None
+    operations: Annotated[list[Operation], Field(min_length=1, max_length=MOST_TRACKS)]
+
+
+class Tagged(Model):
+    """What a change of tags did."""
+
+    changed: int
+    """Videos that have other tags now."""
+
+
+@router.get("/search", operation_id="search", responses=failures())
+def search(request: Annotated[SearchRequest, Query()], context: ContextDep) -> SearchAnswer:
+    """Tracks of the whole library that pass all filters, a page at a time."""
+    unread = context.search.follow(_SOON)
+    with context.database.read() as session:
+        return answer(session, request, unread)
+
+
+@router.get(
+    "/search/crop",
+    operation_id="get_search_crop",
+    response_class=Response,
+    responses={**failures(404, 409), 200: _PNG, 304: {"description": "Not Modified"}},
+)
+def get_search_crop(
+    run: Annotated[str, Query(pattern="^[0-9a-f]{32}$")],
+    frame: Annotated[int, Query(ge=0, le=2**31 - 2)],
+    box: Annotated[str, Query(max_length=80, description="x1,y1,x2,y2, px")],
+    context: ContextDep,
+    size: Annotated[int, Query(ge=8, le=512, description="longer side, px")] = 96,
+    if_none_match: Annotated[str | None, Header()] = None,
+) -> Response:
+    """What lies under a box of a run's video, with a tenth of its side around it."""
+    edges = _edges(box)
+    tag = f'"{run}-{frame}-{box}-{size}"'
+    headers = {"ETag": tag, "Cache-Control": "private, max-age=31536000, immutable"}
+    if if_none_match == tag:
+        return Response(status_code=304, headers=headers)
+    content = context.evidence.crop_of_box(run, frame, edges, size, context.frames.raw)
+    return Response(content, media_type="image/png", headers=headers)
+
+
+@router.post("/search/actions", operation_id="act_on_tracks", responses=failures(404, 409))
+def act_on_tracks(wanted: ActionRequest, context: ContextDep) -> TracksDone:
+    """Judge, relabel or ignore tracks of many runs: one operation a run, which one undo takes back.
+
+    Tracks that somebody has changed since, or that cannot be changed so, stay as they are and are named.
+    """
+    author = wanted.author or context.settings.author
+    return context.search_actions.apply(wanted.action, wanted.tracks, author, wanted.action_id)
+
+
+@router.post("/search/undo", operation_id="undo_tracks", responses=failures(404, 409))
+def undo_tracks(wanted: UndoRequest, context: ContextDep) -> TracksDone:
+    """Take an action back, in each run where it is its author's newest operation still."""
+    return context.search_actions.undo(wanted.operations, wanted.author or context.settings.author)
+
+
+@router.post("/videos/tags", operation_id="tag_videos", responses=failures(404))
+def tag_videos(wanted: TagRequest, context: ContextDep) -> Tagged:
+    """Give videos tags, or take them away: of all that are named, or of none."""
+    return Tagged(changed=change_tags(context.database, context.events, wanted))
+
+
+def _edges(text: str) -> tuple[float, float, float, float]:
+    parts = text.split(",")
+    if len(parts) == 4 and all(_NUMBER.fullmatch(part) for part in parts):
+        x1, y1, x2, y2 = map(float, parts)
+        if x1 < x2 and y1 < y2:
+            return x1, y1, x2, y2
+    raise Invalid(f"Expected a box: four numbers x1,y1,x2,y2 with x1 < x2 and y1 < y2. Got {text!r}.", field="box")

@@ -1,0 +1,1 @@
+"""The search across videos: an index of all tracks, questions to it, and what is done with what was found."""

@@ -1,0 +1,213 @@
+"""What people do with tracks that they have found: judge, relabel, ignore, in one operation a run."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, Literal
+from uuid import uuid4
+
+from pydantic import Field
+from sqlalchemy import select
+
+from app.edits.commands import RelabelTrack, SetIgnore, SetNotASign, SetReview, Undo
+from app.edits.documents import Key, Review
+from app.edits.service import EditService
+from app.errors import ApiError, Invalid
+from app.labels.store import labels_of_video
+from app.search.filters import named_labels
+from app.search.index import SearchIndex
+from app.search.query import FoundTrack, items_of
+from app.shapes import PLAIN, Model
+from app.storage.database import Database
+from app.storage.models import Run, Video
+
+__all__ = ["MOST_TRACKS", "Operation", "SearchActions", "TrackAction", "TracksDone", "WantedTrack"]
+
+MOST_TRACKS = 5000
+"""Tracks of one action."""
+OPERATION = "edit_tracks"
+"""What the log calls the operation."""
+_SOON = 2.0
+"""Seconds that an answer waits for the tables of the search."""
+_MOST_TOLD = 200
+
+RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
+_OpId = Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
+
+
+class Judge(Model):
+    """Give a verdict."""
+
+    type: Literal["judge"]
+    review: Review
+
+
+class Ignore(Model):
+    """Make them regions that nobody counts, or let them count again."""
+
+    type: Literal["ignore"]
+    value: bool
+
+
+class Relabel(Model):
+    """Give a label, by key, name or alias; each video has its own set."""
+
+    type: Literal["relabel"]
+    label: Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
+
+
+TrackAction = Annotated[Judge | Ignore | Relabel, Field(discriminator="type")]
+
+
+class WantedTrack(Model):
+    """A track as the person has seen it."""
+
+    run: RunName
+    key: Key
+    revision: Annotated[int, Field(ge=0, le=2**31 - 1)]
+
+
+class Operation(Model):
+    """What one run's log holds of an action."""
+
+    run: RunName
+    op_id: _OpId
+
+
+class TracksDone(Model):
+    """What an action has done."""
+
+    changed: int
+    operations: list[Operation]
+    """For an undo."""
+    stayed: int
+    sentences: list[str]
+    """Which tracks stayed as they were, and why; the first of them."""
+    tracks: list[FoundTrack]
+    """The changed tracks as they are now; without those that are deleted or not read yet."""
+
+
+class SearchActions:
+    """Changes what was found."""
+
+    def __init__(self, database: Database, edits: EditService, index: SearchIndex) -> None:
+        self._database = database
+        self._edits = edits
+        self._index = index
+
+    def apply(self, action: TrackAction, tracks: Sequence[WantedTrack], author: str, action_id: str) -> TracksDone:
+        """Carry an action out.
+
+        Args:
+            action: what is done.
+            tracks: which ones.
+            author: who does it.
+            action_id: chosen by the page; the same action sent twice is carried out once.
+
+        Raises:
+            Invalid: no label of that name in any of the videos' sets.
+        """
+        of_run: dict[str, dict[str, int]] = {}
+        for track in tracks:
+            of_run.setdefault(track.run, {})[track.key] = track.revision
+        makers = self._makers(action, list(of_run))
+        operations: list[Operation] = []
+        changed: list[tuple[str, str]] = []
+        stayed: list[tuple[str, str, str]] = []
+        for run, expected in of_run.items():
+            make = makers.get(run)
+            op_id = hashlib.blake2b(f"{action_id} {run}".encode(), digest_size=16).hexdigest()
+            if isinstance(make, str):
+                stayed += [(run, key, make) for key in expected]
+                continue
+            try:
+                done = self._edits.apply_to_tracks(run, op_id, author, OPERATION, make or _gone, expected)
+            except ApiError as error:  # another drive's file, server or run says nothing about the others
+                stayed += [(run, key, error.message.rstrip(".")) for key in expected]
+                continue
+            changed += [(run, key) for key in done.changed]
+            stayed += [(run, key, reason) for key, reason in done.stayed.items()]
+            if done.changed:
+                operations.append(Operation(run=run, op_id=op_id))
+        return self._done(operations, changed, stayed)
+
+    def undo(self, operations: Sequence[Operation], author: str) -> TracksDone:
+        """Take operations of an action back; what others have built on stays."""
+        undone: list[Operation] = []
+        changed: list[tuple[str, str]] = []
+        stayed: list[tuple[str, str, str]] = []
+        for each in operations:
+            try:
+                answer = self._edits.apply(each.run, uuid4().hex, author, Undo(name="undo", op_id=each.op_id), None)
+            except ApiError as error:
+                stayed.append((each.run, "", error.message.rstrip(".")))
+                continue
+            undone.append(each)
+            changed += [(each.run, doc.key) for doc in answer.docs]
+        return self._done(undone, changed, stayed)
+
+    def _makers(self, action: TrackAction, runs: Sequence[str]) -> dict[str, Callable[[str], list[Any]] | str]:
+        """What makes the commands for a track of each run; a text: why its tracks stay."""
+        if isinstance(action, Judge):
+            return dict.fromkeys(runs, lambda key: _verdict(key, action.review))
+        if isinstance(action, Ignore):
+            return dict.fromkeys(
+                runs, lambda key: [SetIgnore(name="ignore", frame=0, key=key, spans=[], value=action.value)]
+            )
+        found: dict[str, Callable[[str], list[Any]] | str] = {}
+        with self._database.read() as session:
+            for run_id in runs:
+                run = session.get(Run, run_id)
+                if run is None:
+                    continue
+                labels = labels_of_video(session, run.video_id)
+                exact = labels.by_key(action.label)
+                named = named_labels(labels, action.label) if exact is None else [exact]
+                if len(named) == 1:
+                    found[run_id] = _relabeller(labels.resolved(named[0].id))
+                elif named:
+                    several = ", ".join(f"'{label.name}'" for label in named)
+                    found[run_id] = f"'{action.label}' may be {several}: name one of them"
+                else:
+                    found[run_id] = f"the label set '{labels.name}' has no label '{action.label}'"
+        if found and all(isinstance(make, str) for make in found.values()):
+            reason = next(make for make in found.values() if isinstance(make, str))
+            raise Invalid(f"{reason[0].upper()}{reason[1:]}.", field="action.label", code="no_such_label")
+        return found
+
+    def _done(
+        self,
+        operations: list[Operation],
+        changed: Sequence[tuple[str, str]],
+        stayed: Sequence[tuple[str, str, str]],
+    ) -> TracksDone:
+        self._index.follow(_SOON)
+        with self._database.read() as session:
+            runs = sorted({run for run, _, _ in stayed[:_MOST_TOLD]})
+            query = select(Run.id, Video.name).join(Video, Video.id == Run.video_id).where(Run.id.in_(runs))
+            names = {row[0]: row[1] for row in session.execute(query)}
+            tracks = items_of(session, changed)
+        told = []
+        for run, key, reason in stayed[:_MOST_TOLD]:
+            where = names.get(run, "A run that was removed")
+            told.append(f"{where}, track {key.removeprefix('m')}: {reason}." if key else f"{where}: {reason}.")
+        return TracksDone(
+            changed=len(changed), operations=operations, stayed=len(stayed), sentences=told, tracks=tracks
+        )
+
+
+def _gone(_key: str) -> list[Any]:
+    """Commands for a run that is not there: the operation itself says so."""
+    return []
+
+
+def _verdict(key: str, review: Review) -> list[Any]:
+    """A mark of an older version that says it is no sign goes with any other verdict."""
+    given = SetReview(name="set_review", frame=0, key=key, spans=[], review=review)
+    unmarked = SetNotASign(name="set_not_a_sign", frame=0, key=key, spans=[], value=False)
+    return [given] if review == "rejected" else [unmarked, given]
+
+
+def _relabeller(label: int) -> Callable[[str], list[Any]]:
+    return lambda key: [RelabelTrack(name="relabel_track", frame=0, key=key, spans=[], class_id=label)]

@@ -1,0 +1,181 @@
+"""What can be asked of the search, and what it means to the database."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime, time, timedelta
+from typing import Annotated, Literal
+
+from pydantic import Field
+from sqlalchemy import ColumnElement, and_, false, or_, select, true
+from sqlalchemy.orm import Session
+
+from app.errors import Invalid
+from app.labels.store import newest, set_keys
+from app.search.rows import LONGEST_VALUE
+from app.shapes import PLAIN, Model
+from app.storage.models import SearchAttribute, SearchRun, SearchTrack, Video, VideoTag
+from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
+
+__all__ = ["NO_LABEL_WORD", "MeantLabel", "SearchFilters", "State", "conditions", "meant_labels", "named_labels"]
+
+State = Literal["open", "needs_work", "accepted", "rejected", "ignored"]
+_Word = Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
+_Share = Annotated[float, Field(ge=0, le=1)]
+_Pixels = Annotated[float, Field(ge=0, le=1e6)]
+_Moment = Annotated[str, Field(min_length=1, max_length=40, pattern=PLAIN)]
+NO_LABEL_WORD = "none"
+"""Asks for signs that are none of the labels, or that were never read."""
+
+
+class SearchFilters(Model):
+    """Which tracks are wanted; every filter that is given must hold. Of several words of one filter, one must."""
+
+    label: Annotated[list[_Word], Field(max_length=100)] = Field([], description="key, name, alias, short or #number")
+    state: Annotated[list[State], Field(max_length=5)] = Field([], description="ignored: a region that nobody counts")
+    uncertainty_min: _Share | None = None
+    uncertainty_max: _Share | None = None
+    size_min: _Pixels | None = Field(None, description="longer side of the largest box, px")
+    size_max: _Pixels | None = None
+    attribute: Annotated[list[_Word], Field(max_length=20)] = Field(
+        [], description="name=value or name; every one must hold"
+    )
+    author: Annotated[list[_Word], Field(max_length=50)] = Field([], description="who edited the track last")
+    since: _Moment | None = Field(None, description="last edit at or after this day or moment, UTC")
+    until: _Moment | None = Field(None, description="last edit up to this day, or before this moment, UTC")
+    text: Annotated[str, Field(max_length=500, pattern=PLAIN)] = Field("", description="words that notes must have")
+    tag: Annotated[list[_Word], Field(max_length=50)] = Field([], description="of the video")
+    video: Annotated[str, Field(max_length=500, pattern=PLAIN)] = Field("", description="id, or words of the name")
+    runs: Literal["current", "all"] = Field("current", description="current: the run that stands for its video")
+
+
+class MeantLabel(Model):
+    """A label that a word of the request stands for."""
+
+    set: str
+    id: int
+    name: str
+
+
+def conditions(session: Session, filters: SearchFilters) -> list[ColumnElement[bool]]:
+    """The filters as conditions on ``search_tracks``.
+
+    Raises:
+        Invalid: a label that no set has, a moment that is none, an empty range.
+    """
+    row = SearchTrack
+    found: list[ColumnElement[bool]] = [row.current == true()] if filters.runs == "current" else []
+    if filters.label:
+        found.append(_labelled(session, filters.label))
+    if filters.state:
+        found.append(row.state.in_(filters.state))
+    for column, low, high, name in (
+        (row.uncertainty, filters.uncertainty_min, filters.uncertainty_max, "uncertainty"),
+        (row.size, filters.size_min, filters.size_max, "size"),
+    ):
+        if low is not None and high is not None and low > high:
+            raise Invalid(f"The smallest {name}, {low:g}, is above the largest, {high:g}.", field=f"{name}_min")
+        found += [column >= low] if low is not None else []
+        found += [column <= high] if high is not None else []
+    found += [_has(word) for word in filters.attribute]
+    if filters.author:
+        found.append(row.author.in_(filters.author))
+    if filters.since is not None:
+        found.append(row.edited >= _seconds(filters.since, "since", last=False))
+    if filters.until is not None:
+        found.append(and_(row.edited > 0, row.edited < _seconds(filters.until, "until", last=True)))
+    if words := filters.text.casefold().split():
+        found += [row.notes != "", *(row.notes.contains(word, autoescape=True) for word in words)]
+    if filters.tag:
+        found.append(row.video_id.in_(select(VideoTag.video_id).where(VideoTag.tag.in_(filters.tag))))
+    if filters.video.strip():
+        found.append(row.video_id.in_(_videos(session, filters.video)))
+    return found or [true()]
+
+
+def meant_labels(session: Session, words: Sequence[str]) -> list[MeantLabel]:
+    """The labels that words stand for, in the sets that the search knows.
+
+    Raises:
+        Invalid: a word stands for none.
+    """
+    return [MeantLabel(set=labels.key, id=label.id, name=label.name) for labels, label in _meant(session, words)]
+
+
+def named_labels(labels: LabelSet, word: str) -> list[Label]:
+    """The labels of one set that a word stands for.
+
+    A number is first what signs say: ``60`` finds every label with the short name 60. ``#60`` is an id.
+    """
+    text = word.strip()
+    if text.isdecimal():
+        said = [label for label in labels if label.short == text and label.merged_into is None]
+        if said:
+            return said
+    match = LabelFinder(labels).find(text)
+    return [] if match is None else [match.label]
+
+
+def _meant(session: Session, words: Sequence[str]) -> list[tuple[LabelSet, Label]]:
+    used = set(session.scalars(select(SearchRun.set_key).distinct()))
+    sets = [newest(session, key) for key in set_keys(session) if key in used]
+    found: list[tuple[LabelSet, Label]] = []
+    for word in words:
+        if word.strip().casefold() == NO_LABEL_WORD and not any(named_labels(labels, word) for labels in sets):
+            continue
+        meant = [(labels, label) for labels in sets for label in named_labels(labels, word)]
+        if not meant and sets:
+            like = sorted({label.name for labels in sets for label in LabelFinder(labels).suggestions(word)})[:3]
+            hint = f" Is it {', '.join(map(repr, like))}?" if like else ""
+            raise Invalid(f"No label of the library is called {word!r}.{hint}", field="label", code="no_such_label")
+        found += [pair for pair in meant if pair not in found]
+    return found
+
+
+def _labelled(session: Session, words: Sequence[str]) -> ColumnElement[bool]:
+    meant = _meant(session, words)
+    wanted: list[ColumnElement[bool]] = []
+    for labels in {labels.key: labels for labels, _ in meant}.values():
+        targets = {label.id for other, label in meant if other.key == labels.key}
+        ids = [label.id for label in labels if labels.resolved(label.id) in targets]
+        wanted.append(and_(SearchTrack.set_key == labels.key, SearchTrack.label.in_(ids)))
+    if any(word.strip().casefold() == NO_LABEL_WORD for word in words):
+        wanted.append(SearchTrack.label == NO_LABEL)
+    return or_(false(), *wanted)
+
+
+def _has(word: str) -> ColumnElement[bool]:
+    name, equals, value = (part.strip() for part in word.partition("="))
+    own = [SearchAttribute.name == name]
+    if equals:
+        own.append(SearchAttribute.value == value.casefold()[:LONGEST_VALUE])
+    rows = select(SearchAttribute.run_id).where(
+        SearchAttribute.run_id == SearchTrack.run_id, SearchAttribute.key == SearchTrack.key, *own
+    )
+    return rows.exists()
+
+
+def _seconds(text: str, field: str, *, last: bool) -> int:
+    """A day or a moment as seconds since 1970; ``last``: of a day its end."""
+    try:
+        moment = datetime.fromisoformat(text.strip())
+    except ValueError:
+        raise Invalid(
+            f"Expected a day such as 2026-11-01 or a moment such as 2026-11-01T08:30. Got {text!r}.", field=field
+        ) from None
+    moment = moment if moment.tzinfo is not None else moment.replace(tzinfo=UTC)
+    if last and moment.time() == time() and len(text.strip()) <= len("2026-11-01"):
+        moment += timedelta(days=1)
+    return int(moment.timestamp())
+
+
+def _videos(session: Session, text: str) -> Iterable[str]:
+    """Ids of the videos of that id, or with all words in their names; compared here, where case is that of Unicode."""
+    words = text.casefold().split()
+    rows = session.execute(select(Video.id, Video.name))
+    return [
+        video_id
+        for video_id, name in rows
+        if video_id == text.strip() or all(word in name.casefold() for word in words)
+    ]

@@ -1,0 +1,261 @@
+"""Keeps the tables of the search in step with runs, edits and label sets.
+
+The search follows the stream of events and the log of edits: whatever changes a run, here or on another page, is
+found there. Each run is read in a transaction of its own, so that a reading that was interrupted goes on where it was.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
+
+from sqlalchemy import delete, func, insert, select, update
+from sqlalchemy.exc import IntegrityError, SQLAlchemyError
+from sqlalchemy.orm import Session
+
+from app.edits.stored import documents_of
+from app.errors import ApiError, NotFound
+from app.evidence.service import EvidenceService
+from app.exchange.tracks import run_tracks
+from app.log_once import LogOnce
+from app.search.rows import LastEdit, Rows, rows_of
+from app.search.stale import WantedRun, runs_have_changed, stale_runs, wanted_runs
+from app.storage.database import Database
+from app.storage.models import Edit, Event, SearchAttribute, SearchRun, SearchTrack, Video
+from tsr_engine.errors import TsrError
+from tsr_engine.exchange.dataset import Track
+
+__all__ = ["SearchIndex"]
+
+_AT_ONCE = 500
+"""Keys of one query."""
+_TURN = 1.0
+"""Seconds that runs are read at a stretch in the background: whoever searches meanwhile gets a turn."""
+_NO_END = 2**31 - 2
+_log = logging.getLogger("tsr.search")
+
+
+class _Left(Exception):
+    """The server ends."""
+
+
+class SearchIndex:
+    """Thread-safe; one for each process."""
+
+    def __init__(self, database: Database, evidence: EvidenceService) -> None:
+        """Take what the index stands on.
+
+        Args:
+            database: holds the tables.
+            evidence: of the runs.
+        """
+        self._database = database
+        self._evidence = evidence
+        self._lock = threading.Lock()
+        self._event = -1
+        self._edit = 0
+        self._wanted: dict[str, WantedRun] = {}
+        self._unread: list[str] = []
+        self._edited: dict[str, int] = {}
+        """Runs with edits that the tables lack -> the newest one."""
+        self._leaving = False
+        self._log_once = LogOnce(_log, "The search cannot be kept up to date")
+
+    def leave(self) -> None:
+        """Stop reading; a run that is being read is read again by the next server."""
+        self._leaving = True
+
+    def tick(self) -> None:
+        """Do what is to be done, for a second at most; failures are logged."""
+        try:
+            self.follow(_TURN)
+        except (SQLAlchemyError, OSError) as error:
+            self._log_once.came(error)
+        else:
+            self._log_once.gone()
+
+    def follow(self, seconds: float) -> int:
+        """Bring the tables up to date as far as that goes in some seconds.
+
+        Returns:
+            How many runs are still to be read.
+        """
+        end = time.monotonic() + seconds
+        if self._lock.acquire(timeout=seconds):
+            try:
+                self._look()
+                while (self._edited or self._unread) and time.monotonic() < end:
+                    self._next()
+            except _Left:
+                pass
+            finally:
+                self._lock.release()
+        return len(self._unread) + len(self._edited)
+
+    def read_all(self, progress: Callable[[int, int], None], *, anew: bool = False) -> None:
+        """Bring the tables up to date.
+
+        Args:
+            progress: told (runs that have been read, of how many).
+            anew: read the runs that are known too.
+        """
+        left = most = self.follow(0.0)
+        if anew:
+            with self._lock:
+                self._unread = list(self._wanted)
+                left = most = len(self._unread)
+        while left:
+            progress(most - left, most)
+            left = self.follow(_TURN)
+            most = max(most, left)
+        progress(most, most)
+
+    # ------------------------------------------------------------------------------------------------------ inside
+
+    def _look(self) -> None:
+        """What is to be done."""
+        with self._database.read() as session:
+            event = session.scalar(select(func.max(Event.seq))) or 0
+            changed = self._event < 0 or (event != self._event and runs_have_changed(session, self._event))
+            flags: dict[str, bool] = {}
+            if changed:
+                self._wanted = wanted_runs(session)
+                self._unread, flags = stale_runs(session, self._wanted, retry=self._event < 0)
+            newest = session.execute(
+                select(Edit.run_id, func.max(Edit.seq)).where(Edit.seq > self._edit).group_by(Edit.run_id)
+            ).all()
+            if newest:
+                self._edited |= {run_id: seq for run_id, seq in newest if run_id in self._wanted}
+                known = self._seqs(session, list(self._edited))
+                self._edited = {run: seq for run, seq in self._edited.items() if known.get(run, seq) < seq}
+        if flags:
+            self._flag(flags)
+        self._event = event
+        self._edit = max([self._edit, *(seq for _, seq in newest)])
+
+    def _next(self) -> None:
+        """One run: edits first, somebody may wait for them."""
+        run_id = next(iter(self._edited)) if self._edited else self._unread[0]
+        whole = run_id in self._unread
+        wanted = self._wanted.get(run_id)
+        if wanted is not None:
+            with suppress(NotFound, IntegrityError):  # it was removed, or another server was faster
+                self._read(wanted, whole=whole)
+        self._edited.pop(run_id, None)
+        if whole:
+            self._unread.remove(run_id)
+
+    def _read(self, wanted: WantedRun, *, whole: bool) -> None:
+        try:
+            seq, keys, rows = self._rows(wanted, whole=whole)
+        except (NotFound, SQLAlchemyError, _Left):
+            raise
+        except Exception as error:  # noqa: BLE001 - one damaged run must not keep the others from being found
+            if not isinstance(error, ApiError | TsrError | OSError):
+                _log.warning("The run %s cannot be read.", wanted.run_id, exc_info=error)
+            reason = error.message if isinstance(error, ApiError) else str(error) or type(error).__name__
+            self._store(wanted, 0, None, Rows([], []), reason)
+        else:
+            self._store(wanted, seq, keys, rows, None)
+
+    def _rows(self, wanted: WantedRun, *, whole: bool) -> tuple[int, list[str] | None, Rows]:
+        """Newest edit; tracks that rows are made of, None: all; their rows."""
+        run_id = wanted.run_id
+        place = self._evidence.place(run_id)
+        known: dict[str, float] = {}
+        with self._database.read() as session:
+            row = None if whole else session.get(SearchRun, run_id)
+            row = None if row is None or row.error is not None else row
+            after = 0 if row is None else row.seq
+            edits, seq = _last_edits(session, run_id, after)
+            keys = None if row is None else sorted(edits)
+            documents = documents_of(session, run_id)
+            video = session.get_one(Video, wanted.video_id)
+            frames, picture = video.frames or _NO_END, (video.width or 0, video.height or 0)
+            if keys is not None:
+                began = {doc.began_as() for key in keys if (doc := documents.get(key)) is not None} - {None}
+                known = _uncertainties(session, run_id, [f"m{number}" for number in began] + keys)
+        columns: dict[int, float] = {}
+
+        def uncertainty(key: str, began: int | None) -> float:
+            found = known.get(f"m{began}", known.get(key))
+            if found is not None:
+                return found
+            if not columns:
+                answer = json.loads(self._evidence.tracks(run_id))
+                columns.update(zip(answer["id"], answer["uncertainty"], strict=True))
+            return columns.get(-1 if began is None else began, 0.0)
+
+        tracks = run_tracks(place.folder, documents, 0, frames, frames, to_label=place.classes.to_label, keys=keys)
+        rows = rows_of(
+            self._until_left(tracks),
+            documents,
+            edits,
+            uncertainty,
+            lambda number: self._evidence.label(run_id, number),
+            picture,
+        )
+        return seq, keys, rows
+
+    def _until_left(self, tracks: Iterable[Track]) -> Iterator[Track]:
+        for track in tracks:
+            if self._leaving:
+                raise _Left
+            yield track
+
+    def _store(self, wanted: WantedRun, seq: int, keys: Sequence[str] | None, rows: Rows, error: str | None) -> None:
+        run_id = wanted.run_id
+        own = {"run_id": run_id, "video_id": wanted.video_id, "set_key": wanted.set_key, "current": wanted.current}
+        with self._database.write() as session:
+            for table in (SearchAttribute, SearchTrack):
+                for part in _parts(keys):
+                    old = delete(table).where(table.run_id == run_id)
+                    session.execute(old if part is None else old.where(table.key.in_(part)))
+            session.execute(delete(SearchRun).where(SearchRun.run_id == run_id))
+            session.execute(insert(SearchRun).values(**own, basis=wanted.basis, seq=seq, error=error))
+            if rows.tracks:
+                session.execute(insert(SearchTrack), [own | row for row in rows.tracks])
+            if rows.attributes:
+                session.execute(insert(SearchAttribute), [{"run_id": run_id} | row for row in rows.attributes])
+
+    def _flag(self, flags: dict[str, bool]) -> None:
+        with self._database.write() as session:
+            for run_id, current in flags.items():
+                for table in (SearchRun, SearchTrack):
+                    session.execute(update(table).where(table.run_id == run_id).values(current=current))
+
+    @staticmethod
+    def _seqs(session: Session, runs: Sequence[str]) -> dict[str, int]:
+        found: dict[str, int] = {}
+        for start in range(0, len(runs), _AT_ONCE):
+            query = select(SearchRun.run_id, SearchRun.seq).where(SearchRun.run_id.in_(runs[start:][:_AT_ONCE]))
+            found |= {row[0]: row[1] for row in session.execute(query)}
+        return found
+
+
+def _parts(keys: Sequence[str] | None) -> list[Sequence[str] | None]:
+    return [None] if keys is None else [keys[start : start + _AT_ONCE] for start in range(0, len(keys), _AT_ONCE)]
+
+
+def _last_edits(session: Session, run_id: str, after: int) -> tuple[dict[str, LastEdit], int]:
+    """Newest edit of each track that was edited after a number, and the newest number."""
+    found: dict[str, LastEdit] = {}
+    query = select(Edit.seq, Edit.author, Edit.created, Edit.after).where(Edit.run_id == run_id, Edit.seq > after)
+    for seq, author, created, documents in session.execute(query.order_by(Edit.seq)):
+        after = seq
+        found |= dict.fromkeys(documents, LastEdit(author, int(created.timestamp())))
+    return found, after
+
+
+def _uncertainties(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, float]:
+    """What the tables know of tracks before people said anything."""
+    found: dict[str, float] = {}
+    for start in range(0, len(keys), _AT_ONCE):
+        own = SearchTrack.run_id == run_id, SearchTrack.key.in_(keys[start : start + _AT_ONCE])
+        query = select(SearchTrack.key, SearchTrack.engine_uncertainty).where(*own)
+        found |= {row[0]: row[1] for row in session.execute(query)}
+    return found

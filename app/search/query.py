@@ -1,0 +1,229 @@
+"""Answers questions to the search, a page at a time."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import Any, Literal
+
+from pydantic import Field
+from sqlalchemy import ColumnElement, and_, func, or_, select, tuple_
+from sqlalchemy.orm import InstrumentedAttribute, Session
+
+from app.errors import Invalid
+from app.labels.store import newest
+from app.search.filters import MeantLabel, SearchFilters, conditions, meant_labels
+from app.shapes import PLAIN, Model
+from app.storage.models import Run, SearchRun, SearchTrack, Video, VideoTag
+from tsr_engine.labels.model import NO_LABEL
+
+__all__ = [
+    "MOST_COUNTED",
+    "FoundLabel",
+    "FoundTrack",
+    "SearchAnswer",
+    "SearchRequest",
+    "Unreadable",
+    "answer",
+    "items_of",
+]
+
+MOST_COUNTED = 10_000
+"""Tracks that are counted; of more an answer says that there are more."""
+_MOST_UNREADABLE = 5
+_AT_ONCE = 250
+
+
+class SearchRequest(SearchFilters):
+    """A page of a search."""
+
+    sort: Literal["uncertainty", "size", "edited"] = "uncertainty"
+    order: Literal["desc", "asc"] = "desc"
+    limit: int = Field(60, ge=1, le=500)
+    cursor: str = Field("", max_length=400, pattern=PLAIN, description="`next` of the page before")
+
+
+class FoundLabel(Model):
+    """The label of a track."""
+
+    set: str
+    id: int
+    name: str
+
+
+class FoundTrack(Model):
+    """One track, with the frame and the box to show it by."""
+
+    run: str
+    run_name: str
+    video: str
+    video_name: str
+    tags: list[str]
+    key: str
+    label: FoundLabel | None
+    """None: none of the set's labels, or never read."""
+    state: str
+    uncertainty: float
+    size: float
+    frame: int
+    box: tuple[float, float, float, float]
+    first: int
+    last: int
+    revision: int
+    author: str | None
+    edited: str | None
+    notes: bool
+
+
+class Unreadable(Model):
+    """A run whose tracks the search cannot know."""
+
+    run: str
+    run_name: str
+    video_name: str
+    message: str
+
+
+class SearchAnswer(Model):
+    """A page of what was found."""
+
+    tracks: list[FoundTrack]
+    next: str | None
+    """Cursor of the next page; None: there is none."""
+    total: int
+    """Tracks that were found; at most 10,000 are counted."""
+    more: bool
+    """There are more than that."""
+    labels: list[MeantLabel]
+    """What the words of ``label`` were taken for."""
+    unread: int
+    """Runs whose tracks or newest edits are not in the answer yet."""
+    unreadable: list[Unreadable]
+    """The first runs whose tracks are not known, with the reason."""
+    unreadable_count: int
+
+
+def answer(session: Session, request: SearchRequest, unread: int) -> SearchAnswer:
+    """Search.
+
+    Args:
+        session: reads.
+        request: what is wanted.
+        unread: how many runs the tables lack.
+
+    Raises:
+        Invalid: a value of the request, or a cursor of another search.
+    """
+    where = conditions(session, request)
+    sort: InstrumentedAttribute[Any] = getattr(SearchTrack, request.sort)
+    places = sort, SearchTrack.run_id, SearchTrack.key
+    page = [*where]
+    if request.cursor:
+        after = _place(request)
+        page.append(tuple_(*places) < after if request.order == "desc" else tuple_(*places) > after)
+    ordered = [each.desc() if request.order == "desc" else each.asc() for each in places]
+    rows = list(session.scalars(select(SearchTrack).where(*page).order_by(*ordered).limit(request.limit + 1)))
+    further = len(rows) > request.limit
+    rows = rows[: request.limit]
+    counted = select(SearchTrack.run_id).where(*where).limit(MOST_COUNTED + 1).subquery()
+    total = session.scalar(select(func.count()).select_from(counted)) or 0
+    broken, broken_count = _unreadable(session)
+    return SearchAnswer(
+        tracks=_found(session, rows),
+        next=_cursor(request, rows[-1]) if further else None,
+        total=min(total, MOST_COUNTED),
+        more=total > MOST_COUNTED,
+        labels=meant_labels(session, request.label),
+        unread=unread,
+        unreadable=broken,
+        unreadable_count=broken_count,
+    )
+
+
+def items_of(session: Session, keys: Sequence[tuple[str, str]]) -> list[FoundTrack]:
+    """Tracks by run and key, as far as the tables know them."""
+    rows: list[SearchTrack] = []
+    for start in range(0, len(keys), _AT_ONCE):
+        wanted: list[ColumnElement[bool]] = [
+            and_(SearchTrack.run_id == run, SearchTrack.key == key) for run, key in keys[start : start + _AT_ONCE]
+        ]
+        rows += session.scalars(select(SearchTrack).where(or_(*wanted)))
+    return _found(session, rows)
+
+
+def _found(session: Session, rows: Sequence[SearchTrack]) -> list[FoundTrack]:
+    runs = dict(_named(session, Run, {row.run_id for row in rows}))
+    videos = dict(_named(session, Video, {row.video_id for row in rows}))
+    tags: dict[str, list[str]] = {}
+    wanted = sorted(videos)
+    for start in range(0, len(wanted), _AT_ONCE):
+        own = VideoTag.video_id.in_(wanted[start : start + _AT_ONCE])
+        for video_id, tag in session.execute(select(VideoTag.video_id, VideoTag.tag).where(own).order_by(VideoTag.tag)):
+            tags.setdefault(video_id, []).append(tag)
+    sets = {key: newest(session, key) for key in {row.set_key for row in rows}}
+    found = []
+    for row in rows:
+        labels = sets[row.set_key]
+        label = None if row.label == NO_LABEL else labels.get(labels.resolved(row.label))
+        found.append(
+            FoundTrack(
+                run=row.run_id,
+                run_name=runs.get(row.run_id, ""),
+                video=row.video_id,
+                video_name=videos.get(row.video_id, ""),
+                tags=tags.get(row.video_id, []),
+                key=row.key,
+                label=None if label is None else FoundLabel(set=labels.key, id=label.id, name=label.name),
+                state=row.state,
+                uncertainty=row.uncertainty,
+                size=round(row.size, 1),
+                frame=row.frame,
+                box=(round(row.x1, 2), round(row.y1, 2), round(row.x2, 2), round(row.y2, 2)),
+                first=row.first,
+                last=row.last,
+                revision=row.revision,
+                author=row.author,
+                edited=None if row.edited == 0 else datetime.fromtimestamp(row.edited, UTC).isoformat(),
+                notes=row.notes != "",
+            )
+        )
+    return found
+
+
+def _named(session: Session, table: type[Run] | type[Video], ids: set[str]) -> list[tuple[str, str]]:
+    wanted, found = sorted(ids), []
+    for start in range(0, len(wanted), _AT_ONCE):
+        query = select(table.id, table.name).where(table.id.in_(wanted[start : start + _AT_ONCE]))
+        found += [(identity, name) for identity, name in session.execute(query)]
+    return found
+
+
+def _unreadable(session: Session) -> tuple[list[Unreadable], int]:
+    broken = SearchRun.error.is_not(None)
+    query = select(SearchRun.run_id, Run.name, Video.name, SearchRun.error).where(broken)
+    query = query.join(Run, Run.id == SearchRun.run_id).join(Video, Video.id == Run.video_id).order_by(Run.order.desc())
+    first = [
+        Unreadable(run=run, run_name=name, video_name=video, message=error or "")
+        for run, name, video, error in session.execute(query.limit(_MOST_UNREADABLE))
+    ]
+    count = session.scalar(select(func.count()).select_from(SearchRun).where(broken)) if first else 0
+    return first, count or 0
+
+
+def _cursor(request: SearchRequest, row: SearchTrack) -> str:
+    place = [request.sort, request.order, getattr(row, request.sort), row.run_id, row.key]
+    return base64.urlsafe_b64encode(json.dumps(place).encode()).decode()
+
+
+def _place(request: SearchRequest) -> tuple[Any, ...]:
+    try:
+        sort, order, value, run_id, key = json.loads(base64.urlsafe_b64decode(request.cursor.encode()))
+        place = float(value), str(run_id), str(key)
+    except (binascii.Error, ValueError, TypeError):
+        place = None
+    if place is None or (sort, order) != (request.sort, request.order) or place[0] != place[0]:
+        raise Invalid("The cursor is not one of this search. Begin at its first page.", field="cursor")
+    return place

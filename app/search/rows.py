@@ -1,0 +1,126 @@
+"""Rows of the search: what a track looks like to a question, made from evidence and edits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.edits.documents import TrackDoc
+from tsr_engine.exchange.dataset import Track
+
+__all__ = ["LONGEST_VALUE", "LastEdit", "Rows", "attribute_text", "rows_of"]
+
+LONGEST_VALUE = 200
+"""Characters of an attribute's value that the search knows."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastEdit:
+    """Who changed a track last.
+
+    Attributes:
+        author: of the operation.
+        time: seconds since 1970 UTC.
+    """
+
+    author: str
+    time: int
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """What goes into the tables, as dictionaries of their columns, without those of the run."""
+
+    tracks: list[dict[str, Any]]
+    attributes: list[dict[str, Any]]
+
+
+def rows_of(
+    tracks: Iterable[Track],
+    documents: Mapping[str, TrackDoc],
+    edits: Mapping[str, LastEdit],
+    uncertainty: Callable[[str, int | None], float],
+    engine_label: Callable[[int], int | None],
+    picture: tuple[int, int],
+) -> Rows:
+    """Make rows.
+
+    Args:
+        tracks: as people have left them.
+        documents: of those that they have touched, by key.
+        edits: newest edit of each, by key.
+        uncertainty: key of a track, number of the engine's track that it began as -> uncertainty, before people said
+            anything.
+        engine_label: number of an engine's track -> its label; None: it was never read.
+        picture: width and height, px.
+    """
+    rows, attributes = [], []
+    for track in tracks:
+        document = documents.get(track.uid)
+        began = int(track.uid[1:]) if document is None else document.began_as()
+        engine = 0.0 if began is None else uncertainty(track.uid, began)
+        edit = edits.get(track.uid)
+        side = np.maximum(track.boxes[:, 2] - track.boxes[:, 0], track.boxes[:, 3] - track.boxes[:, 1])
+        best = _clearest(track, side, picture)
+        x1, y1, x2, y2 = track.boxes[best].tolist()
+        overruled = document is not None and began is not None and _overruled(document, began, engine_label)
+        rows.append(
+            {
+                "key": track.uid,
+                "label": track.label,
+                "state": track.state if track.ignore is None else "ignored",
+                "uncertainty": 1.0 if overruled else engine,
+                "engine_uncertainty": engine,
+                "size": float(side.max()),
+                "frame": int(track.frames[best]),
+                "x1": x1,
+                "y1": y1,
+                "x2": x2,
+                "y2": y2,
+                "first": int(track.frames[0]),
+                "last": int(track.frames[-1]),
+                "revision": 0 if document is None else document.revision,
+                "author": None if edit is None else edit.author,
+                "edited": 0 if edit is None else edit.time,
+                "notes": "\n".join(text.casefold() for _, text in track.notes),
+            }
+        )
+        said = {(name, attribute_text(value)) for name, value in track.attributes.items()}
+        for name, values in track.changing.items():
+            said |= {(name, attribute_text(value)) for value in values.tolist() if value is not None}
+        attributes += [{"key": track.uid, "name": name, "value": value} for name, value in sorted(said)]
+    return Rows(rows, attributes)
+
+
+def attribute_text(value: object) -> str:
+    """A value as people write it and as the search compares it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
+    return str(value).casefold()[:LONGEST_VALUE]
+
+
+def _clearest(track: Track, side: NDArray[np.float64], picture: tuple[int, int]) -> int:
+    """Position of the largest box that is whole in the picture and was measured or set by a person.
+
+    Where no box is all of that, one that is some of it.
+    """
+    whole = (track.boxes[:, :2] >= 0).all(axis=1) & (track.boxes[:, 2:] <= picture).all(axis=1)
+    seen = (np.isfinite(track.score) | track.key) & ~track.occluded
+    for wanted in (whole & seen, whole, seen):
+        if wanted.any():
+            return int(np.argmax(np.where(wanted, side, -1.0)))
+    return int(np.argmax(side))
+
+
+def _overruled(document: TrackDoc, began: int, engine_label: Callable[[int], int | None]) -> bool:
+    """Whether a person calls the track something else than the engine and has not decided on it: as the queue says."""
+    if document.class_id is None or document.not_a_sign or document.review in ("accepted", "rejected"):
+        return False
+    engine = engine_label(began)
+    return document.class_id != (-1 if engine is None else engine)

@@ -1,0 +1,106 @@
+"""Which runs the search must read, and which run stands for its video."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Final
+
+from sqlalchemy import and_, or_, select
+from sqlalchemy.orm import Session, load_only
+
+from app.labels.mapping import run_classes
+from app.labels.store import default_key, newest
+from app.storage.latest import latest_last
+from app.storage.models import Event, Run, SearchRun, Video
+from app.storage.places import is_here
+
+__all__ = ["WantedRun", "runs_have_changed", "stale_runs", "wanted_runs"]
+
+FORMAT: Final = 1
+"""Rises when the rows hold something else than before, so that all are made anew."""
+
+
+@dataclass(frozen=True, slots=True)
+class WantedRun:
+    """A complete run of this server as the search should know it.
+
+    Attributes:
+        run_id: its name.
+        video_id: its video.
+        set_key: label set of the video.
+        basis: changes with whatever its rows follow from besides edits.
+        current: it stands for its video.
+    """
+
+    run_id: str
+    video_id: str
+    set_key: str
+    basis: str
+    current: bool
+
+
+def runs_have_changed(session: Session, after: int) -> bool:
+    """Whether runs or label sets may be others than when the events had this number."""
+    oldest = session.scalar(select(Event.seq).order_by(Event.seq).limit(1)) or 0
+    if after < oldest:
+        return True
+    ended = and_(Event.kind == "run", Event.data["state"].as_string() != "running")
+    query = select(Event.seq).where(Event.seq > after, or_(Event.kind.in_(("removed", "labels")), ended)).limit(1)
+    return session.scalar(query) is not None
+
+
+def wanted_runs(session: Session) -> dict[str, WantedRun]:
+    """All complete runs whose evidence lies here, by name."""
+    default = default_key(session)
+    query = (
+        select(Run, Video.label_set)
+        .join(Video, Video.id == Run.video_id)
+        .where(Run.state == "complete", is_here(session, Run.place))
+        .order_by(Run.video_id, *latest_last())
+        .options(load_only(Run.video_id, Run.kind, Run.order, Run.labels))
+    )
+    meanings: dict[tuple[str, str], str] = {}
+    found: dict[str, WantedRun] = {}
+    for video_id, rows in groupby(session.execute(query).all(), key=lambda row: row[0].video_id):
+        runs = [(run, own or default) for run, own in rows]
+        standing = [run for run, _ in runs if run.kind != "whatif"]
+        by_age = sorted(standing, key=lambda run: (-run.order, run.id))
+        for run, set_key in runs:
+            kind = json.dumps(run.labels, sort_keys=True), set_key
+            if kind not in meanings:
+                classes = run_classes(run, newest(session, set_key))
+                meanings[kind] = repr([(number, classes.to_label(number)) for number in classes.numbers()])
+            other = next((each.id for each in by_age if each is not run), "")  # a disagreement makes uncertain
+            basis = hashlib.blake2b(repr((FORMAT, set_key, meanings[kind], other)).encode(), digest_size=16)
+            current = bool(standing) and run is standing[-1]
+            found[run.id] = WantedRun(run.id, video_id, set_key, basis.hexdigest(), current)
+    return found
+
+
+def stale_runs(session: Session, wanted: dict[str, WantedRun], *, retry: bool) -> tuple[list[str], dict[str, bool]]:
+    """What the tables lack.
+
+    Args:
+        session: reads.
+        wanted: runs as they should be known.
+        retry: read runs once more that could not be read.
+
+    Returns:
+        Runs to read, those that stand for their videos first; runs that stand for their video without the tables
+        saying so, or the other way round.
+    """
+    known = {row.run_id: row for row in session.scalars(select(SearchRun))}
+    missing = [
+        run
+        for run in wanted.values()
+        if (row := known.get(run.run_id)) is None or row.basis != run.basis or (retry and row.error is not None)
+    ]
+    flags = {
+        run.run_id: run.current
+        for run in wanted.values()
+        if run.run_id in known and known[run.run_id].current != run.current
+    }
+    return [run.run_id for run in sorted(missing, key=lambda run: not run.current)], flags

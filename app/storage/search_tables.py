@@ -1,0 +1,98 @@
+"""Tables of the search across videos, and tags of videos; part of ``app.storage.models``.
+
+The search tables hold nothing that is not elsewhere: ``app.search`` makes them from evidence and edits.
+"""
+
+from __future__ import annotations
+
+from sqlalchemy import BigInteger, Float, ForeignKey, Index, Integer, String, Text
+from sqlalchemy.orm import Mapped, mapped_column
+
+from app.storage.base import Base
+
+__all__ = ["SearchAttribute", "SearchRun", "SearchTrack", "VideoTag"]
+
+
+class VideoTag(Base):
+    """A word that people have given a video."""
+
+    __tablename__ = "video_tags"
+
+    video_id: Mapped[str] = mapped_column(ForeignKey("videos.id", ondelete="CASCADE"), primary_key=True)
+    tag: Mapped[str] = mapped_column(String(60), primary_key=True, index=True)
+
+
+class SearchRun(Base):
+    """A run whose tracks the search knows."""
+
+    __tablename__ = "search_runs"
+
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
+    video_id: Mapped[str] = mapped_column(String(64), index=True)
+    basis: Mapped[str] = mapped_column(String(64))
+    """Changes with everything but edits that the rows follow from; see ``app.search.stale``."""
+    set_key: Mapped[str] = mapped_column(String(64))
+    """Label set whose ids the rows hold."""
+    seq: Mapped[int] = mapped_column(BigInteger)
+    """Newest edit that the rows know."""
+    current: Mapped[bool]
+    """The run that stands for its video."""
+    error: Mapped[str | None] = mapped_column(Text)
+    """Why its tracks are not known."""
+
+
+class SearchTrack(Base):
+    """One track of a run as people have left it, without its boxes but one. Deleted tracks have no row."""
+
+    __tablename__ = "search_tracks"
+    __table_args__ = (
+        Index("search_by_uncertainty", "current", "uncertainty", "run_id", "key"),
+        Index("search_by_label", "set_key", "label", "current", "uncertainty"),
+        Index("search_by_state", "current", "state", "uncertainty"),
+        Index("search_by_size", "current", "size", "run_id", "key"),
+        Index("search_by_edit", "current", "edited", "run_id", "key"),
+    )
+
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
+    key: Mapped[str] = mapped_column(String(64), primary_key=True)
+    video_id: Mapped[str] = mapped_column(String(64), index=True)
+    current: Mapped[bool]
+    """The run stands for its video."""
+    set_key: Mapped[str] = mapped_column(String(64))
+    label: Mapped[int] = mapped_column(Integer)
+    """Id of a label of the set, as stored: a label that was merged since stands here still. -1: none of the set."""
+    state: Mapped[str] = mapped_column(String(16))
+    """``open``, ``needs_work``, ``accepted``, ``rejected``, or ``ignored``: a region that nobody counts."""
+    uncertainty: Mapped[float] = mapped_column(Float)
+    engine_uncertainty: Mapped[float] = mapped_column(Float)
+    """That of the engine's track that it began as, before people said anything; 0: a person drew it."""
+    size: Mapped[float] = mapped_column(Float)
+    """Longer side of its largest box, px."""
+    frame: Mapped[int] = mapped_column(Integer)
+    """Where it shows best: in its largest box that is whole in the picture, which follows."""
+    x1: Mapped[float] = mapped_column(Float)
+    y1: Mapped[float] = mapped_column(Float)
+    x2: Mapped[float] = mapped_column(Float)
+    y2: Mapped[float] = mapped_column(Float)
+    first: Mapped[int] = mapped_column(Integer)
+    last: Mapped[int] = mapped_column(Integer)
+    revision: Mapped[int] = mapped_column(Integer)
+    author: Mapped[str | None] = mapped_column(Text)
+    """Who edited it last; NULL: nobody has."""
+    edited: Mapped[int] = mapped_column(BigInteger)
+    """When, seconds since 1970 UTC; 0: never."""
+    notes: Mapped[str] = mapped_column(Text)
+    """Texts of its notes, case folded, one after the other; empty: none."""
+
+
+class SearchAttribute(Base):
+    """A value that an attribute has in some frame of a track."""
+
+    __tablename__ = "search_attributes"
+    __table_args__ = (Index("search_by_attribute", "name", "value"),)
+
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
+    key: Mapped[str] = mapped_column(String(64), primary_key=True)
+    name: Mapped[str] = mapped_column(String(200), primary_key=True)
+    value: Mapped[str] = mapped_column(String(200), primary_key=True)
+    """As people write it, case folded: ``yes``, ``3.5``, ``rain``; the first 200 characters of a longer text."""

@@ -1,0 +1,79 @@
+"""Search across videos: how long questions to a million tracks take, on both databases."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+from app.storage.database import Database
+from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.search_scale import MOST_MS, fill, measured, size_mb
+
+__all__ = ["EXPERIMENT"]
+
+TRACKS = 1_000_000
+POSTGRES = "TSR_BENCH_POSTGRES"
+"""Variable with the address of an empty PostgreSQL database."""
+
+
+def _run(data: Data) -> Result:
+    tracks = int(os.environ.get("TSR_BENCH_TRACKS", TRACKS))
+    file = data.scratch / "search.sqlite"
+    for old in (file, Path(f"{file}-wal"), Path(f"{file}-shm")):
+        old.unlink(missing_ok=True)
+    figures = {"SQLite": _on(f"sqlite:///{file}", tracks, data.seed)}
+    if POSTGRES in os.environ:
+        figures["PostgreSQL"] = _on(os.environ[POSTGRES], tracks, data.seed)
+    file.unlink(missing_ok=True)
+    return Result(
+        "search",
+        data=f"{tracks:,} tracks in {-(-tracks // 500):,} drives that are made up: 44 labels, 20 people, notes on one "
+        "in 50, an attribute on one in 25. Each answer is a page of 60 with its count, asked seven times.",
+        figures={"tracks": tracks, "databases": figures},
+        settings={"seed": data.seed},
+        machine=machine(),
+    )
+
+
+def _on(url: str, tracks: int, seed: int) -> dict[str, Any]:
+    database = Database(url)
+    try:
+        database.migrate()
+        began = time.monotonic()
+        fill(database, tracks, seed)
+        filled = time.monotonic() - began
+        return {"mb": size_mb(database), "fill_seconds": round(filled, 1), "questions": measured(database)}
+    finally:
+        database.close()
+
+
+def _tell(result: Result) -> str:
+    databases: dict[str, Any] = result.figures["databases"]
+    rows = [["question", "found", *(f"{name}, median / slowest" for name in databases)]]
+    first = next(iter(databases.values()))
+    over = []
+    for i, one in enumerate(first["questions"]):
+        asked = [each["questions"][i] for each in databases.values()]
+        more = " or more" if one["more"] else ""
+        rows.append(
+            [
+                one["question"],
+                f"{one['total']:,}{more}",
+                *(f"{each['median_ms']:.0f} / {each['slowest_ms']:.0f} ms" for each in asked),
+            ]
+        )
+        over += [one["question"] for each in asked if each["median_ms"] > MOST_MS]
+    sizes = ", ".join(f"{name} {each['mb']:,.0f} MB" for name, each in databases.items())
+    verdict = f"broken by: {'; '.join(dict.fromkeys(over))}" if over else "kept by every question"
+    return f"{table(rows)}\nBudget: {MOST_MS:g} ms at the median: {verdict}. Size of the database: {sizes}.\n"
+
+
+EXPERIMENT = Experiment(
+    "search",
+    "Search across videos",
+    "How long does the search take to answer in a library of a million tracks?",
+    _run,
+    _tell,
+)

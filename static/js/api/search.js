@@ -1,0 +1,41 @@
+// @ts-check
+/** Routes of the search across videos. */
+
+import { expectList, expectObject } from './shapes.js';
+import { queryText } from './http.js';
+
+/** @typedef {import('../types.js').FoundTrack} FoundTrack */
+/** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
+/** @typedef {{tracks: FoundTrack[], next: string|null, total: number, more: boolean, labels: {set: string, id: number, name: string}[], unread: number,
+ *   unreadable: {run: string, run_name: string, video_name: string, message: string}[], unreadable_count: number}} SearchAnswer */
+/** @typedef {{type: 'judge', review: import('../types.js').TrackDoc['review']}|{type: 'ignore', value: boolean}|{type: 'relabel', label: string}} TrackAction */
+/** @typedef {{changed: number, operations: {run: string, op_id: string}[], stayed: number, sentences: string[], tracks: FoundTrack[]}} TracksDone */
+
+const FOUND = /** @type {const} */ ({ run: 'string', key: 'string', video: 'string', video_name: 'string', label: 'nullable', state: 'string', uncertainty: 'number', frame: 'number', box: 'array', revision: 'number', tags: 'array' });
+const DONE = /** @type {const} */ ({ changed: 'number', operations: 'array', stayed: 'number', sentences: 'array', tracks: 'array' });
+
+/**
+ * @param {string} base
+ * @param {(path: string, options?: import('./http.js').RequestOptions) => Promise<any>} json
+ */
+export function searchRoutes(base, json) {
+  return {
+    /** @param {string} query   as in the address of the page @param {{limit: number, cursor?: string|null}} page @param {Call} [call] @returns {Promise<SearchAnswer>} */
+    search: async (query, { limit, cursor }, call) => {
+      const asked = new URLSearchParams(query);
+      asked.set('limit', String(limit));
+      if (cursor) asked.set('cursor', cursor);
+      const answer = expectObject('GET /search', await json(`/search?${asked}`, call), { tracks: 'array', next: 'nullable', total: 'number', more: 'boolean', unread: 'number', unreadable: 'array' });
+      expectList('GET /search', answer.tracks, FOUND);
+      return answer;
+    },
+    /** @param {Pick<FoundTrack, 'run'|'frame'|'box'>} track @param {number} size   longer side, px @returns {string} */
+    searchCropUrl: ({ run, frame, box }, size) => `${base}/search/crop${queryText({ run, frame, box: box.join(','), size })}`,
+    /** @param {{action_id: string, author: string|null, action: TrackAction, tracks: {run: string, key: string, revision: number}[]}} body @param {Call} [call] @returns {Promise<TracksDone>} */
+    actOnTracks: async (body, call) => expectObject('POST /search/actions', await json('/search/actions', { timeout: 120_000, ...call, method: 'POST', body }), DONE),
+    /** @param {{author: string|null, operations: {run: string, op_id: string}[]}} body @param {Call} [call] @returns {Promise<TracksDone>} */
+    undoTracks: async (body, call) => expectObject('POST /search/undo', await json('/search/undo', { timeout: 120_000, ...call, method: 'POST', body }), DONE),
+    /** @param {{videos: string[], add?: string[], remove?: string[]}} body @param {Call} [call] @returns {Promise<{changed: number}>} */
+    tagVideos: async (body, call) => expectObject('POST /videos/tags', await json('/videos/tags', { timeout: 60_000, ...call, method: 'POST', body }), { changed: 'number' }),
+  };
+}

@@ -1,0 +1,140 @@
+// @ts-check
+/**
+ * The search across videos: its filters as an address, and which tracks are selected. Pure.
+ *
+ * The names of the filters are those of `GET /api/search`, so that an address of the page is a question to the server.
+ *
+ * @typedef {import('../types.js').FoundTrack} FoundTrack
+ *
+ * @typedef {object} SearchFilters
+ * @property {string[]} label
+ * @property {string[]} state
+ * @property {string} uncertainty_min   0..1, as text; empty: any. So are the other limits
+ * @property {string} uncertainty_max
+ * @property {string} size_min          px
+ * @property {string} size_max
+ * @property {string[]} attribute
+ * @property {string[]} author
+ * @property {string} since
+ * @property {string} until
+ * @property {string} text
+ * @property {string[]} tag
+ * @property {string} video
+ * @property {string} runs              `current` or `all`
+ * @property {string} sort              `uncertainty`, `size` or `edited`
+ * @property {string} order             `desc` or `asc`
+ */
+
+/** @type {Readonly<SearchFilters>} */
+export const NO_SEARCH = Object.freeze({
+  label: [], state: [], uncertainty_min: '', uncertainty_max: '', size_min: '', size_max: '', attribute: [], author: [], since: '', until: '',
+  text: '', tag: [], video: '', runs: 'current', sort: 'uncertainty', order: 'desc',
+});
+
+/**
+ * The filters of an address; what is not known is left out.
+ *
+ * @param {string} query   what stands behind `?`
+ * @returns {SearchFilters}
+ */
+export function parseSearch(query) {
+  const pairs = query.split('&').map((pair) => {
+    const [key, ...value] = pair.split('=');
+    return [decoded(key), decoded(value.join('='))];
+  });
+  /** @type {Record<string, string|string[]>} */
+  const found = {};
+  for (const [name, usual] of Object.entries(NO_SEARCH)) {
+    const values = pairs.filter(([key]) => key === name).map(([, value]) => value.trim()).filter(Boolean);
+    found[name] = Array.isArray(usual) ? [...new Set(values)] : values.at(-1) ?? usual;
+  }
+  return /** @type {any} */ (found);
+}
+
+/**
+ * The address of filters: only those that say something, always in the same order.
+ *
+ * @param {SearchFilters} filters
+ * @returns {string} without `?`
+ */
+export function formatSearch(filters) {
+  /** @type {string[]} */
+  const pairs = [];
+  for (const [name, usual] of Object.entries(NO_SEARCH)) {
+    const value = filters[/** @type {keyof SearchFilters} */ (name)];
+    const said = Array.isArray(value) ? value : value === usual ? [] : [value];
+    pairs.push(...said.map((one) => `${name}=${encodeURIComponent(one)}`));
+  }
+  return pairs.join('&');
+}
+
+/** @param {string} text @returns {string} as it is, where its escapes are broken */
+function decoded(text) {
+  try {
+    return decodeURIComponent(text.replaceAll('+', ' '));
+  } catch {
+    return text;
+  }
+}
+
+/** Whether any filter is set that is not among those of the first row. @param {SearchFilters} filters */
+export const hasFurther = ({ attribute, author, since, until, tag, video, runs }) =>
+  attribute.length + author.length + tag.length > 0 || since !== '' || until !== '' || video !== '' || runs !== 'current';
+
+/** A track among all runs. @param {{run: string, key: string}} track */
+export const idOf = ({ run, key }) => `${run}/${key}`;
+
+/**
+ * What is selected after a click or a key.
+ *
+ * @param {ReadonlySet<string>} selected
+ * @param {readonly FoundTrack[]} tracks   in their order
+ * @param {number} anchor                  where a range begins
+ * @param {number} at                      where the person is now
+ * @param {'only'|'toggle'|'range'} how
+ * @returns {Set<string>}
+ */
+export function select(selected, tracks, anchor, at, how) {
+  if (!tracks[at]) return new Set(selected);
+  if (how === 'only') return new Set([idOf(tracks[at])]);
+  if (how === 'range') {
+    const [low, high] = anchor < at ? [anchor, at] : [at, anchor];
+    return new Set(tracks.slice(Math.max(0, low), high + 1).map(idOf));
+  }
+  const next = new Set(selected);
+  if (!next.delete(idOf(tracks[at]))) next.add(idOf(tracks[at]));
+  return next;
+}
+
+/**
+ * Where a key of the grid leads.
+ *
+ * @param {string} key       of the keyboard
+ * @param {number} at        place now
+ * @param {number} count     tracks
+ * @param {number} columns
+ * @param {number} page      rows on the screen
+ * @returns {number|null} null: the key leads nowhere
+ */
+export function stepTo(key, at, count, columns, page) {
+  /** @type {Record<string, number>} */
+  const steps = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -columns, ArrowDown: columns, PageUp: -columns * page, PageDown: columns * page, Home: -count, End: count };
+  const step = steps[key];
+  if (step === undefined || count === 0) return null;
+  const next = at + step;
+  // up from the first row and down from the last one lead nowhere; a page leads to the end
+  if ((key === 'ArrowUp' && next < 0) || (key === 'ArrowDown' && next >= count && Math.floor(at / columns) === Math.floor((count - 1) / columns))) return at;
+  return Math.max(0, Math.min(count - 1, next));
+}
+
+/**
+ * Tracks with those that an action has changed in their place.
+ *
+ * @param {readonly FoundTrack[]} tracks
+ * @param {readonly FoundTrack[]} changed
+ * @returns {FoundTrack[]}
+ */
+export function withChanged(tracks, changed) {
+  const now = new Map(changed.map((track) => [idOf(track), track]));
+  return tracks.map((track) => now.get(idOf(track)) ?? track);
+}

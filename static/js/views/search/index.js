@@ -1,0 +1,275 @@
+// @ts-check
+/** The screen of the search: signs of all videos as crops, and what is done with those that are selected. */
+
+import { sentence } from '../../api/errors.js';
+import { formatSearch, idOf, parseSearch, select, withChanged } from '../../model/search.js';
+import { formatRoute } from '../../model/route.js';
+import { setVideos } from '../../store/actions/page.js';
+import { fill, h, setText } from '../dom.js';
+import { emptyState, waiting } from '../empty.js';
+import { count, plural } from '../format.js';
+import { icon } from '../icons.js';
+import { toast } from '../toasts.js';
+import { createSearchActions } from './actions.js';
+import { createSearchFilters } from './filters.js';
+import { createGrid, PICTURE } from './grid.js';
+
+/** @typedef {import('../../types.js').FoundTrack} FoundTrack */
+/** @typedef {import('../../api/search.js').SearchAnswer} SearchAnswer */
+
+/** Tracks of one request. */
+const STEP = 120;
+/** Tracks of one request where many are wanted at once. */
+const MANY = 500;
+/** Tracks that can be selected at once: as many as the server changes in one action. */
+export const MOST_SELECTED = 5000;
+/** While runs are still being read, it is asked again after this, ms. */
+const AGAIN = 2000;
+
+/** Where one was, to come back to after a review. @type {WeakMap<object, {query: string, count: number, top: number, at: number, selected: ReadonlySet<string>}>} */
+const places = new WeakMap();
+
+/**
+ * @param {import('../../page-types.js').App} app
+ * @returns {import('../../page-types.js').View}
+ */
+export function createSearch(app) {
+  const { store, api } = app;
+  const ended = new AbortController();
+  const signal = AbortSignal.any([ended.signal, app.signal]);
+  /** @type {FoundTrack[]} */ let tracks = [];
+  /** @type {ReadonlySet<string>} */ let selected = new Set();
+  let at = 0;
+  let anchor = 0;
+  /** @type {string|null} */ let next = null;
+  /** @type {string|null} */ let query = null;
+  /** @type {SearchAnswer|null} */ let answer = null;
+  /** Rises with every new search: what an older one answers is not shown. */
+  let asked = 0;
+  let loading = false;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */ let again;
+  signal.addEventListener('abort', () => clearTimeout(again), { once: true });
+
+  const total = h('span', { class: 'muted', role: 'status' });
+  const note = h('p', { class: 'search-note', role: 'status', hidden: true });
+  const filters = createSearchFilters({ signal, change: (wanted) => {
+    const address = formatRoute({ screen: 'search', query: formatSearch(wanted) });
+    // each question is an address, but not each letter a step back
+    if (location.hash !== address) {
+      history.replaceState(null, '', address);
+      dispatchEvent(new HashChangeEvent('hashchange'));
+    }
+  } });
+  const grid = createGrid({
+    signal, picture: (track) => api.searchCropUrl(track, PICTURE),
+    select: (place, how) => {
+      selected = select(selected, tracks, anchor, place, how);
+      if (how !== 'range') anchor = place;
+      at = place;
+      show();
+    },
+    move: (place) => {
+      at = place;
+      show();
+    },
+    open: openTrack,
+    more: () => void loadMore(),
+  });
+  const notice = h('div', { class: 'search-notice' });
+  const actions = createSearchActions(app, {
+    signal, selected: () => tracks.filter((track) => selected.has(idOf(track))),
+    changed: (now) => {
+      tracks = withChanged(tracks, now);
+      show();
+    },
+    anew: () => void search(true),
+    open: () => openTrack(at),
+    all: () => void selectAll(),
+    none: () => {
+      selected = new Set();
+      show();
+    },
+  });
+  const element = h('div', { class: 'search-page' },
+    h('div', { class: 'search-head' }, h('h1', null, 'Search'), total, h('div', { class: 'grow' }), actions.element),
+    filters.element, note, h('div', { class: 'search-body' }, grid.element, notice));
+  element.addEventListener('keydown', (event) => {
+    if (event.target instanceof Element && event.target.closest('input, select')) return;
+    if (!actions.key(event)) return;
+    event.preventDefault();
+    event.stopPropagation();
+  }, { signal });
+
+  /** @param {number} place */
+  function openTrack(place) {
+    const track = tracks[place];
+    if (!track) return;
+    at = place;
+    location.hash = formatRoute({ screen: 'review', video: track.video, run: track.run, frame: track.frame, track: track.key });
+  }
+
+  /** @param {boolean} [keep]   the same question once more: as many tracks, place and selection stay */
+  async function search(keep = false) {
+    const mine = ++asked;
+    const wanted = query ?? '';
+    clearTimeout(again);
+    loading = true;
+    const many = keep ? Math.max(STEP, tracks.length || (places.get(app)?.count ?? 0)) : STEP;
+    if (!keep) {
+      tracks = [];
+      answer = null;
+      [selected, at, anchor] = [new Set(), 0, 0];
+      fill(notice, waiting('The tracks are searched', { retry: () => void search(), signal }));
+      show();
+    }
+    try {
+      let found = await api.search(wanted, { limit: Math.min(MANY, many) }, { signal });
+      const all = [...found.tracks];
+      const first = found;
+      while (mine === asked && found.next && all.length < many) {
+        found = await api.search(wanted, { limit: Math.min(MANY, many - all.length), cursor: found.next }, { signal });
+        all.push(...found.tracks);
+      }
+      if (mine !== asked || signal.aborted) return;
+      [tracks, next, answer] = [all, found.next, first];
+      const there = new Set(tracks.map(idOf));
+      selected = new Set([...selected].filter((id) => there.has(id)));
+      at = Math.min(at, Math.max(0, tracks.length - 1));
+      fill(notice);
+      if (first.unread > 0) again = setTimeout(() => void askAgain(), AGAIN);
+    } catch (thrown) {
+      if (mine !== asked || signal.aborted) return;
+      [tracks, next, answer] = [[], null, null];
+      fill(notice, emptyState({ error: true, icon: 'alert', title: 'The search did not succeed', text: sentence(thrown),
+        actions: [h('button', { class: 'btn', type: 'button', onclick: () => void search() }, icon('refresh'), 'Try again')] }));
+    } finally {
+      if (mine === asked) loading = false;
+    }
+    show();
+  }
+
+  /** What was still being read may be there now. Who works with what is there is not disturbed. */
+  async function askAgain() {
+    if (selected.size === 0 && grid.top() === 0 && !document.querySelector('dialog[open]')) {
+      await search(true);
+      return;
+    }
+    const mine = asked;
+    try {
+      const found = await api.search(query ?? '', { limit: 1 }, { signal });
+      if (mine !== asked || answer === null) return;
+      answer = { ...answer, total: found.total, more: found.more, unread: found.unread };
+      show();
+      if (found.unread > 0) again = setTimeout(() => void askAgain(), AGAIN);
+    } catch {
+      if (!signal.aborted) again = setTimeout(() => void askAgain(), AGAIN);
+    }
+  }
+
+  /** @param {number} [limit] @returns {Promise<boolean>} whether there was something to load */
+  async function loadMore(limit = STEP) {
+    if (loading || next === null || signal.aborted) return false;
+    const mine = asked;
+    loading = true;
+    try {
+      const found = await api.search(query ?? '', { limit, cursor: next }, { signal });
+      if (mine !== asked) return false;
+      const there = new Set(tracks.map(idOf));
+      tracks = [...tracks, ...found.tracks.filter((track) => !there.has(idOf(track)))];
+      next = found.next;
+    } catch (thrown) {
+      if (mine === asked && !signal.aborted) {
+        toast(sentence(thrown), { tone: 'bad', topic: 'search' });
+        next = null; // the person searches again; the list would ask for ever
+      }
+      return false;
+    } finally {
+      if (mine === asked) loading = false;
+    }
+    show();
+    return true;
+  }
+
+  async function selectAll() {
+    while (tracks.length < MOST_SELECTED && next !== null) {
+      if (!(await loadMore(MANY))) {
+        if (!loading) break;
+        await new Promise((resolve) => setTimeout(resolve, 50));
+      }
+    }
+    if (signal.aborted) return;
+    selected = new Set(tracks.slice(0, MOST_SELECTED).map(idOf));
+    if (next !== null || tracks.length > MOST_SELECTED) toast(`The first ${count(MOST_SELECTED)} are selected: one action takes no more.`, { topic: 'search' });
+    show();
+  }
+
+  function show() {
+    if (signal.aborted) return;
+    setText(total, answer === null ? '' : `${count(answer.total)}${answer.more ? ' or more' : ''} ${answer.total === 1 ? 'track' : 'tracks'}${selected.size > 0 ? `, ${count(selected.size)} selected` : ''}`);
+    const told = answer === null ? '' : notesOf(answer, parseSearch(query ?? ''));
+    note.hidden = told === '';
+    setText(note, told);
+    if (answer !== null && tracks.length === 0) {
+      const all = query !== '';
+      fill(notice, emptyState({ icon: 'search', title: all ? 'No track passes these filters' : 'No track yet',
+        text: all ? 'Every filter must hold. Take one away, or widen a range.' : answer.unread > 0 ? 'The runs are still being read.' : 'Once a run is complete, its tracks are here.',
+        actions: [all && h('button', { class: 'btn', type: 'button', onclick: () => {
+          location.hash = formatRoute({ screen: 'search', query: '' });
+        } }, 'Take all filters away')] }));
+    }
+    notice.hidden = notice.childElementCount === 0;
+    grid.element.hidden = !notice.hidden;
+    grid.show(tracks, selected, at);
+    actions.show(selected.size);
+  }
+
+  const place = places.get(app);
+  /** @type {readonly import('../../types.js').Video[]|null} */ let videos = null;
+  /** @type {readonly import('../../types.js').Label[]|null} */ let labels = null;
+  if (store.get().videos === null) void app.load(() => api.videos({ signal }), setVideos).catch(() => {});
+  return {
+    element,
+    update(state) {
+      if (state.videos !== videos || state.labels !== labels) {
+        [videos, labels] = [state.videos, state.labels];
+        filters.offer(state.labels, state.videos ?? []);
+      }
+      if (state.route.screen !== 'search' || state.route.query === query) return;
+      const first = query === null;
+      query = state.route.query;
+      filters.show(parseSearch(query));
+      if (first && place?.query === query) {
+        [at, anchor, selected] = [place.at, place.at, place.selected];
+        void search(true).then(() => {
+          grid.scrollTo(place.top);
+          grid.element.focus({ preventScroll: true });
+        });
+      } else void search();
+    },
+    destroy() {
+      places.set(app, { query: query ?? '', count: tracks.length, top: grid.top(), at, selected });
+      ended.abort();
+      element.remove();
+    },
+  };
+}
+
+/**
+ * What a person must know about an answer: what was meant, and what is missing.
+ *
+ * @param {SearchAnswer} answer
+ * @param {import('../../model/search.js').SearchFilters} filters
+ * @returns {string}
+ */
+export function notesOf(answer, filters) {
+  const parts = [];
+  const names = [...new Set(answer.labels.map(({ name }) => name))];
+  const typed = new Set(filters.label.map((word) => word.toLowerCase()));
+  if (names.some((name) => !typed.has(name.toLowerCase()))) parts.push(`Label: ${names.slice(0, 6).join(', ')}${names.length > 6 ? ` and ${names.length - 6} more` : ''}.`);
+  if (answer.unread > 0) parts.push(`${plural(answer.unread, 'run')} ${answer.unread === 1 ? 'is' : 'are'} still being read: what ${answer.unread === 1 ? 'it holds' : 'they hold'} is missing here yet.`);
+  if (answer.unreadable_count > 0) {
+    const [first] = answer.unreadable;
+    parts.push(`${plural(answer.unreadable_count, 'run')} cannot be read and ${answer.unreadable_count === 1 ? 'is' : 'are'} missing here: ${first.run_name} of ${first.video_name}: ${first.message}`);
+  }
+  return parts.join(' ');
+}

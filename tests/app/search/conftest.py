@@ -1,0 +1,76 @@
+"""A server on a real run for tests of the search, on each kind of database."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+from uuid import uuid4
+
+import pytest
+
+from tests.app.databases import cluster
+from tests.app.edits.conftest import http, made, run
+from tests.app.edits.edit_page import Page
+from tests.app.toy_home import ToyHome
+from tests.app.toy_server import Server
+
+PATIENCE = 60.0
+"""How long the search may take to know something on a busy machine, s."""
+
+__all__ = ["cluster", "http", "library", "made", "run"]
+
+
+@dataclass
+class Library:
+    """What tests ask the server."""
+
+    server: Server
+    home: ToyHome
+    run: str
+
+    def search(self, **asked: Any) -> dict[str, Any]:
+        """A page of tracks, once nothing is missing in it."""
+        end = time.monotonic() + PATIENCE
+        while True:
+            answer = self.server.client.get("/api/search", params=asked)
+            assert answer.status_code == 200, answer.text
+            if answer.json()["unread"] == 0:
+                return dict(answer.json())
+            assert time.monotonic() < end, answer.text
+
+    def keys(self, **asked: Any) -> list[str]:
+        """Keys of what is found."""
+        return [track["key"] for track in self.search(**asked)["tracks"]]
+
+    def refused(self, **asked: Any) -> str:
+        """The sentence of a refusal."""
+        answer = self.server.client.get("/api/search", params=asked)
+        assert answer.status_code == 422, answer.text
+        return str(answer.json()["error"]["message"])
+
+    def act(self, action: dict[str, Any], tracks: list[dict[str, Any]], **further: Any) -> dict[str, Any]:
+        """Do something with tracks that were found."""
+        wanted = [{name: track[name] for name in ("run", "key", "revision")} for track in tracks]
+        asked = {"action_id": uuid4().hex, "action": action, "tracks": wanted, **further}
+        answer = self.server.client.post("/api/search/actions", json=asked)
+        assert answer.status_code == 200, answer.text
+        return dict(answer.json())
+
+    def undo(self, done: dict[str, Any], **further: Any) -> dict[str, Any]:
+        """Take an action back."""
+        answer = self.server.client.post("/api/search/undo", json={"operations": done["operations"], **further})
+        assert answer.status_code == 200, answer.text
+        return dict(answer.json())
+
+    def page(self) -> Page:
+        """Somebody who corrects the run at the same time."""
+        return Page(self.server, self.run)
+
+
+@pytest.fixture
+def library(http: Server, made: ToyHome, run: str) -> Library:
+    """A library whose newest run is fresh."""
+    with made.database.write() as session:
+        made.events.publish(session, "run", run, {"state": "complete"})
+    return Library(http, made, run)

@@ -1,0 +1,177 @@
+"""Questions to the search over HTTP: filters, order, pages, and that it follows what people do."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.storage.models import Run
+from tests.app.search.conftest import Library
+
+
+def test_every_track_of_the_newest_run_is_found_once(library: Library) -> None:
+    found = library.search()
+    tracks = library.server.client.get(f"/api/runs/{library.run}/tracks").json()
+    assert {track["run"] for track in found["tracks"]} == {library.run}
+    assert sorted(track["key"] for track in found["tracks"]) == sorted(f"m{number}" for number in tracks["id"])
+    assert (found["total"], found["more"], found["next"], found["unread"]) == (len(tracks["id"]), False, None, 0)
+    of_track = {f"m{number}": value for number, value in zip(tracks["id"], tracks["uncertainty"], strict=True)}
+    assert [track["uncertainty"] for track in found["tracks"]] == sorted(of_track.values(), reverse=True)
+    assert all(track["uncertainty"] == of_track[track["key"]] for track in found["tracks"])
+
+
+def test_a_verdict_a_note_and_a_label_are_found_at_once(library: Library) -> None:
+    ann, key = library.page(), library.keys()[0]
+    assert ann.send({"name": "set_review", "frame": 5, "key": key, "review": "accepted"}, f'"{key}:0"').is_success
+    assert library.keys(state="accepted") == [key]
+    assert key not in library.keys(state="open")
+    note = {"name": "add_note", "frame": 5, "key": key, "note_id": "n1", "text": "Halb verdeckt: 100 % SCHMUTZ"}
+    assert ann.send(note, f'"{key}:1"').is_success
+    assert library.keys(text="schmutz verdeckt") == [key]
+    assert library.keys(text="100 %") == [key]
+    assert library.keys(text="100_%") == []
+    assert ann.send({"name": "relabel_track", "frame": 5, "key": key, "class_id": 14}, f'"{key}:2"').is_success
+    (found,) = library.search(label="stop", author="ann")["tracks"]
+    assert (found["key"], found["label"], found["revision"]) == (key, {"set": "gtsrb-43", "id": 14, "name": "stop"}, 3)
+    assert library.keys(label=["stop"], author="bob") == []
+    assert library.keys(label="none", author="ann") == []
+
+
+def test_what_is_deleted_is_gone_and_an_undo_brings_it_back(library: Library) -> None:
+    ann, keys = library.page(), library.keys()
+    done = ann.send({"name": "delete_track", "frame": 5, "key": keys[0]}, f'"{keys[0]}:0"')
+    assert library.keys() == keys[1:]
+    assert ann.send({"name": "undo", "op_id": done.json()["op_id"]}).is_success
+    assert sorted(library.keys()) == sorted(keys)
+
+
+def test_a_drawn_track_is_found_by_its_largest_box(library: Library) -> None:
+    ann, key = library.page(), "h" + "a1" * 6
+    assert ann.send({"name": "create_track", "frame": 3, "key": key, "box": [10, 10, 40, 60], "class_id": 1}).is_success
+    assert ann.send({"name": "set_box", "frame": 9, "key": key, "box": [10, 10, 250, 60]}, f'"{key}:1"').is_success
+    (found,) = library.search(size_min=200)["tracks"]
+    assert (found["key"], found["frame"], found["box"], found["size"]) == (key, 9, [10, 10, 250, 60], 240)
+    assert (found["first"], found["last"], found["uncertainty"], found["author"]) == (3, 9, 0, "ann")
+    assert key not in library.keys(size_max=200)
+
+
+def test_attributes_are_found_by_name_and_by_value(library: Library) -> None:
+    ann, key = library.page(), library.keys()[0]
+    added = {"type": "add", "name": f"wet {library.run[:6]}", "attributes": [{"name": "ground", "kind": "text"}]}
+    label = library.server.client.post("/api/label-sets/gtsrb-43/changes", json={"change": added}).json()["label"]["id"]
+    assert ann.send({"name": "relabel_track", "frame": 5, "key": key, "class_id": label}, f'"{key}:0"').is_success
+    said = {"name": "attribute", "frame": 5, "key": key, "attribute": "ground", "value": "Sehr nass"}
+    assert ann.send(said, f'"{key}:1"').is_success
+    assert library.keys(attribute="ground") == library.keys(attribute="ground = sehr NASS") == [key]
+    assert library.keys(attribute=["ground", "ground=dry"]) == []
+
+
+def test_a_merged_label_is_found_by_the_one_that_stands_for_it(library: Library) -> None:
+    ann, key, set_ = library.page(), library.keys()[0], "/api/label-sets/gtsrb-43/changes"
+    made = []
+    for name in (f"old {library.run[:6]}", f"new {library.run[:6]}"):
+        answer = library.server.client.post(set_, json={"change": {"type": "add", "name": name}})
+        made.append(answer.json()["label"])
+    old, new = made
+    assert ann.send({"name": "relabel_track", "frame": 5, "key": key, "class_id": old["id"]}, f'"{key}:0"').is_success
+    assert library.keys(label=old["key"]) == [key]
+    assert library.keys(label=new["key"]) == []
+    merge = {"type": "merge", "id": old["id"], "into": new["id"]}
+    assert library.server.client.post(set_, json={"change": merge}).is_success
+    (found,) = library.search(label=new["key"])["tracks"]
+    assert found["label"]["name"] == new["name"]
+
+
+def test_pages_follow_each_other_in_both_orders(library: Library) -> None:
+    whole = library.keys()
+    assert len(whole) >= 2
+    for order, expected in (("desc", whole), ("asc", whole[::-1])):
+        page = library.search(limit=1, order=order)
+        found = [track["key"] for track in page["tracks"]]
+        while page["next"] is not None:
+            page = library.search(limit=1, order=order, cursor=page["next"])
+            found += [track["key"] for track in page["tracks"]]
+        assert found == expected
+    assert "cursor" in library.refused(sort="size", cursor=library.search(limit=1)["next"])
+    assert "cursor" in library.refused(cursor="bm9uc2Vuc2U=")
+
+
+def test_a_run_that_is_older_is_found_on_request(library: Library) -> None:
+    assert {track["run"] for track in library.search(runs="current")["tracks"]} == {library.run}
+    assert library.home.run_id in {track["run"] for track in library.search(runs="all", limit=500)["tracks"]}
+
+
+def test_a_run_that_is_removed_leaves_the_search(library: Library) -> None:
+    assert library.search()["total"] > 0
+    with library.home.database.write() as session:  # the toy runs share the files of their evidence
+        session.delete(session.get_one(Run, library.run))
+        library.home.events.publish(session, "removed", library.run, {"run": library.run})
+    found = library.search(runs="all", limit=500)
+    assert library.run not in {track["run"] for track in found["tracks"]}
+    assert library.search()["total"] > 0  # the run before stands for the video again
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        ({"label": "no such sign"}, "No label of the library is called 'no such sign'."),
+        ({"since": "yesterday"}, "Expected a day such as 2026-11-01"),
+        ({"size_min": 9, "size_max": 3}, "The smallest size, 9, is above the largest, 3."),
+        ({"uncertainty_min": 2}, "less than or equal to 1"),
+        ({"state": "good"}, "'open'"),
+        ({"colour": "red"}, "colour"),
+    ],
+)
+def test_a_question_that_makes_no_sense_is_refused(library: Library, asked: dict[str, object], sentence: str) -> None:
+    library.search()
+    assert sentence in library.refused(**asked)
+
+
+def test_days_of_the_last_edit(library: Library) -> None:
+    ann, key = library.page(), library.keys()[0]
+    assert ann.send({"name": "set_review", "frame": 5, "key": key, "review": "needs_work"}, f'"{key}:0"').is_success
+    (found,) = library.search(since="2020-01-01", sort="edited")["tracks"]
+    day = found["edited"][:10]
+    assert found["key"] == key
+    assert library.keys(since=day, until=day) == [key]
+    assert library.keys(until="2020-01-01") == library.keys(since="2100-01-01") == []
+    assert library.search(sort="edited")["tracks"][0]["key"] == key
+
+
+def test_a_number_is_what_signs_say(library: Library) -> None:
+    library.search()
+    meant = library.search(label="60")["labels"]
+    assert [label["name"] for label in meant] == ["speed limit 60 km/h"]
+    assert library.search(label="#14")["labels"][0]["name"] == "stop"
+
+
+def test_tags_of_videos(library: Library) -> None:
+    client, video = library.server.client, library.home.video_id
+    body = {"videos": [video], "add": ["  night  drive", "rain"]}
+    assert client.post("/api/videos/tags", json=body).json() == {"changed": 1}
+    assert client.post("/api/videos/tags", json=body).json() == {"changed": 0}
+    assert client.get(f"/api/videos/{video}").json()["tags"] == ["night drive", "rain"]
+    assert library.search(tag="night drive")["total"] == library.search()["total"] > 0
+    assert library.search(tag="snow")["total"] == 0
+    assert library.search(tag=["snow", "rain"])["tracks"][0]["tags"] == ["night drive", "rain"]
+    assert client.post("/api/videos/tags", json={"videos": [video], "remove": ["rain", "night drive"]}).is_success
+    assert client.get(f"/api/videos/{video}").json()["tags"] == []
+    missing = client.post("/api/videos/tags", json={"videos": [video, "0" * 64], "add": ["half"]})
+    assert (missing.status_code, client.get(f"/api/videos/{video}").json()["tags"]) == (404, [])
+
+
+def test_a_video_is_found_by_words_of_its_name(library: Library) -> None:
+    total = library.search()["total"]
+    assert library.search(video="DRIVE mp4")["total"] == library.search(video=library.home.video_id)["total"] == total
+    assert library.search(video="other")["total"] == 0
+
+
+def test_a_crop_is_what_lies_under_the_box(library: Library) -> None:
+    found = library.search()["tracks"][0]
+    asked = {"run": found["run"], "frame": found["frame"], "box": ",".join(map(str, found["box"])), "size": 64}
+    crop = library.server.client.get("/api/search/crop", params=asked)
+    assert (crop.status_code, crop.headers["content-type"], crop.content[:4]) == (200, "image/png", b"\x89PNG")
+    assert "immutable" in crop.headers["cache-control"]
+    again = library.server.client.get("/api/search/crop", params=asked, headers={"If-None-Match": crop.headers["etag"]})
+    assert again.status_code == 304
+    for box, status in (("9000,9000,9010,9010", 404), ("1,2,3", 422), ("5,5,4,9", 422), ("nan,0,1,1", 422)):
+        assert library.server.client.get("/api/search/crop", params={**asked, "box": box}).status_code == status

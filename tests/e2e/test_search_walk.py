@@ -1,0 +1,85 @@
+"""The search in the browser: filters as an address, selection by keys, an action, its undo, the way to a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip("playwright")
+
+from playwright.sync_api import Page, expect
+
+from tests.e2e.review_desk import PATIENCE, Desk, faultless
+
+
+@pytest.fixture
+def found(desk: Desk) -> Iterator[Page]:
+    """The search, with all tracks of the desk's run."""
+    page = desk.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    page.set_default_timeout(1000 * PATIENCE)
+    with faultless(page):
+        page.goto(desk.server.link())
+        page.get_by_role("link", name="Search", exact=True).click()
+        page.locator(".found-tile img").first.wait_for()
+        yield page
+
+
+def test_many_are_judged_by_keys_and_taken_back(desk: Desk, found: Page) -> None:
+    total = found.locator(".found-tile").count()
+    assert total >= 2
+    grid = found.get_by_role("listbox", name="Tracks that were found")
+    grid.focus()
+    found.keyboard.press("Control+a")
+    expect(found.locator('.found-tile[aria-selected="true"]')).to_have_count(total)
+    found.keyboard.press("a")
+    expect(found.locator('.found-tile[data-state="accepted"]')).to_have_count(total)
+    assert {doc["review"] for doc in desk.documents().values()} == {"accepted"}
+    found.keyboard.press("Control+z")
+    expect(found.locator('.found-tile[data-state="open"]')).to_have_count(total)
+    expect(found.get_by_text("Undone: accepted")).to_be_visible()
+
+
+def test_filters_are_an_address(found: Page) -> None:
+    found.get_by_label("Smallest size, px").fill("9999")
+    found.get_by_text("No track passes these filters").wait_for()
+    assert found.evaluate("location.hash") == "#/search?size_min=9999"
+    found.get_by_label("Smallest size, px").fill("1")
+    found.locator(".found-tile").first.wait_for()
+    found.get_by_label("Label", exact=True).fill("unicorn")
+    found.keyboard.press("Enter")
+    found.get_by_text("No label of the library is called 'unicorn'").wait_for()
+    found.evaluate("location.hash = '#/search?state=accepted&tag=night'")
+    found.get_by_text("No track passes these filters").wait_for()
+    assert found.get_by_label("State", exact=True).input_value() == "accepted"
+    assert found.get_by_label("Tag", exact=True).input_value() == "night"
+
+
+def test_a_crop_opens_its_frame_and_the_way_back_leads_to_it(found: Page) -> None:
+    tiles = found.locator(".found-tile")
+    tiles.nth(1).click()
+    name = tiles.nth(1).get_attribute("aria-label")
+    assert name is not None
+    frame = name.rsplit("frame ", 1)[1]
+    found.keyboard.press("Enter")
+    found.wait_for_function("f => window.tsr.store.get().review?.shown === f", arg=int(frame))
+    assert found.evaluate("window.tsr.store.get().review.selected") is not None
+    found.go_back()
+    expect(found.locator('.found-tile[aria-selected="true"]')).to_have_attribute("aria-label", name)
+
+
+def test_a_tag_and_a_label_are_given_in_dialogs(desk: Desk, found: Page) -> None:
+    found.locator(".found-tile").first.click()
+    found.keyboard.press("t")
+    found.locator("dialog[open] #tags-add").fill("night")
+    found.keyboard.press("Enter")
+    found.locator("dialog[open]").wait_for(state="detached")
+    assert desk.server.call("GET", f"/videos/{desk.video}")["tags"] == ["night"]
+    found.locator(".found-tile").first.click()
+    found.keyboard.press("l")
+    found.locator("dialog[open] input:focus").wait_for()
+    found.keyboard.type("roundabout")
+    found.keyboard.press("Enter")
+    expect(found.locator(".found-tile").first).to_contain_text("roundabout")
+    found.get_by_role("button", name="Undo").last.click()
+    expect(found.get_by_text("Undone: relabelled roundabout")).to_be_visible()
