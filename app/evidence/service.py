@@ -184,18 +184,17 @@ class EvidenceService:
 
     def span(self, run_id: str, track_id: int) -> tuple[int, int] | None:
         """First and last frame in which a confirmed track is not dead; None: the run has no such track."""
-        place = self.place(run_id)
-        with self.reading(place) as reader:
-            names = ("first_frame", "last_frame")
-            rows = read_columns(reader, "tracks", *names, tracks=(track_id, track_id), confirmed=True)
-        return (int(rows.ints(names[0])[0]), int(rows.ints(names[1])[0])) if len(rows) else None
+        return self._spans(run_id, (track_id, track_id)).get(track_id)
 
     def all_spans(self, run_id: str) -> dict[int, tuple[int, int]]:
         """First and last frame of each confirmed track, by number."""
-        sql = "SELECT track_id, first_frame, last_frame FROM tracks WHERE confirmed_frame IS NOT NULL"
-        place = self.place(run_id)
-        with self.reading(place) as reader:
-            return {track: (first, last) for track, first, last in reader.query(sql)}
+        return self._spans(run_id, None)
+
+    def _spans(self, run_id: str, tracks: tuple[int, int] | None) -> dict[int, tuple[int, int]]:
+        names = ("track_id", "first_frame", "last_frame")
+        with self.reading(self.place(run_id)) as reader:
+            rows = read_columns(reader, "tracks", *names, tracks=tracks, confirmed=True)
+        return {track: (a, b) for track, a, b in zip(*(rows.ints(name).tolist() for name in names), strict=True)}
 
     def label(self, run_id: str, track_id: int) -> int | None:
         """The engine's label of a confirmed track, in the video's set; -1: the set lacks what the engine calls it.
@@ -215,9 +214,9 @@ class EvidenceService:
         Raises:
             ApiError, EvidenceError: the evidence cannot be read.
         """
-        sql = "SELECT track_id, coalesce(class_id, -1) FROM tracks WHERE confirmed_frame IS NOT NULL ORDER BY track_id"
         with self.reading(self.place(run_id)) as reader:
-            return [(int(track), int(number)) for track, number in reader.query(sql)]
+            rows = read_columns(reader, "tracks", "track_id", "class_id", confirmed=True)
+        return list(zip(rows.ints("track_id").tolist(), rows.ints("class_id").tolist(), strict=True))
 
     # ------------------------------------------------------------------------------------- about frames and tracks
 
