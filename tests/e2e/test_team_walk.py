@@ -93,7 +93,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         strip.get_by_role("button", name="Hand in").click()
         expect(strip).to_contain_text("In review")
 
-        rolf.keyboard.press("y")
+        rolf.keyboard.press("Alt+Shift+J")
         theirs = rolf.get_by_role("region", name="Assignment")
         expect(theirs).to_contain_text("Work of Anna")
         wait(rolf, lambda s: s["tracks"] is not None)

@@ -41,7 +41,7 @@ export function openTrack(app, key) {
 function queueStep(app, direction) {
   const key = nextInQueue(app.store.get(), direction);
   if (key !== null) openTrack(app, key);
-  else toast(`${endOfQueue(app.store.get(), direction)}${direction > 0 && followingWork(app.store.get()) ? ' Y goes on to the next of your work.' : ''}`, { topic: 'queue' });
+  else toast(`${endOfQueue(app.store.get(), direction)}${direction > 0 && followingWork(app.store.get()) ? ' Alt+Shift+J goes on to the next of your work.' : ''}`, { topic: 'queue' });
 }
 
 /**

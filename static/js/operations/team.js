@@ -26,7 +26,7 @@ export function waitingWork({ assignments, session }) {
 /** @type {import('../page-types.js').Operation[]} */
 export const team = [
   operation({
-    id: 'next-work', label: 'Next of my work', keys: ['Y'], icon: 'forward', group: 'Queue',
+    id: 'next-work', label: 'Next of my work', keys: ['Alt+Shift+J'], icon: 'forward', group: 'Queue',
     available: (state) => state.session?.person != null && (state.route.screen === 'review' || state.route.screen === 'library'),
     disabled: (state) => (followingWork(state) === null ? 'Nothing else waits for you.' : null),
     run: (app) => {

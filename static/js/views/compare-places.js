@@ -9,6 +9,7 @@ import {fill, h} from './dom.js';
 import {count, plural} from './format.js';
 import {icon} from './icons.js';
 import {openOver} from './open-over.js';
+import {pictureThatMayMiss} from './pictures.js';
 import {takeOver} from './take_over.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
@@ -140,7 +141,7 @@ export function createPlaces(app, found, labels, changed) {
     /** @param {import('../types.js').Box} one @param {'reference'|'candidate'} whose */
     const frameOf = (one, whose) => h('span', {class: `place-box place-box-${whose}`, style: placeIn(one, region)});
     return h('span', {class: 'place-crop'},
-      h('img', {src: app.api.framePartUrl(found.video_id, frame, region, CROP * 2), alt: '', width: CROP, height: CROP, loading: 'lazy'}),
+      pictureThatMayMiss({src: app.api.framePartUrl(found.video_id, frame, region, CROP * 2), width: CROP, height: CROP, loading: 'lazy'}),
       frameOf(box, side), other && frameOf(other, side === 'reference' ? 'candidate' : 'reference'));
   }
 

@@ -33,7 +33,7 @@ export function createWork() {
       fill(element, ...lists.filter(([, found]) => found.length > 0).map(([title, found, mine]) => h('div', { class: 'work-list' },
         h('h2', { class: 'work-title' }, `${title} `, h('span', { class: 'muted small' }, plural(found.length, 'assignment'))),
         h('ul', { 'aria-label': title }, ...found.slice(0, MOST).map((one) => row(one, mine))),
-        found.length > MOST && h('p', { class: 'small muted' }, `and ${found.length - MOST} more: Y goes on to the next`))));
+        found.length > MOST && h('p', { class: 'small muted' }, `and ${found.length - MOST} more: Alt+Shift+J goes on to the next`))));
     },
   };
 }

@@ -3,7 +3,7 @@
 
 import {ApiError} from '../../api/errors.js';
 import {h, setText} from '../dom.js';
-import {bytes, count} from '../format.js';
+import {bytes, count, plural} from '../format.js';
 
 /** From one question to the next, ms. */
 const PAUSE = 400;
@@ -41,7 +41,7 @@ export function createImportProgress({api}) {
         const {step, boxes, seconds} = await api.importProgress(one.name, {signal: one.sending.signal});
         const since = `${count(Math.round(seconds))} s`;
         if (step === 'storing') cancel.disabled = true;
-        if (!one.over && (step === 'storing' || !cancel.disabled)) setText(text, {waiting: `The server begins … ${since}`, reading: boxes ? `Reading: ${count(boxes)} boxes … ${since}` : `Reading and checking … ${since}`, storing: `Storing … ${since}`}[step]);
+        if (!one.over && (step === 'storing' || !cancel.disabled)) setText(text, {waiting: `The server begins … ${since}`, reading: boxes ? `Reading: ${plural(boxes, 'box', 'boxes')} … ${since}` : `Reading and checking … ${since}`, storing: `Storing … ${since}`}[step]);
       } catch {
         // it has just ended, or the server is away for a moment: the answer itself says what is wrong
       }

@@ -81,12 +81,6 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     counts.second++;
     if (on.second) pen.box('second', box, named(null, `${trackName(key, review.secondDocs[key])} ${pen.cut(nameOf(class_id))}`));
   }
-  const chosen = chosenTruth(review);
-  for (const { box, class_id, track } of review.truth[review.frame] ?? []) {
-    counts.truth++;
-    if (on.truth) pen.box('truth', box, named(null, pen.cut(nameOf(class_id))));
-    if (on.truth && chosen?.sign === track) pen.corners('truth', box);
-  }
   for (const track of overlay?.tracks ?? []) {
     if (track.prediction) {
       counts.predictions++;
@@ -119,9 +113,11 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     counts.detections++;
     if (on.detections) pen.box('detections', box, named(track === null ? null : `m${track}`, `${raw.toFixed(1)} → ${score.toFixed(1)}`));
   }
-  for (const { box, class_id } of review.truth[review.frame] ?? []) {
+  const chosen = chosenTruth(review);
+  for (const { box, class_id, track } of review.truth[review.frame] ?? []) {
     counts.truth++;
     if (on.truth) pen.box('truth', box, named(null, pen.cut(nameOf(class_id))));
+    if (on.truth && chosen?.sign === track) pen.corners('truth', box);
   }
   for (const { relocalisation, prediction } of overlay?.tracks ?? []) {
     if (on.search && relocalisation) pen.box('search', relocalisation.search);

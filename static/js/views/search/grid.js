@@ -4,6 +4,7 @@
 import { idOf, stepTo } from '../../model/search.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { icon } from '../icons.js';
+import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 
@@ -98,8 +99,7 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   }
 
   function create() {
-    const image = h('img', { class: 'found-picture', alt: '', loading: 'lazy', decoding: 'async' });
-    image.addEventListener('error', () => image.parentElement?.classList.add('found-lost'));
+    const image = pictureThatMayMiss({ class: 'found-picture', loading: 'lazy', decoding: 'async' });
     return h('div', { class: 'found-tile', role: 'option' },
       h('div', { class: 'found-frame' }, image, h('span', { class: 'found-none muted small' }, 'The picture cannot be read'), h('span', { class: 'found-tick', 'aria-hidden': 'true' }, icon('check'))),
       h('div', { class: 'found-words' }, h('span', { class: 'truncate grow', dir: 'auto' }), h('span', { class: 'found-uncertainty muted small' })),
@@ -110,11 +110,7 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   function fillTile(tile, track, place) {
     const [frame, words, from] = /** @type {HTMLElement[]} */ ([...tile.children]);
     const image = /** @type {HTMLImageElement} */ (frame.firstElementChild);
-    const address = picture(track);
-    if (image.getAttribute('src') !== address) {
-      frame.classList.remove('found-lost');
-      image.src = address;
-    }
+    showPicture(image, picture(track));
     tile.id = `found-${place}`;
     tile.dataset.at = String(place);
     tile.style.setProperty('--x', `${(place % columns) * WIDTH}px`);
