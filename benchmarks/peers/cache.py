@@ -18,8 +18,8 @@ from tsr_engine.io.atomic import atomic_text
 __all__ = ["ENGINE", "Cache", "code", "digest_of", "file_digest"]
 
 ENGINE = (
-    "calibration.py", "channels", "detection", "evaluation", "gating", "geometry", "io", "online", "params", "pipeline",
-    "recognition", "tracking",
+    "runs/calibration.py", "channels", "detection", "evaluation", "gating", "geometry", "io", "online", "params",
+    "pipeline", "recognition", "tracking",
 )  # fmt: skip
 """Parts of the engine that tracking depends on."""
 

@@ -24,7 +24,7 @@ from tsr_engine.runs.live import RunRequest, track_video
 __all__ = ["Annotated", "Seen", "SeenFrame", "every", "look", "pictures"]
 
 STEPS = (
-    "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus.py", "calibration.py",
+    "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus.py", "runs/calibration.py",
 )  # fmt: skip
 """Parts of the engine's code that what is seen of a video depends on."""
 
