@@ -7,6 +7,7 @@ from typing import Annotated, Self
 from fastapi import APIRouter, Body, Path, Query
 from pydantic import Field, model_validator
 
+from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.responses import failures
 from app.api.runs import RunId
@@ -114,9 +115,9 @@ def get_truth_boxes(truth_id: GroundTruthId, first: Ordinal, last: Ordinal, cont
 
 
 @router.post("/runs/{run_id}/take-over", operation_id="take_over", responses=failures(404, 409))
-def take_over(run_id: RunId, wanted: TakeOver, context: ContextDep) -> TakenOver:
+def take_over(run_id: RunId, wanted: TakeOver, context: ContextDep, who: WhoDep) -> TakenOver:
     """Correct a run by signs of a ground truth, all in one operation that one undo takes back."""
-    author = wanted.author or context.settings.author
+    author = who.author(wanted.author)
     return context.take_overs.take(run_id, wanted.truth, author, wanted.signs, wanted.label)
 
 

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Header, Query
 from fastapi.responses import Response
 from pydantic import Field
 
+from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.responses import failures
 from app.context import ContextDep
@@ -84,19 +85,19 @@ def get_search_crop(
 
 
 @router.post("/search/actions", operation_id="act_on_tracks", responses=failures(404, 409))
-def act_on_tracks(wanted: ActionRequest, context: ContextDep) -> TracksDone:
+def act_on_tracks(wanted: ActionRequest, context: ContextDep, who: WhoDep) -> TracksDone:
     """Judge, relabel or ignore tracks of many runs: one operation a run, which one undo takes back.
 
     Tracks that somebody has changed since, or that cannot be changed so, stay as they are and are named.
     """
-    author = wanted.author or context.settings.author
+    author = who.author(wanted.author)
     return context.search_actions.apply(wanted.action, wanted.tracks, author, wanted.action_id)
 
 
 @router.post("/search/undo", operation_id="undo_tracks", responses=failures(404, 409))
-def undo_tracks(wanted: UndoRequest, context: ContextDep) -> TracksDone:
+def undo_tracks(wanted: UndoRequest, context: ContextDep, who: WhoDep) -> TracksDone:
     """Take an action back, in each run where it is its author's newest operation still."""
-    return context.search_actions.undo(wanted.operations, wanted.author or context.settings.author)
+    return context.search_actions.undo(wanted.operations, who.author(wanted.author))
 
 
 @router.post("/videos/tags", operation_id="tag_videos", responses=failures(404))

@@ -3,7 +3,7 @@
 
 import {sentence} from '../api/errors.js';
 import {plural} from './format.js';
-import {recall} from './preferences.js';
+import {signature} from './preferences.js';
 import {toast} from './toasts.js';
 
 /**
@@ -24,7 +24,7 @@ export function takenWords({changed, made, same, skipped}) {
  * @param {() => void} [changed]        called when the corrections have changed, also by the undo
  */
 export async function takeOver(app, run, wanted, changed = () => {}) {
-  const name = recall('author');
+  const name = signature(app.store.get().session);
   const author = name || app.store.get().session?.author || 'someone';
   try {
     const found = await app.api.takeOver(run, {...wanted, author: name}, {signal: app.signal});

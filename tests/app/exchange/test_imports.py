@@ -272,7 +272,7 @@ def test_a_name_that_is_mapped_is_that_class(untouched: Desk, annotations: bytes
 
 def test_somebody_who_is_faster_is_not_overwritten(desk: Desk, annotations: bytes, monkeypatch: Any) -> None:
     """An edit that comes before the import is stored: it looks again, and its undo gives that edit back."""
-    import app.exchange.imports as imports
+    import app.exchange.annotate_run as imports
 
     annotate, calls = imports.annotate, 0
 

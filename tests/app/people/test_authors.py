@@ -48,6 +48,19 @@ def test_nobody_writes_under_another_s_name(made: ToyHome, served: Server, team:
                 json={"key": key, "anchors": [{"frame": 1, "box": [1, 1, 9, 9]}], "author": other},
             ),
             client.post(f"/api/videos/{made.video_id}/runs/by-hand", json={"author": other}),
+            client.post(f"/api/runs/{run}/take-over", json={"truth": "0" * 32, "signs": [1], "author": other}),
+            client.post(
+                "/api/search/actions",
+                json={
+                    "action_id": uuid.uuid4().hex,
+                    "action": {"type": "judge", "review": "accepted"},
+                    "tracks": [{"run": run, "key": key, "revision": 0}],
+                    "author": other,
+                },
+            ),
+            client.post(
+                "/api/search/undo", json={"operations": [{"run": run, "op_id": uuid.uuid4().hex}], "author": other}
+            ),
         ]
         if client is adam:
             change = {"type": "add", "name": "x"}

@@ -103,6 +103,6 @@ def test_an_export_can_hold_chosen_tracks_alone(library: Library, tmp_path: Path
         request = ExportRequest.model_validate({**asked, "tracks": tracks})
         export_sources(request, [source], tmp_path / name, zipped=False)
         (file,) = (path for path in (tmp_path / name).rglob("*.csv") if "track" in path.read_text().split("\n")[0])
-        rows[name] = list(csv.DictReader(file.open()))
+        rows[name] = list(csv.DictReader(file.read_text().splitlines()))
     assert len(rows["one"]) == 1
     assert len(rows["one"]) < len(rows["both"]) < len(rows["all"])

@@ -6,7 +6,7 @@ import { openDialog, setRuns } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../format.js';
 import { icon } from '../icons.js';
-import { recall } from '../preferences.js';
+import { signature } from '../preferences.js';
 import { toast } from '../toasts.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
@@ -29,7 +29,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
   /** What can be taken back, the newest last. @type {{operations: TracksDone['operations'], what: string}[]} */
   const done = [];
   let busy = false;
-  const author = () => recall('author') || store.get().session?.author || null;
+  const author = () => signature(store.get().session) || store.get().session?.author || null;
 
   /** @param {TrackAction} action @param {string} what   begins a sentence */
   async function act(action, what) {
