@@ -289,8 +289,8 @@ def test_no_filter_of_the_queue_stands_in_a_row_of_its_own(desk: Desk, width: in
     page = desk.page()
     page.set_viewport_size({"width": width, "height": 1080})
     quiet(page)
-    filters = "[...document.querySelectorAll('.queue-filters > .select, .queue-filters > .input')].filter((one) => !one.hidden)"
-    tops = page.evaluate(f"{filters}.map((one) => one.offsetTop)")
+    filters = page.locator(".queue-filters > .select, .queue-filters > .input").filter(visible=True)
+    tops = filters.evaluate_all("all => all.map((one) => one.offsetTop)")
     assert [tops.count(top) for top in sorted(set(tops))] == [3, 3]
 
 
