@@ -128,7 +128,7 @@ def test_a_split_that_cannot_be_dealt_says_why_and_the_choice_is_remembered(page
     dialog.get_by_label("Validation", exact=True).fill("30")
     dialog.get_by_role("button", name="Export", exact=True).click()
     # all signs of this drive share frames, so none can be kept apart
-    expect(dialog.locator(".made")).to_contain_text("must each stay whole", timeout=WORK)
+    expect(dialog.locator(".made")).to_contain_text("must stay whole", timeout=WORK)
     page.keyboard.press("Escape")
     page.reload()
     page.get_by_role("button", name="Export", exact=True).click(timeout=60_000)

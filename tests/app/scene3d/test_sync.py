@@ -64,7 +64,7 @@ def test_a_click_is_told_to_the_page_and_selects(desk: Desk) -> None:
         tracks = desk.call("GET", f"/api/runs/{desk.run}/tracks").json()["id"]
         assert reported[0]["track"] in {f"m{track}" for track in tracks}
         key = reported[0]["track"]
-        assert read_until(line, f"#{key[1:]} ·".encode())
+        assert read_until(line, f" · #{key[1:]}".encode())
         assert view.view_state.frame == reported[0]["frame"]
 
 
@@ -74,7 +74,7 @@ def test_a_selection_of_the_page_is_shown(desk: Desk) -> None:
     with opened(desk, name) as line:
         body = {"frame": 20, "track": f"m{track}", "view": name}
         desk.call("POST", f"/api/runs/{desk.run}/scene3d/cursor", json=body)
-        assert read_until(line, f"#{track} ·".encode())
+        assert read_until(line, f" · #{track}".encode())
 
 
 @pytest.mark.parametrize(("mode", "node"), [("prior", b"/prior/cloth"), ("drive", b"/drive/camera")])

@@ -10,8 +10,9 @@ import { openTrack } from '../../operations/navigate.js';
 import { dialog, mark } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
+import { icon } from '../icons.js';
 import { createNoTracks } from '../no_tracks.js';
-import { openNextVideo } from '../../operations/next_video.js';
+import { NEXT_VIDEO_KEY, openNextVideo } from '../../operations/next_video.js';
 import { createQueueEnd } from './end.js';
 import { createFilters } from './filters.js';
 import { createRow } from './row.js';
@@ -31,6 +32,7 @@ export function createQueue(app) {
   const shown = h('span', { class: 'muted small' });
   const deleted = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'What was deleted, with a way back', onclick: () => dialog(app, { kind: 'deleted' }) });
   const judge = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'One verdict on all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'bulk-review' }) }, 'Bulk review …');
+  const next = h('button', { class: 'btn btn-small btn-icon', type: 'button', 'aria-label': `Go on to another video (${NEXT_VIDEO_KEY})`, title: `Next video with open tracks (${NEXT_VIDEO_KEY})`, onclick: () => void openNextVideo(app) }, icon('film'));
   const bar = h('span');
   const meter = h('div', { class: 'meter meter-good', role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' }, bar);
   const list = h('div', { class: 'queue-rows' });
@@ -38,7 +40,7 @@ export function createQueue(app) {
   const end = createQueueEnd(() => void openNextVideo(app));
   const scroller = h('div', { class: 'queue-list', role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by uncertainty' }, list);
   const element = h('section', { class: 'queue panel', 'aria-label': 'Queue' },
-    h('div', { class: 'panel-head' }, h('h2', { class: 'queue-title' }, 'Queue'), left, h('span', { class: 'grow' }), deleted, judge, shown),
+    h('div', { class: 'panel-head' }, h('h2', { class: 'queue-title' }, 'Queue'), left, h('span', { class: 'grow' }), deleted, judge, shown, next),
     meter, filters.element, h('div', { class: 'queue-body' }, scroller, empty.element), end.element);
 
   /** @type {State|null} */ let state = null;
