@@ -273,8 +273,12 @@ def test_models_show_what_is_in_use_and_retraining_asks_for_corrections(page: Pa
     _accessible(page)
     page.get_by_role("button", name="Retrain", exact=True).click()
     dialog = page.get_by_role("dialog")
+    reviews = dialog.get_by_role("list", name="Reviews to learn from").get_by_role("checkbox")
+    expect(reviews.first).to_be_checked()  # those with corrections are
+    for one in reviews.all():
+        one.uncheck()
     expect(dialog.get_by_role("button", name="Retrain", exact=True)).to_be_disabled()
-    expect(dialog.get_by_role("alert")).to_contain_text("Tick an export")
+    expect(dialog.get_by_role("alert")).to_contain_text("Tick a review or an export")
     _accessible(page)
 
 

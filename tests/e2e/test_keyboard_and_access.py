@@ -245,7 +245,12 @@ def test_axe_finds_nothing_serious_on_any_screen_in_either_theme(desk: Desk) -> 
     """Every rule in light; in dark those about colours, since nothing else differs."""
     tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
     at = max(range(len(tracks["id"])), key=lambda i: tracks["frames"][i])
-    truth = b"frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n5,1,10,10,40,40,14,1,0\n"
+    lane = desk.server.call("GET", f"/runs/{desk.run}/tracks/{tracks['id'][at]}")
+    rows = ["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"]  # a sign whose boxes are a little to the right
+    for frame, (x1, y1, x2, y2) in zip(lane["frame"], lane["box"], strict=True):
+        aside = (x2 - x1) / 3
+        rows.append(f"{frame},1,{x1 + aside},{y1},{x2 + aside},{y2},{tracks['class_id'][at]},1,0")
+    truth = "\n".join(rows).encode()
     facts: dict[str, Any] = {
         "video": desk.video,
         "run": desk.run,

@@ -121,7 +121,7 @@ export function createPlaces(app, found, labels, changed) {
             h('span', {class: 'small'}, pairWords(found, side, pair, labels)),
             h('span', {class: 'muted small truncate'}, sides(found, shown, view, at))),
           icon('forward')),
-        sign !== null && h('button', {class: 'btn btn-small', type: 'button', title: `Take sign ${sign} of the ground truth over: all its boxes and its label`, 'aria-label': `Take sign ${sign} over, ${count(frame)}`, onclick: () => take([sign])}, 'Take over'));
+        sign !== null && h('button', {class: 'btn btn-small', type: 'button', title: `Take sign ${sign} of the ground truth over: all its boxes and its label`, 'aria-label': `Take over sign ${sign} at frame ${count(frame)}`, onclick: () => take([sign])}, 'Take over'));
     }
     fill(element,
       h('div', {class: 'compare-places-head row'}, h('div', {class: 'stack grow'}, h('h2', {tabIndex: -1}, title), h('span', {class: 'muted small'}, frames.length < places ? `the first ${count(frames.length)} of ${count(places)}` : plural(places, 'place'))),
