@@ -46,6 +46,7 @@ _STRICTER = frozenset(
         "create_assignments",  # the person exists, the frames lie in the video
         "edit",  # x1 < x2, the track must exist ...
         "adopt_edits",  # from another run of the same video
+        "search",  # labels exist, the smallest is below the largest, the cursor is one of this search
         "start_export",  # options are the format's, runs are of different videos
         "bring_label_file",  # the body must be a file of labels
         "change_label_set",  # labels exist, names are plain text, pictures are PNG
