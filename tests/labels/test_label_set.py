@@ -11,7 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from tsr_engine.errors import InputError
-from tsr_engine.labels.files import SHIPPED, dump_set, parse_set, shipped_set
+from tsr_engine.labels.files import DEFAULT, SHIPPED, dump_set, parse_set, shipped_set
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 from tsr_engine.labels.schema import schema_text
@@ -139,3 +139,17 @@ def test_the_schema_in_the_docs_is_that_of_the_model() -> None:
     for key in SHIPPED:
         assert valid.is_valid(json.loads(dump_set(shipped_set(key))))
     assert not valid.is_valid({"schema": 1, "key": "a", "name": "a", "labels": [{"id": "0", "key": "a", "name": "a"}]})
+
+
+@pytest.mark.parametrize("key", SHIPPED)
+def test_a_mirror_image_of_a_mirror_image_is_the_sign_itself(key: str) -> None:
+    images = shipped_set(key).mirror_images()
+    assert len(images) >= 18
+    assert all(images[images[label]] == label for label in images)
+
+
+def test_training_mirrors_the_crops_that_the_label_set_says() -> None:
+    symmetric = (11, 12, 13, 15, 17, 18, 22, 26, 30, 35)
+    pairs = ((19, 20), (33, 34), (36, 37), (38, 39))
+    expected = {**{c: c for c in symmetric}, **dict(pairs), **{b: a for a, b in pairs}}
+    assert shipped_set(DEFAULT).mirror_images() == expected

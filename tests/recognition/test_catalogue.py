@@ -2,7 +2,7 @@ from collections import Counter
 
 import pytest
 
-from tsr_engine.recognition.catalogue import CATALOGUE, MIRRORED, TURNED, class_name
+from tsr_engine.recognition.catalogue import CATALOGUE, TURNED, class_name
 
 
 def test_there_are_43_classes_at_their_own_position() -> None:
@@ -32,6 +32,6 @@ def test_an_unknown_class_is_refused(class_id: int) -> None:
         class_name(class_id)
 
 
-def test_mirroring_or_turning_twice_is_the_same_class() -> None:
-    for table in (dict(MIRRORED), dict(TURNED)):
-        assert all(table[table[c]] == c for c in table)
+def test_turning_twice_is_the_same_class() -> None:
+    table = dict(TURNED)
+    assert all(table[table[c]] == c for c in table)

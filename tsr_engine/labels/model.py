@@ -233,6 +233,11 @@ class LabelSet(_Frozen):
         wanted = key.casefold()
         return next((label for label in self.labels if label.key.casefold() == wanted), None)
 
+    def mirror_images(self) -> dict[int, int]:
+        """Labels whose left-right mirror image is a sign of the set, by id: a training may mirror their crops."""
+        images = {label.id: self.by_key(label.mirror) for label in self.labels if label.mirror is not None}
+        return {label_id: image.id for label_id, image in images.items() if image is not None}
+
     def resolved(self, label_id: int) -> int:
         """The id that stands for an id since labels were merged; ``NO_LABEL`` and unknown ids stand for themselves."""
         places = {label.id: label.merged_into for label in self.labels}

@@ -90,12 +90,6 @@ CLASS_COUNT = len(CATALOGUE)
 CLASS_NAMES = tuple(sign.name for sign in CATALOGUE)
 """What people read for each class."""
 
-MIRRORED: tuple[tuple[int, int], ...] = (
-    *((c, c) for c in (11, 12, 13, 15, 17, 18, 22, 26, 30, 35)),
-    *((19, 20), (20, 19), (33, 34), (34, 33), (36, 37), (37, 36), (38, 39), (39, 38)),
-)
-"""``(class, class of its left-right mirror image)`` for the signs whose mirror image is a valid sign."""
-
 TURNED: tuple[tuple[int, int], ...] = ((12, 12), (15, 15), (17, 17), (32, 32))
 """``(class, class after a turn by 180 degrees)`` for the signs that stay valid."""
 

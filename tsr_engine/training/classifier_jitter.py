@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.io.gtsrb import CropItem, read_picture
-from tsr_engine.recognition.catalogue import MIRRORED, TURNED
+from tsr_engine.labels.files import DEFAULT, shipped_set
+from tsr_engine.recognition.catalogue import TURNED
 from tsr_engine.recognition.descriptor import MARGIN, SIDE
 from tsr_engine.records import FloatArray, Picture
 
@@ -31,7 +32,7 @@ BACKGROUND = -1
 """Class of crops that show no sign."""
 ROUND = frozenset({40})
 """Classes whose symbol goes round: turned by any angle the sign stays of its class."""
-_MIRRORED = dict(MIRRORED)
+_MIRRORED = shipped_set(DEFAULT).mirror_images()
 _TURNED = dict(TURNED)
 
 
