@@ -93,6 +93,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         strip.get_by_role("button", name="Hand in").click()
         expect(strip).to_contain_text("In review")
 
+        expect(rolf.get_by_role("region", name="My work")).to_contain_text("To review")  # the page has heard of it
         rolf.keyboard.press("Alt+Shift+J")
         theirs = rolf.get_by_role("region", name="Assignment")
         expect(theirs).to_contain_text("Work of Anna")
