@@ -87,16 +87,16 @@ def list_edits(run_id: RunId, context: ContextDep, after: Annotated[int, Query(g
     return Log(edits=context.edits.log(run_id, after))
 
 
-@router.get("/runs/{run_id}/tracks/{key}/history", operation_id="get_track_history", responses=failures(404))
+@router.get("/runs/{run_id}/tracks/{track}/history", operation_id="get_track_history", responses=failures(404))
 def get_track_history(
     run_id: RunId,
-    key: Annotated[Key, Path()],
+    track: Annotated[Key, Path()],
     context: ContextDep,
     before: Annotated[int | None, Query(ge=1, le=2**62, description="rows of the log before this number")] = None,
 ) -> TrackHistory:
     """What was done to a track, the newest first: who, when, what, before and after."""
     with context.database.read() as session:
-        return track_history(session, run_id, key, before)
+        return track_history(session, run_id, track, before)
 
 
 @router.post("/runs/{run_id}/adopt", operation_id="adopt_edits", responses=failures(404, 409))

@@ -47,6 +47,11 @@ _STRICTER = frozenset(
         "edit",  # x1 < x2, the track must exist ...
         "adopt_edits",  # from another run of the same video
         "search",  # labels exist, the smallest is below the largest, the cursor is one of this search
+        "get_search_crop",  # a box is x1,y1,x2,y2 with x1 < x2 and y1 < y2
+        "get_frame_crop",
+        "act_on_tracks",  # the label exists
+        "take_over",  # signs are named, or a label
+        "find_videos",  # an answer is one to an attribute
         "start_export",  # options are the format's, runs are of different videos
         "bring_label_file",  # the body must be a file of labels
         "change_label_set",  # labels exist, names are plain text, pictures are PNG

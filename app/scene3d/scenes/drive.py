@@ -18,6 +18,8 @@ __all__ = ["DriveScene"]
 
 AHEAD: Final = 80.0
 """Length of the road that is drawn, m."""
+DISTANCES: Final = (10, 20, 30, 50, 80)
+"""Lines of the road that have a label, m: further away more of them would cover each other."""
 CAMERA_HEIGHT: Final = 1.3
 """Assumed height of the camera above the road, m."""
 PICTURE_AT: Final = 5.0
@@ -77,7 +79,7 @@ class DriveScene:
         lines = [[[x, 0, low], [x, AHEAD, low]] for x in (-10.0, -5.0, 0.0, 5.0, 10.0)]
         lines += [[[-10, y, low], [10, y, low]] for y in np.arange(0, AHEAD + 1, 10.0)]
         scene.add_line_segments("/drive/road", np.array(lines), INK.road, thickness=1.4, thickness_units="screen")
-        for metres in range(10, int(AHEAD) + 1, 10):
+        for metres in DISTANCES:
             scene.add_label(
                 f"/drive/m{metres}", f"{metres} m", position=(10.6, float(metres), low), anchor="center-left"
             )
