@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from app.evidence.tables import IntColumn
-from tsr_engine.evidence.columns import BOX, SOURCES, read_columns
-from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.evidence.columns import BOX, SOURCES, Columns
 
-__all__ = ["clearest_frames"]
+__all__ = ["VIEWS", "clearest_frames"]
+
+VIEWS = ("track_id", "frame", *BOX, "source", "score", "tracks.best_score", "frames.width", "frames.height")
+"""Columns of ``track_frames`` that tell how well a sign is seen."""
 
 _CUT = 0.05
 """A box is cut by the picture where its edge is closer to the picture's than this share of its side."""
@@ -16,22 +18,20 @@ _SHARP = 3.0
 """A view counts as sharp where its score is at least half of the track's best, or this much below it, in log-odds."""
 
 
-def clearest_frames(reader: EvidenceReader, ids: IntColumn, first: IntColumn) -> IntColumn:
+def clearest_frames(rows: Columns, ids: IntColumn, first: IntColumn) -> IntColumn:
     """Frame of each confirmed track in which its sign is seen best.
 
     Of its detections those count first that lie whole in the picture, then those with a high score: blur, glare and
     what stands before a sign lower it. Of these the largest box is taken.
 
     Args:
-        reader: evidence of the run.
+        rows: ``VIEWS`` of the frames in which a confirmed track is alive.
         ids: the confirmed tracks, ascending, shape (n,).
         first: first frame of each, for those that were never detected.
 
     Returns:
         One frame a track, shape (n,).
     """
-    names = ("track_id", "frame", *BOX, "source", "score", "tracks.best_score", "frames.width", "frames.height")
-    rows = read_columns(reader, "track_frames", *names, alive=True, confirmed=True, order="any")
     frame, boxes, best = rows.ints("frame"), rows.boxes(), rows.floats("tracks.best_score")
     sides = boxes[:, 2:] - boxes[:, :2]
     picture = np.stack([rows.floats("frames.width"), rows.floats("frames.height")], axis=1)

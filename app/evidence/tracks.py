@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.evidence.clearest import clearest_frames
+from app.evidence.clearest import VIEWS, clearest_frames
 from app.evidence.tables import FloatColumn, IntColumn, tau_of
 from app.evidence.uncertainty import Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
-from tsr_engine.evidence.columns import SOURCES, end_boxes, read_columns, runners_up
+from tsr_engine.evidence.columns import SOURCES, Columns, end_boxes, read_columns, runners_up
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 
@@ -100,9 +100,10 @@ _SUMMARY = (
 
 
 def track_facts(reader: EvidenceReader) -> TrackFacts:
-    """Read the columns: scans of ``gates`` and ``track_frames``, and one row of votes a track."""
+    """Read the columns: one scan of ``gates`` and of ``track_frames``, and one row of votes a track."""
     rows = read_columns(reader, "tracks", *_SUMMARY, confirmed=True)
     ids, first, last = rows.ints("track_id"), rows.ints("first_frame"), rows.ints("last_frame")
+    shown = read_columns(reader, "track_frames", *VIEWS, alive=True, confirmed=True, order="any")
     gates = _gates(reader, ids, last)
     runner_up, runner_up_share = runners_up(reader)
     return TrackFacts(
@@ -111,7 +112,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         last=last,
         frames=rows.ints("frames"),
         detected=rows.ints("detected_frames"),
-        clearest=clearest_frames(reader, ids, first),
+        clearest=clearest_frames(shown, ids, first),
         first_box=end_boxes(reader, "first_frame"),
         last_box=end_boxes(reader, "last_frame"),
         score=rows.floats("best_score"),
@@ -121,7 +122,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         runner_up=runner_up,
         runner_up_share=runner_up_share,
         rejected=gates.rejected,
-        relocalised=_relocalised(reader, ids),
+        relocalised=_relocalised(shown, ids),
         judged=gates.judged,
         tau=tau_of(reader),
         by_engine="imported" not in reader.header.frame_table,
@@ -236,16 +237,6 @@ def _optional(values: FloatColumn) -> list[float | None]:
     return [None if v != v else v for v in np.round(values, 4).tolist()]
 
 
-def _places(ids: IntColumn, track: IntColumn) -> tuple[IntColumn, IntColumn]:
-    """Rows that belong to one of the tracks, and the position of that track."""
-    if not len(ids):
-        nothing = np.zeros(0, np.int64)
-        return nothing, nothing
-    place = np.minimum(np.searchsorted(ids, track), len(ids) - 1)
-    rows = np.flatnonzero(ids[place] == track)
-    return rows, place[rows]
-
-
 @dataclass(frozen=True, slots=True)
 class _Gates:
     """Verdicts of each track."""
@@ -256,20 +247,17 @@ class _Gates:
 
 def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn) -> _Gates:
     """The verdicts that the lanes show: that of the frame in which a track is given up, after its last one, is none."""
-    n = len(ids)
-    table = read_columns(reader, "gates", "track_id", "frame", "confident", order="any")
-    frames = table.ints("frame")
-    rows, place = _places(ids, table.ints("track_id"))
-    alive = frames[rows] <= last[place]
-    rows, place = rows[alive], place[alive]
+    names = ("track_id", "frame", "confident")
+    rows = read_columns(reader, "gates", *names, confirmed=True, order="any")
+    place = np.searchsorted(ids, rows.ints("track_id"))
+    alive = rows.ints("frame") <= last[place]
     return _Gates(
-        judged=np.bincount(place, minlength=n),
-        rejected=np.bincount(place[table.ints("confident")[rows] == 0], minlength=n),
+        judged=np.bincount(place[alive], minlength=len(ids)),
+        rejected=np.bincount(place[alive & (rows.ints("confident") == 0)], minlength=len(ids)),
     )
 
 
-def _relocalised(reader: EvidenceReader, ids: IntColumn) -> IntColumn:
+def _relocalised(rows: Columns, ids: IntColumn) -> IntColumn:
     """Number of relocalised frames."""
-    table = read_columns(reader, "track_frames", "track_id", "source", alive=True, order="any")
-    rows, place = _places(ids, table.ints("track_id"))
-    return np.bincount(place[table.sources()[rows] == SOURCES.index("relocalised")], minlength=len(ids))
+    relocalised = rows.sources() == SOURCES.index("relocalised")
+    return np.bincount(np.searchsorted(ids, rows.ints("track_id")[relocalised]), minlength=len(ids))
