@@ -19,8 +19,8 @@ from tests.e2e.screenshots import CHROMIUM, FLAGS
 
 __all__ = [
     "PATIENCE", "Desk", "box_of", "centre", "choose", "choose_label", "drag", "edited", "faultless", "imported",
-    "next_long_track", "on_screen", "one_video", "open_desk", "saved", "state", "to_long_track", "tracked", "wait",
-    "zoom_in",
+    "next_long_track", "on_screen", "one_video", "open_desk", "relabel", "saved", "state", "to_long_track", "tracked",
+    "wait", "zoom_in",
 ]  # fmt: skip
 
 PATIENCE = 60
@@ -214,3 +214,16 @@ def tracked(server: LiveServer, video: str, asked: dict[str, object]) -> str:
         assert now["state"] != "failed", now
         time.sleep(0.1)
     return run
+
+
+def relabel(page: Page, place: int) -> str:
+    """Select a track by its place in the run and open the dialog of labels; its key."""
+    key: str = page.evaluate(
+        """at => { const key = `m${tsr.store.get().review.tracks.id[at]}`;
+        tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: key}})); return key; }""",
+        place,
+    )
+    page.locator(".picture-stage").focus()
+    page.keyboard.press("l")
+    page.locator("dialog[open] input:focus").wait_for()
+    return key

@@ -14,7 +14,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.foreign import SLOVENIAN, cvat_file
-from tests.e2e.review_desk import Desk, edited, faultless, imported, one_video, wait
+from tests.e2e.review_desk import Desk, edited, faultless, imported, one_video, relabel, wait
 from tests.e2e.screenshots import AXE, CHROMIUM, serious
 
 pytestmark = [
@@ -62,33 +62,20 @@ def _change(desk: Desk, change: dict[str, Any], author: str = "Ben") -> dict[str
     return answer
 
 
-def _select(page: Page, place: int) -> str:
-    """Select a track by its place in the run and open the dialog of labels; its key."""
-    key: str = page.evaluate(
-        """at => { const key = `m${tsr.store.get().review.tracks.id[at]}`;
-        tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: key}})); return key; }""",
-        place,
-    )
-    page.locator(".picture-stage").focus()
-    page.keyboard.press("l")
-    page.locator("dialog[open] input:focus").wait_for()
-    return key
-
-
 def _to_labels(page: Page) -> None:
     page.get_by_role("link", name="Labels").click()
     page.locator(".label-rows .label-row").first.wait_for()
 
 
 def test_a_label_is_added_while_relabelling_and_is_offered_first_the_next_time(page: Page, desk: Desk) -> None:
-    key = _select(page, 0)
+    key = relabel(page, 0)
     page.keyboard.type("no parking")
     expect(page.locator(OPTION)).to_have_text(["Add 'no parking'"])
     now = edited(page, lambda: page.keyboard.press("Enter"))
     label = _label(desk, "no parking")
     assert now["docs"][key]["class_id"] == label["id"] == desk.documents()[key]["class_id"]
     assert label["key"] == "no-parking"
-    _select(page, 1)
+    relabel(page, 1)
     options = page.locator(OPTION)
     expect(options.nth(1)).to_contain_text("no parking")  # behind what the track is
     for typed, first in (("NO_PARK", "no parking"), (f"#{label['id']}", "no parking"), ("yield", "give way")):
@@ -103,7 +90,7 @@ def test_a_label_is_added_while_relabelling_and_is_offered_first_the_next_time(p
 
 def test_two_labels_are_merged_and_the_merge_is_undone(page: Page, desk: Desk) -> None:
     label = _change(desk, {"type": "add", "name": "bus halt"})["label"]
-    key = _select(page, 2)
+    key = relabel(page, 2)
     page.locator(FIELD).fill("bus halt")
     expect(page.locator(OPTION)).to_have_text([re.compile(r"^\d+bus halt$")])  # the page has heard of it
     edited(page, lambda: page.keyboard.press("Enter"))
@@ -136,10 +123,10 @@ def test_two_labels_are_merged_and_the_merge_is_undone(page: Page, desk: Desk) -
 
 def test_two_people_add_the_same_label(page: Page, desk: Desk) -> None:
     with faultless(_named(desk, "Ben", deaf=True)) as other:
-        _select(page, 0)
+        relabel(page, 0)
         page.locator(FIELD).fill("Wild Boar")
         edited(page, lambda: page.keyboard.press("Enter"))
-        key = _select(other, 1)
+        key = relabel(other, 1)
         other.keyboard.type("wild boar")
         expect(other.locator(OPTION)).to_have_text(["Add 'wild boar'"])  # this page has heard nothing
         other.keyboard.press("Enter")
@@ -154,7 +141,7 @@ def test_two_people_add_the_same_label(page: Page, desk: Desk) -> None:
 
 def test_what_somebody_hides_is_told_where_it_is_in_use(page: Page, desk: Desk) -> None:
     label = _change(desk, {"type": "add", "name": "tram"}, "Anna")["label"]
-    key = _select(page, 3)
+    key = relabel(page, 3)
     page.locator(FIELD).fill("tram")
     expect(page.locator(OPTION)).to_have_text([re.compile(r"^\d+tram$")])
     _change(desk, {"type": "hide", "id": label["id"]})
@@ -188,7 +175,7 @@ def test_a_label_is_changed_on_its_page_and_given_by_a_digit(page: Page, desk: D
     expect(page.locator(".label-rows .label-row")).to_contain_text("<b>עצור</b> 🛑")
     page.go_back()
     wait(page, lambda s: s["tracks"] is not None)
-    key = _select(page, 4)
+    key = relabel(page, 4)
     page.keyboard.press("Escape")
     now = edited(page, lambda: page.keyboard.press("Control+7"))
     assert now["docs"][key]["class_id"] == label["id"]
@@ -201,7 +188,7 @@ def test_attributes_are_filled_in_by_the_keyboard(page: Page, desk: Desk) -> Non
         {"name": "lit", "kind": "checkbox", "mutable": True},
     ]
     label = _change(desk, {"type": "add", "name": "tram stop", "attributes": attributes})["label"]
-    key = _select(page, 4)
+    key = relabel(page, 4)
     page.locator(FIELD).fill("tram stop")
     expect(page.locator(OPTION)).to_have_text([re.compile(r"^\d+tram stop$")])  # not the offer to add it
     edited(page, lambda: page.keyboard.press("Enter"))
@@ -223,7 +210,7 @@ def test_attributes_are_filled_in_by_the_keyboard(page: Page, desk: Desk) -> Non
 def test_four_hundred_labels_make_no_pause(page: Page, desk: Desk) -> None:
     for place in range(len(_labels(desk)), 400):
         _change(desk, {"type": "add", "name": f"road sign {'x' * 150} {place}", "aliases": [f"Zeichen {place}"]})
-    _select(page, 0)
+    relabel(page, 0)
     expect(page.locator(OPTION)).to_have_count(len([one for one in _labels(desk) if not one["hidden"]]))
     page.evaluate(
         """() => { globalThis.slowest = 0; const field = document.querySelector('dialog[open] input[role=combobox]');

@@ -14,7 +14,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, edited, faultless, imported, one_video, wait
+from tests.e2e.review_desk import Desk, edited, faultless, imported, one_video, relabel, wait
 from tests.e2e.screenshots import CHROMIUM
 from tsr_engine.labels.files import dump_set, shipped_set
 from tsr_engine.labels.model import Attribute, Label
@@ -70,19 +70,6 @@ def page(desk: Desk) -> Iterator[Page]:
         yield page
 
 
-def _relabel(page: Page, place: int) -> str:
-    """Select a track and open the dialog of labels; its key."""
-    key: str = page.evaluate(
-        """at => { const key = `m${tsr.store.get().review.tracks.id[at]}`;
-        tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: key}})); return key; }""",
-        place,
-    )
-    page.locator(".picture-stage").focus()
-    page.keyboard.press("l")
-    page.locator("dialog[open] input:focus").wait_for()
-    return key
-
-
 TIMED = """async ([event, selector, values]) => {
   let slowest = 0;
   for (const value of values) {
@@ -107,7 +94,7 @@ def test_five_thousand_tracks_and_four_hundred_labels_make_no_pause(page: Page, 
         "attribute": page.evaluate(TIMED, ["change", attribute, [*answers, ""]]),
         "text": page.evaluate(TIMED, ["input", ".queue-filters [type=search]", ["s", "si", "sign 7", "x", ""]]),
     }
-    _relabel(page, 3)
+    relabel(page, 3)
     field = "dialog[open] input[role=combobox]"
     took["name"] = page.evaluate(TIMED, ["input", field, ["r", "ro", "road", "17", "#39", "nothing of the kind", ""]])
     page.keyboard.press("Escape")
@@ -125,7 +112,7 @@ def test_five_thousand_tracks_and_four_hundred_labels_make_no_pause(page: Page, 
 
 
 def test_the_queue_is_filtered_by_an_answer(page: Page, desk: Desk) -> None:
-    key = _relabel(page, 3)
+    key = relabel(page, 3)
     page.keyboard.press("Escape")
     page.locator("dialog[open]").wait_for(state="detached")
     page.locator(".picture-stage").focus()
@@ -171,11 +158,11 @@ def test_the_set_of_a_video_changes_under_an_open_page(desk: Desk) -> None:
         expected = page.evaluate("tsr.store.get().labels.filter((one) => one.id > 42).map((one) => one.key)")
         assert expected == ["bus-stop", "tram"]
         _use(desk, "after")
-        key = _relabel(page, 0)
+        key = relabel(page, 0)
         page.keyboard.type("bus stop")
         edited(page, lambda: page.keyboard.press("Enter"))
         assert desk.documents()[key]["class_id"] == 60, json.dumps(desk.documents()[key])
-        key = _relabel(page, 1)
+        key = relabel(page, 1)
         before = desk.documents()[key]  # the import has marked its end
         page.keyboard.type("tram")
         page.keyboard.press("Enter")
