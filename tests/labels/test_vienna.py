@@ -28,11 +28,18 @@ def test_the_file_is_what_the_command_makes() -> None:
 def test_it_extends_the_43() -> None:
     for old, new in zip(shipped_set("gtsrb-43"), VIENNA, strict=False):
         assert set(old.aliases) <= set(new.aliases)
-        same = {"aliases": (), "mirror": None}
+        same = {"aliases": (), "mirror": None, "attributes": ()}
         assert new.model_copy(update=same) == old.model_copy(update=same)
         assert old.mirror in (None, new.mirror)
     assert [label.id for label in VIENNA] == list(range(len(VIENNA)))
     assert VIENNA.next_id == len(VIENNA) >= 180 + 43
+
+
+def test_signs_of_road_works_can_be_marked() -> None:
+    temporary = {label.key for label in VIENNA if [one.name for one in label.attributes] == ["temporary"]}
+    assert {"speed-limit-50", "no-stopping", "road-works"} <= temporary
+    assert temporary == {label.key for label in VIENNA if label.attributes}
+    assert "bus-stop" not in temporary
 
 
 def test_every_word_of_the_43_finds_the_same_label() -> None:

@@ -11,13 +11,18 @@ from importlib import resources
 from pathlib import Path
 
 from tsr_engine.labels.files import save_set, shipped_set
-from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.labels.model import Attribute, Label, LabelSet
 
 __all__ = ["TARGET", "make_vienna"]
 
 _SETS = Path(str(resources.files("tsr_engine.labels"))) / "sets"
 TARGET = _SETS / "vienna.json"
 """The file that ships."""
+
+TEMPORARY = Attribute(name="temporary", kind="checkbox", default=False)
+"""Stands there for road works alone, on a yellow or orange ground in most countries."""
+MAY_BE_TEMPORARY = frozenset({"danger", "direction", "mandatory", "priority", "prohibitory"})
+"""Categories whose signs have the attribute ``temporary``."""
 
 
 def make_vienna() -> LabelSet:
@@ -32,7 +37,9 @@ def make_vienna() -> LabelSet:
         for number, row in enumerate(csv.DictReader(file)):
             if row["id"] != str(number):
                 raise ValueError(f"vienna.csv: the row of {row['key']!r} has id {row['id']}, but {number} is next")
-            labels.append(_extended(known[number], row) if number in known else _label(row))
+            label = _extended(known[number], row) if number in known else _label(row)
+            asked = (TEMPORARY,) if label.category in MAY_BE_TEMPORARY else ()
+            labels.append(label.model_copy(update={"attributes": asked}))
     return LabelSet(
         key="vienna",
         name="Vienna Convention on Road Signs and Signals, annex 1",
