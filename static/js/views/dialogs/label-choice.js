@@ -9,6 +9,8 @@ import {pictureThatMayMiss, showPicture} from '../pictures.js';
 
 /** What is typed next finds the others: no list needs to be longer. */
 const MOST = 500;
+/** Rows drawn in one frame: the list fills the dialog at once, and 400 labels make no pause. */
+const SLICE = 60;
 
 /**
  * @param {object} setup
@@ -38,8 +40,18 @@ export function createLabelChoice({take, aside = () => '', last = () => null, pl
     },
   });
 
+  /** Rows that were drawn before, by label: what is typed brings the same ones back. @type {Map<number, HTMLElement>} */
+  const rows = new Map();
+
   /** @param {Label} label */
   function create(label) {
+    const row = rows.get(label.id) ?? makeRow(label);
+    rows.set(label.id, row);
+    return row;
+  }
+
+  /** @param {Label} label */
+  function makeRow(label) {
     return h('li', {class: 'label', role: 'option', id: `label-${label.id}`, onclick: () => {
       const now = found.find(({id}) => id === label.id);
       if (now) take(now);
@@ -62,20 +74,30 @@ export function createLabelChoice({take, aside = () => '', last = () => null, pl
     const all = finderOf(labels).search(search.value, offered);
     found = all.slice(0, MOST);
     further = last(search.value.trim());
-    reconcile(list, found, ({id}) => String(id), create, fillRow);
     more.hidden = further === null;
     setText(more, further?.text ?? '');
-    list.append(more);
+    draw(Math.max(SLICE, at + 1));
     mark();
     const hidden = all.length - found.length;
     setText(none, labels.length === 0 ? 'The labels are not loaded yet.' : found.length === 0 && further === null ? 'No label has that name. Try fewer letters.'
       : hidden > 0 ? `${hidden} more; type to find them.` : '');
   }
 
+  let later = 0;
+
+  /** Draw the first rows now and the others in the frames that follow. @param {number} count */
+  function draw(count) {
+    cancelAnimationFrame(later);
+    reconcile(list, found.slice(0, count), ({id}) => String(id), create, fillRow);
+    list.append(more);
+    if (count < found.length) later = requestAnimationFrame(() => draw(count + SLICE));
+  }
+
   /** @type {Element|null} */
   let marked = null;
 
   function mark() {
+    if (at < found.length && at >= list.childElementCount - 1) draw(at + 1);
     const row = at < 0 ? null : at < found.length ? list.children[at] ?? null : further ? more : null;
     if (marked !== row) marked?.setAttribute('aria-selected', 'false');
     marked = row;
