@@ -219,7 +219,7 @@ def _retrained(page: Page, facts: dict[str, Any]) -> None:
     quiet(page)
 
 
-def _dealt(page: Page, facts: dict[str, Any]) -> None:
+def _split(page: Page, facts: dict[str, Any]) -> None:
     _over("export", lambda facts: {"runs": [facts["run"]]})(page, facts)
     page.get_by_label("Split into").check()
     quiet(page)
@@ -275,7 +275,7 @@ SCENES = (
     Scene("help", _over("help", lambda _: {})),
     Scene("palette", _over("palette", lambda _: {})),
     Scene("merge", _merge),
-    Scene("export", _dealt),
+    Scene("export", _split),
     Scene("import", _over("import", lambda facts: {"video": facts["video"]})),
     Scene("import-refused", _refused),
     Scene("ground-truths", _over("ground-truths", lambda facts: {"video": facts["video"]})),

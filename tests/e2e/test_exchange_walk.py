@@ -119,7 +119,7 @@ def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk
     expect(page.get_by_role("listitem").filter(has_text="my <b>export")).to_have_count(0)
 
 
-def test_a_split_that_cannot_be_dealt_says_why_and_the_choice_is_remembered(page: Page, desk: Desk) -> None:
+def test_a_split_that_cannot_be_made_says_why_and_the_choice_is_remembered(page: Page, desk: Desk) -> None:
     page.get_by_role("button", name="Export", exact=True).click()
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("Format", exact=True).select_option("coco")

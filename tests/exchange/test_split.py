@@ -1,4 +1,4 @@
-"""Signs dealt to subsets: nothing on two sides, the same on every machine, near the shares."""
+"""Signs divided among subsets: nothing on two sides, the same on every machine, near the shares."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ def track_numbers(uids: Iterable[str], least: int = 1) -> dict[str, int]:
 
     Args:
         uids: different names.
-        least: smallest number that may be given, 0 or 1; those that are dealt out begin at 1.
+        least: smallest number that may be given, 0 or 1; those that are given out begin at 1.
     """
     names = list(uids)
     found: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""Signs dealt to training, validation and test such that nothing is on two sides.
+"""Signs divided among training, validation and test such that nothing is on two sides.
 
 The same sign in thirty frames is thirty near copies, and a frame is one picture: both stay whole. Signs that share a
 frame of a video form a group, and a group goes to one side as a whole.
@@ -33,7 +33,7 @@ class Split(Mapping[tuple[str, str], str]):
         rule: ``sign`` (groups of signs that share frames), ``track`` (single signs, for crops) or ``video``.
         seed: of the deal.
         shares: subset -> wanted share of the boxes.
-        groups: how many groups were dealt.
+        groups: how many groups were divided.
     """
 
     sides: Mapping[tuple[str, str], str]
@@ -101,10 +101,10 @@ def deal(
     order = sorted(range(len(weights)), key=lambda g: _hash(seed, min(members[g])))
     # What shares a frame with no sign is there to be learned from.
     sides: dict[tuple[str, str], str] = dict.fromkeys(alone, next(iter(wanted)))
-    dealt = _cut([weights[g] for g in order], wanted)
+    subsets = _cut([weights[g] for g in order], wanted)
     if balance:
-        _balance(dealt, [kinds[g] for g in order], [weights[g] for g in order], list(wanted))
-    for group, side in zip(order, dealt, strict=True):
+        _balance(subsets, [kinds[g] for g in order], [weights[g] for g in order], list(wanted))
+    for group, side in zip(order, subsets, strict=True):
         sides.update(dict.fromkeys(members[group], side))
     return Split(sides, rule, seed, wanted, len(weights))
 

@@ -58,7 +58,7 @@ export function exportDialog({app, data, close, signal}) {
   const seed = numberInput('export-seed', kept.seed, check, {inputmode: 'numeric'});
   const balance = tick('checkbox', {checked: kept.balance, onchange: check}, 'Give each side every label that has enough signs');
   const splitFields = h('div', {class: 'stack export-split'},
-    h('div', {class: 'export-shares'}, field('Train', shares[0]), field('Validation', shares[1]), field('Test', shares[2]), field('Dealt', by), field('Seed', seed)),
+    h('div', {class: 'export-shares'}, field('Train', shares[0]), field('Validation', shares[1]), field('Test', shares[2]), field('Split by', by), field('Seed', seed)),
     balance.element, h('p', {class: 'field-hint'}, SPLIT_HELP));
   const thin = numberInput('export-thin', kept.thin_px, check);
   const thinField = field('Largest error between key frames, px', thin, 'Tracks get only as many key frames as straight lines between them need to stay this close; 0 makes every frame one.');
