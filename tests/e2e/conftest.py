@@ -7,7 +7,8 @@ or page makes its own by the same name.
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import pytest
@@ -26,6 +27,29 @@ if importlib.util.find_spec("playwright") is not None:
     from playwright.sync_api import expect
 
     expect.set_options(timeout=PATIENCE)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def slowdown() -> Iterator[None]:
+    """Pages compute as many times slower as ``TSR_SLOWDOWN`` says: what fails then takes a moment for granted."""
+    rate = os.environ.get("TSR_SLOWDOWN")
+    if not rate:
+        yield
+        return
+    from playwright.sync_api import Browser, BrowserContext
+
+    def slowed(make: Callable[..., Page]) -> Callable[..., Page]:
+        def made(*given: object, **named: object) -> Page:
+            page = make(*given, **named)
+            page.context.new_cdp_session(page).send("Emulation.setCPUThrottlingRate", {"rate": float(rate)})
+            return page
+
+        return made
+
+    with pytest.MonkeyPatch.context() as patch:
+        for owner in (Browser, BrowserContext):
+            patch.setattr(owner, "new_page", slowed(owner.new_page))
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ import { asCommand, givenUp, rebased, revisionsSeen } from './pending.js';
 import { docsFor } from './revisions.js';
 import { createPause, isPassing, keptWithoutLabel, leave, pauseAfter } from './sending.js';
 import { createUndoing } from './undoing.js';
-import { describe, named } from './words.js';
+import { describe, named, OPENING } from './words.js';
 import { createWork } from './work.js';
 
 /**
@@ -247,7 +247,11 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
       toast(`${describe(command.name)} was not possible: it was meant for the run that was open before.`, { tone: 'bad' });
       return false;
     }
-    if (review === null || work.run === null) return false;
+    if (review === null) return false;
+    if (work.run === null) {
+      toast(`${describe(command.name)} was not possible: ${OPENING}.`, { tone: 'bad' });
+      return false;
+    }
     if (work.ready) {
       try {
         applyCommand({ ...docsFor(review, command), ...review.docs }, command, { author: author(), time: '' });

@@ -11,7 +11,7 @@ import { subjectOf } from '../model/effective.js';
 import { trackName } from '../model/track_name.js';
 import { seek, select } from '../store/actions/review.js';
 import { UNKNOWN, nextOf } from './line.js';
-import { describe, describeUndone, named } from './words.js';
+import { describe, describeUndone, named, OPENING } from './words.js';
 
 /**
  * @param {object} parts
@@ -41,7 +41,7 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
   function press(what, as) {
     const about = work.run === null ? null : work.next(what);
     if (about === null) {
-      toast(`There is nothing to ${what}.`, { topic: 'undo' });
+      toast(work.run === null ? `${describe(what)} was not possible: ${OPENING}.` : `There is nothing to ${what}.`, { topic: 'undo' });
       return false;
     }
     const known = isKnown(about);
