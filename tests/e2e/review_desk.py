@@ -35,14 +35,14 @@ STATE = """() => { const r = window.tsr.store.get().review;
     undo: r.undo, redo: r.redo, viewport: r.viewport, mode: r.mode, marked: r.marked,
     run: r.run && r.run.id, second: r.second, drag: r.drag,
     tracks: r.tracks, overlay: r.overlays[r.frame] || null}; }"""
-LEAD = """([act, hash]) => new Promise((done) => {
+LEAD = """(hash) => new Promise((done) => {
   const drawn = () => requestAnimationFrame(() => requestAnimationFrame(() => done()));
   if (location.hash === hash) return drawn();
   addEventListener('hashchange', drawn, {once: true});
-  if (act === 'go') location.hash = hash;
-  else history.back();
+  if (hash === null) history.back();
+  else location.hash = hash;
 })"""
-"""Go to an address, or back; ends when the page is drawn with it: what holds then does not hold of the old screen."""
+"""Go to an address, or back for null; ends when the page is drawn with it: what holds then is not the old screen's."""
 OPEN = "() => document.querySelector('.review-grid')?.getAttribute('aria-busy') !== 'true'"
 """No review is on the screen, or all of it is here: its run, its tracks and what people have edited."""
 
@@ -130,13 +130,13 @@ def tidied(page: Page) -> Iterator[Page]:
 
 def go(page: Page, hash_: str) -> None:
     """Lead the page to an address of its own, and wait until it shows that; see :data:`LEAD` and :data:`OPEN`."""
-    page.evaluate(LEAD, ["go", hash_])
+    page.evaluate(LEAD, hash_)
     page.wait_for_function(OPEN)
 
 
 def back(page: Page) -> None:
     """Lead the page back to where it was, and wait until it shows that."""
-    page.evaluate(LEAD, ["back", ""])
+    page.evaluate(LEAD, None)
     page.wait_for_function(OPEN)
 
 

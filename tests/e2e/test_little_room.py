@@ -200,11 +200,11 @@ def test_ground_truth_that_is_shown_says_whose_it_is(desk: Desk, page: Page) -> 
 WIDTHS = (640, 700, 760)
 
 
-def untidy_at(page: Page, *widths: int, height: int = 720) -> dict[int, Any]:
-    """What is untidy in windows of some widths, each once it is quiet."""
+def untidy(page: Page) -> dict[int, Any]:
+    """What is untidy in narrow windows, by their width, once each is quiet."""
     found = {}
-    for width in widths:
-        page.set_viewport_size({"width": width, "height": height})
+    for width in WIDTHS:
+        page.set_viewport_size({"width": width, "height": 720})
         quiet(page)
         found[width] = page.evaluate(UNTIDY)
     return {width: what for width, what in found.items() if what}
@@ -215,18 +215,18 @@ def test_nothing_overlaps_or_is_cut_off_in_a_narrow_window(desk: Desk, page: Pag
     page.set_viewport_size({"width": WIDTHS[0], "height": 720})
     for tab in ("Inspector", "Queue"):
         page.get_by_role("tab", name=tab).click()
-        assert untidy_at(page, *WIDTHS) == {}, tab
+        assert untidy(page) == {}, tab
     for opener in ("Runs", "Compare"):
         page.get_by_role("button", name=opener, exact=True).click()
         page.locator("dialog[open] .run-item, dialog[open] option").first.wait_for(state="attached")
-        assert untidy_at(page, *WIDTHS) == {}, opener
+        assert untidy(page) == {}, opener
         page.keyboard.press("Escape")
         no_dialog(page)
     other = f"#/compare?a=annotation:{desk.run}&b=run:{desk.run}"
     for address, ready in (("#/", ".card"), (other, ".figures-table"), ("#/files", "main h1"), ("#/models", ".model")):
         go(page, address)
         page.locator(ready).first.wait_for()
-        assert untidy_at(page, *WIDTHS) == {}, address
+        assert untidy(page) == {}, address
 
 
 OUT_OF_SIGHT = """() => {
