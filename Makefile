@@ -45,7 +45,7 @@ review: $(VENV)/.installed ## open the review tool on the sample drive (HOME_DIR
 
 test: $(VENV)/.installed $(VENV)/.tools ## all tests; TSR_DATA names the real data, CHROMIUM a browser (unset: found, or fetched)
 	$(NODE) --test 'tests/js/**/*.test.js'
-	CHROMIUM="$$($(BIN)/python -m tests.e2e.chromium)" $(PYTEST)
+	CHROMIUM="$$($(BIN)/python -m tests.e2e.chromium)" $(PYTEST) --durations 25 --durations-min 5
 
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
 	$(PYTEST) --ignore tests/e2e

@@ -95,7 +95,7 @@
  * @property {'select'|'draw'|'merge'|'note'} mode
  * @property {string[]} marked                         keys marked for a merge
  * @property {Record<string, TrackDoc>} docs
- * @property {number} seq
+ * @property {number|null} seq                      of the newest edit that is here; null: what people have edited has not come yet
  * @property {UndoTarget|null} undo
  * @property {UndoTarget|null} redo
  * @property {{op_id: string, command: Command, held: boolean}[]} unsaved   operations without an acknowledgement yet; held: a person has to decide

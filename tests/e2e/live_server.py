@@ -141,6 +141,24 @@ class LiveServer:
             time.sleep(0.1)
         return dict(now)
 
+    def track(self, video: str, asked: dict[str, Any], timeout: float = 500) -> str:
+        """Run the engine over a video and wait for the end; the id of the run.
+
+        Args:
+            video: its id.
+            asked: what is asked of the server, as ``{"stop": 120}``.
+
+        Raises:
+            RuntimeError: it failed, or did not end.
+        """
+        run = str(self.call("POST", f"/videos/{video}/runs", asked)["id"])
+        end = time.monotonic() + timeout
+        while (now := self.call("GET", f"/runs/{run}"))["state"] != "complete":
+            if now["state"] == "failed" or time.monotonic() > end:
+                raise RuntimeError(f"The run failed or took over {timeout:.0f} s: {now}")
+            time.sleep(0.1)
+        return run
+
     def wait_for_run(self, name: str, timeout: float = 240) -> dict[str, Any]:
         """The video of that name, as soon as its newest run is complete."""
         end = time.monotonic() + timeout

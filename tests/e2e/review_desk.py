@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import time
@@ -12,24 +13,38 @@ from typing import Any
 from urllib.parse import urlencode
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, sync_playwright
 
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.tracked_home import tracked_home
 
 __all__ = [
-    "PATIENCE", "Desk", "box_of", "centre", "choose", "choose_label", "drag", "edited", "faultless", "imported",
-    "next_long_track", "on_screen", "one_video", "open_desk", "relabel", "saved", "state", "to_long_track", "tracked",
-    "wait", "zoom_in",
+    "PATIENCE", "SLOWED", "Desk", "back", "box_of", "centre", "choose", "choose_label", "drag", "drawn", "edited",
+    "faultless", "go", "imported", "next_long_track", "no_dialog", "on_screen", "one_video", "open_desk", "relabel",
+    "reloaded", "saved", "state", "tidied", "to_long_track", "wait", "zoom_in",
 ]  # fmt: skip
 
 PATIENCE = 60
 """How long something may take on a slow machine, s; what holds sooner goes on at once."""
+SLOWED = float(os.environ.get("TSR_SLOWDOWN") or 1)
+"""How many times slower pages compute than they could; see ``slowdown`` in conftest."""
+WINDOW: ViewportSize = {"width": 1280, "height": 720}
 STATE = """() => { const r = window.tsr.store.get().review;
   return r && {frame: r.frame, shown: r.shown, selected: r.selected, docs: r.docs, unsaved: r.unsaved.length,
     undo: r.undo, redo: r.redo, viewport: r.viewport, mode: r.mode, marked: r.marked,
     run: r.run && r.run.id, second: r.second, drag: r.drag,
     tracks: r.tracks, overlay: r.overlays[r.frame] || null}; }"""
+LEAD = """(hash) => new Promise((done) => {
+  const drawn = () => requestAnimationFrame(() => requestAnimationFrame(() => done()));
+  if (location.hash === hash) return drawn();
+  addEventListener('hashchange', drawn, {once: true});
+  if (hash === null) history.back();
+  else location.hash = hash;
+})"""
+"""Go to an address, or back for null; ends when the page is drawn with it: what holds then is not the old screen's."""
+OPEN = "() => document.querySelector('.review-grid')?.getAttribute('aria-busy') !== 'true'"
+"""No review is on the screen, or all of it is here: its run, its tracks and what people have edited."""
 
 
 class Desk:
@@ -37,18 +52,28 @@ class Desk:
 
     def __init__(self, server: LiveServer, browser: Browser, video: str, run: str) -> None:
         self.server, self.browser, self.video, self.run = server, browser, video, run
+        self._shared: BrowserContext | None = None
 
-    def page(self, *, deaf: bool = False) -> Page:
-        """A signed-in page on the review screen with all corrections; a deaf one hears nothing of what others do."""
-        page = self.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    def page(self, *, deaf: bool = False, shared: bool = False) -> Page:
+        """A signed-in page on the review screen with all corrections.
+
+        Args:
+            deaf: it hears nothing of what others do.
+            shared: one after the other, with the files of the page in the browser's cache; all else that the page
+                before has left in the browser is gone.
+        """
+        context = self._shared if shared and self._shared else self.browser.new_context(viewport=WINDOW)
+        page = context.new_page()
+        if shared:
+            self._shared = context
+            left = {"origin": self.server.base, "storageTypes": "cookies,local_storage,indexeddb"}
+            context.new_cdp_session(page).send("Storage.clearDataForOrigin", left)
         if deaf:
             page.route(re.compile(r"/api/events(\?.*)?$"), lambda route: route.abort())
         page.set_default_timeout(1000 * PATIENCE)
         page.goto(self.server.link())
-        page.evaluate(f"location.hash = '#/review/{self.video}/{self.run}'")
-        corrected = self.documents().keys()
-        wait(page, lambda s: s["shown"] == s["frame"] and s["tracks"] is not None and s["overlay"] is not None)
-        wait(page, lambda s: s["docs"].keys() >= corrected)
+        go(page, f"#/review/{self.video}/{self.run}")
+        drawn(page)
         return page
 
     def documents(self) -> dict[str, Any]:
@@ -75,21 +100,61 @@ def one_video(folders: pytest.TempPathFactory, clip: Path, name: str) -> Iterato
 
 @contextmanager
 def open_desk(
-    folders: pytest.TempPathFactory, clip: Path, asked: dict[str, object], name: str = "drive.mp4"
+    folders: pytest.TempPathFactory, clip: Path, stop: int, name: str = "drive.mp4", run: str | None = None
 ) -> Iterator[Desk]:
-    """A desk with one run; :func:`one_video` and :func:`tracked` say what the arguments are."""
-    with one_video(folders, clip, name) as (server, browser, video):
-        yield Desk(server, browser, video, tracked(server, video, asked))
+    """A desk with one run of the engine; :func:`tracked_home` says what the arguments are."""
+    home = tracked_home(folders, clip, stop, name, run)
+    with LiveServer(home.home, roots=(home.roots,), sample=False) as server, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield Desk(server, browser, home.video, home.run)
+        browser.close()
 
 
 @contextmanager
 def faultless(page: Page) -> Iterator[Page]:
-    """A page that closes at the end, without an error by then."""
+    """A page that is closed at the end, without an error by then."""
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
     yield page
-    page.context.close()
+    page.close()
     assert errors == []
+
+
+@contextmanager
+def tidied(page: Page) -> Iterator[Page]:
+    """A page on a review that leaves nothing behind: what its person edited is undone."""
+    yield page
+    while state(page)["undo"]:
+        edited(page, lambda: page.keyboard.press("Control+z"))
+
+
+def go(page: Page, hash_: str) -> None:
+    """Lead the page to an address of its own, and wait until it shows that; see :data:`LEAD` and :data:`OPEN`."""
+    page.evaluate(LEAD, hash_)
+    page.wait_for_function(OPEN)
+
+
+def back(page: Page) -> None:
+    """Lead the page back to where it was, and wait until it shows that."""
+    page.evaluate(LEAD, None)
+    page.wait_for_function(OPEN)
+
+
+def drawn(page: Page) -> dict[str, Any]:
+    """The state once the picture and the boxes of the frame are there."""
+    return wait(page, lambda s: s["shown"] == s["frame"] and s["overlay"] is not None)
+
+
+def reloaded(page: Page) -> dict[str, Any]:
+    """Load a page on a review anew; the state once everything is there again."""
+    page.reload()
+    page.wait_for_function(OPEN)
+    return drawn(page)
+
+
+def no_dialog(page: Page) -> None:
+    """Wait until no dialog is open: what is typed, filled in or focused goes to the page below."""
+    page.locator("dialog").wait_for(state="detached")
 
 
 def state(page: Page) -> dict[str, Any]:
@@ -138,7 +203,7 @@ def choose_label(page: Page, words: str) -> None:
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.type(words)
     page.keyboard.press("Enter")
-    page.locator("dialog[open]").wait_for(state="detached")
+    no_dialog(page)
 
 
 def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
@@ -203,17 +268,6 @@ def imported(server: LiveServer, video: str, table: bytes, name: str, role: str 
     asked = f"/videos/{video}/imports?{urlencode({'as': role, 'name': name, 'format': 'tracks-csv'})}"
     answer: dict[str, Any] = server.call("POST", asked, table, "application/octet-stream")
     return answer
-
-
-def tracked(server: LiveServer, video: str, asked: dict[str, object]) -> str:
-    """A complete run over a video that has just been added; ``asked`` is what the server is asked for."""
-    end = time.monotonic() + 500
-    run = str(server.call("POST", f"/videos/{video}/runs", asked)["id"])
-    while (now := server.call("GET", f"/runs/{run}"))["state"] != "complete":
-        assert time.monotonic() < end, now
-        assert now["state"] != "failed", now
-        time.sleep(0.1)
-    return run
 
 
 def relabel(page: Page, place: int) -> str:

@@ -11,7 +11,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import box_of, centre, edited, next_long_track, on_screen, state, wait
+from tests.e2e.review_desk import box_of, centre, edited, next_long_track, on_screen, state, tidied, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -23,10 +23,9 @@ pytestmark = [
 
 @pytest.fixture
 def page(page: Page) -> Iterator[Page]:
-    """A page that leaves nothing behind: what it edited is undone."""
-    yield page
-    while state(page)["undo"]:
-        edited(page, lambda: page.keyboard.press("Control+z"))
+    """A page that leaves nothing behind."""
+    with tidied(page):
+        yield page
 
 
 def test_the_right_button_opens_the_menu_of_the_box_below(page: Page) -> None:

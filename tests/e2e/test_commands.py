@@ -11,7 +11,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import Desk, edited, state, wait
+from tests.e2e.review_desk import SLOWED, Desk, back, edited, no_dialog, state, tidied, wait
 from tests.e2e.screenshots import CHROMIUM, quiet
 
 pytestmark = [
@@ -37,10 +37,9 @@ CROWD = """() => {
 
 @pytest.fixture
 def page(page: Page) -> Iterator[Page]:
-    """A page that leaves nothing behind: what it edited is undone."""
-    yield page
-    while state(page)["undo"]:
-        edited(page, lambda: page.keyboard.press("Control+z"))
+    """A page that leaves nothing behind."""
+    with tidied(page):
+        yield page
 
 
 def focused(page: Page) -> str:
@@ -81,18 +80,17 @@ def test_the_toolbar_is_one_tab_stop_with_named_groups_and_tooltips(page: Page) 
     expect(tip).to_be_hidden()
 
 
-@pytest.mark.parametrize("width", [1280, 1600, 1920, 2560, 3840])
-def test_buttons_carry_names_where_there_is_room_and_the_bar_stays_one_row(page: Page, width: int) -> None:
-    page.set_viewport_size({"width": width, "height": 900})
-    quiet(page)
+def test_buttons_carry_names_where_there_is_room_and_the_bar_stays_one_row(page: Page) -> None:
     bar = page.locator(".toolbar")
-    assert bar.evaluate("bar => bar.scrollWidth <= bar.clientWidth")
-    tops = bar.locator(".toolbar-group").evaluate_all("all => all.map((one) => one.getBoundingClientRect().top)")
-    assert len(set(tops)) == 1
-    named = bar.locator("button:not(.btn-icon)").count()
-    assert named >= {1280: 0, 1600: 0, 1920: 3, 2560: 3, 3840: 6}[width]
-    cut = bar.locator("button").evaluate_all("all => all.filter((one) => one.scrollWidth > one.clientWidth + 1).length")
-    assert cut == 0
+    for width, named in ((1280, 0), (1600, 0), (1920, 3), (2560, 3), (3840, 6)):
+        page.set_viewport_size({"width": width, "height": 900})
+        quiet(page)
+        assert bar.evaluate("bar => bar.scrollWidth <= bar.clientWidth"), width
+        tops = bar.locator(".toolbar-group").evaluate_all("all => all.map((one) => one.getBoundingClientRect().top)")
+        assert len(set(tops)) == 1, width
+        assert bar.locator("button:not(.btn-icon)").count() >= named, width
+        wide = "all => all.filter((one) => one.scrollWidth > one.clientWidth + 1).length"
+        assert bar.locator("button").evaluate_all(wide) == 0, width
 
 
 def test_the_palette_runs_a_command_and_closes_with_escape(page: Page) -> None:
@@ -110,10 +108,11 @@ def test_the_palette_runs_a_command_and_closes_with_escape(page: Page) -> None:
     page.keyboard.press("Enter")
     expect(page.get_by_role("dialog", name="Help and keys")).to_be_visible()
     page.keyboard.press("Escape")
+    no_dialog(page)
     page.keyboard.press("Control+k")
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.press("Escape")
-    expect(page.locator("dialog")).to_have_count(0)
+    no_dialog(page)
 
 
 def test_the_palette_finds_tracks_labels_settings_and_screens(desk: Desk, page: Page) -> None:
@@ -124,6 +123,7 @@ def test_the_palette_finds_tracks_labels_settings_and_screens(desk: Desk, page: 
     page.keyboard.press("Enter")
     expect(page.locator(".palette-told")).to_have_text("keep right: Select a track first.")
     page.keyboard.press("Escape")
+    no_dialog(page)
     palette(page, f"track #{track}")
     page.keyboard.press("Enter")
     key = f"m{track}"
@@ -143,8 +143,8 @@ def test_the_palette_finds_tracks_labels_settings_and_screens(desk: Desk, page: 
     palette(page, "library")
     page.keyboard.press("Enter")
     page.wait_for_function("() => tsr.store.get().route.screen === 'library'")
-    page.go_back()
-    page.go_back()
+    back(page)
+    back(page)
     wait(page, lambda s: s["overlay"] is not None and s["selected"] == key)
 
 
@@ -153,7 +153,7 @@ def test_5000_tracks_and_400_labels_of_200_characters_are_found_without_a_pause(
     began = time.perf_counter()
     palette(page, "")
     expect(page.locator(".palette-told")).to_contain_text("The first 60 of 5,")
-    assert time.perf_counter() - began < 5
+    assert time.perf_counter() - began < 5 * SLOWED
     times = page.evaluate(
         """async () => {
           const field = document.querySelector('dialog[open] input');
@@ -169,7 +169,7 @@ def test_5000_tracks_and_400_labels_of_200_characters_are_found_without_a_pause(
           return found;
         }"""
     )
-    assert sorted(times)[2] < 200, times
+    assert sorted(times)[2] < 200 * SLOWED, times
     row = page.locator(".palette-item[aria-selected=true]")
     expect(row).to_contain_text("long name of label 399")
     assert row.evaluate("row => row.scrollWidth <= row.clientWidth + 1")

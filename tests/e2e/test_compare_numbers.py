@@ -14,7 +14,7 @@ from playwright.sync_api import Page, Route, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import PATIENCE, Desk, imported
+from tests.e2e.review_desk import PATIENCE, Desk, back, go, imported
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 
 pytestmark = [
@@ -64,21 +64,21 @@ def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
     page.set_default_timeout(1000 * PATIENCE)
     page.goto(desk.server.link())
     truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
-    page.evaluate("hash => { location.hash = hash }", f"#/compare?a=truth:{truth}&b=run:{desk.run}")
+    go(page, f"#/compare?a=truth:{truth}&b=run:{desk.run}")
     page.locator(".figures-table tbody tr").first.wait_for()
     rows = page.locator(".figures-table tbody tr")
     opened = 0
     for row in rows.all():
         for number in row.locator("button").all():
             number.click()
-            assert page.locator(".place").count() > 0, row.inner_text()
+            page.locator(".place").first.wait_for()
             opened += 1
         if not row.locator("button").count():
             assert "none" in row.inner_text(), "a number without frames behind it says so"
     assert opened >= 2 * rows.count() - 4
     for number in page.locator(".matrix button").all():
         number.click()
-        assert page.locator(".place").count() > 0
+        page.locator(".place").first.wait_for()
     # and a place is a frame of the video, with both sides in sight
     page.locator(".figure-open").first.click()
     page.locator(".place").first.click()
@@ -90,7 +90,7 @@ def opened(desk: Desk, run: str, truth: str) -> Page:
     page = desk.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
     page.set_default_timeout(1000 * PATIENCE)
     page.goto(desk.server.link())
-    page.evaluate("hash => { location.hash = hash }", f"#/compare?a=truth:{truth}&b=annotation:{run}")
+    go(page, f"#/compare?a=truth:{truth}&b=annotation:{run}")
     page.locator(".figures-table tbody tr").first.wait_for()
     return page
 
@@ -114,7 +114,7 @@ def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(des
         " return r && r.truthSign !== null && r.shown === r.frame && r.viewport.zoom > 1; }"
     )
     expect(page.locator(".truth-words")).to_contain_text("Sign ")
-    page.go_back()
+    back(page)
     page.get_by_role("button", name=re.compile(r"^Take over \d+ signs$")).click()
     expect(page.locator(".toasts")).to_contain_text("Taken over:")
     expect(recall).to_have_text("100 %")
@@ -159,8 +159,7 @@ def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(desk: Desk) 
     page.context.close()
 
 
-def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk) -> None:
-    page = desk.page()
+def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk, page: Page) -> None:
     page.get_by_role("button", name="Compare", exact=True).click()
     choice = page.locator("#compare-b")
     groups = choice.locator("optgroup")

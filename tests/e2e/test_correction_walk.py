@@ -17,15 +17,19 @@ from playwright.sync_api import Page, expect
 from sample_videos import SHIPPED
 from tests.e2e.review_desk import (
     Desk,
+    back,
     box_of,
     centre,
     choose,
     choose_label,
     drag,
     edited,
+    go,
     next_long_track,
+    no_dialog,
     on_screen,
     open_desk,
+    reloaded,
     saved,
     state,
     wait,
@@ -47,7 +51,7 @@ FRAMES = 150
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     data = os.environ.get("TSR_DATA")
     clip = Path(data).resolve() / REAL if data and (Path(data) / REAL).is_file() else SHIPPED[0].video
-    with open_desk(tmp_path_factory, clip, {"stop": FRAMES}) as desk:
+    with open_desk(tmp_path_factory, clip, FRAMES) as desk:
         yield desk
 
 
@@ -158,7 +162,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
         if label is None:
             page.locator("dialog[open] input:focus").wait_for()
             page.keyboard.press("Escape")
-            page.locator("dialog[open]").wait_for(state="detached")
+            no_dialog(page)
             assert saved(page)["docs"] == merged["docs"]
         else:
             choose_label(page, label)
@@ -170,8 +174,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
 
     # everything is on the server, and a reload brings the very same back
     assert desk.documents() == saved(page)["docs"]
-    page.reload()
-    again = wait(page, lambda s: s["shown"] == s["frame"] and len(s["docs"]) == len(merged["docs"]) + 1)
+    again = reloaded(page)
     assert again["docs"] == desk.documents()
     assert again["frame"] == now["frame"] + 9
 
@@ -249,7 +252,7 @@ def test_keyboard_alone(desk: Desk, page: Page) -> None:
     page.keyboard.press("F1")
     page.locator("dialog[open]").wait_for()
     page.keyboard.press("Escape")
-    page.locator("dialog[open]").wait_for(state="detached")
+    no_dialog(page)
 
 
 def test_a_reload_in_the_middle_of_a_drag_changes_nothing(desk: Desk, page: Page) -> None:
@@ -260,9 +263,8 @@ def test_a_reload_in_the_middle_of_a_drag_changes_nothing(desk: Desk, page: Page
     page.mouse.move(*on_screen(page, x, y))
     page.mouse.down()
     page.mouse.move(*on_screen(page, x + 30, y + 20), steps=4)
-    page.reload()
+    reloaded(page)
     page.mouse.up()
-    wait(page, lambda s: s["shown"] == s["frame"] and s["tracks"] is not None)
     assert desk.documents() == before
     assert state(page)["drag"] is None
 
@@ -296,9 +298,9 @@ def test_the_end_of_the_queue_leads_to_the_next_video(desk: Desk, page: Page) ->
     known = desk.server.call("GET", "/videos")["videos"]
     other = {**known[0], "id": "a" * 64, "name": "next drive.mp4", "review": {"tracks": 12, "reviewed": 5}}
     page.route(re.compile(r"/api/videos$"), lambda route: route.fulfill(json={"videos": [*known, other]}))
-    page.evaluate("location.hash = '#/'")
+    go(page, "#/")
     expect(page.get_by_role("heading", name="next drive.mp4")).to_be_visible()
-    page.go_back()
+    back(page)
     expect(end).to_contain_text("All tracks of this video are reviewed. 1 other video has 7 open tracks.")
     expect(end.get_by_role("button", name="Next video")).to_have_attribute(
         "title", "Next video with open tracks (Alt+J)"
@@ -307,6 +309,6 @@ def test_the_end_of_the_queue_leads_to_the_next_video(desk: Desk, page: Page) ->
     page.keyboard.press("Alt+j")
     page.wait_for_url(re.compile(f"#/review/{'a' * 64}/"))
     page.unroute(re.compile(r"/api/videos$"))
-    page.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}'")
+    go(page, f"#/review/{desk.video}/{desk.run}")
     wait(page, lambda s: s["run"] == desk.run and s["undo"] is not None)
     edited(page, lambda: page.keyboard.press("Control+z"))

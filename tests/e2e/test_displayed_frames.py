@@ -15,7 +15,7 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import PATIENCE, faultless
+from tests.e2e.review_desk import PATIENCE, faultless, go
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 from tests.io import corpus
 
@@ -100,7 +100,7 @@ def add(server: LiveServer, made: corpus.Made) -> str:
 
 def show(page: Page, video: str) -> None:
     """Open it one to one, nothing drawn over it."""
-    page.evaluate("hash => { location.hash = hash }", f"#/review/{video}/-")
+    go(page, f"#/review/{video}/-")
     page.wait_for_function(
         "id => { const r = tsr.store.get().review; return r?.video.id === id && r.timebase && r.shown === r.frame }",
         arg=video,
@@ -159,7 +159,7 @@ def test_while_it_plays_overlays_lie_on_their_own_picture_only(
     rows = [f"{k},1,{20 + k}.0,40.0,{32 + k}.0,54.0,14,1.0,0" for k in range(len(made.codes))]
     truth = "\n".join(["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore", *rows, ""])
     server.call("PUT", f"/videos/{video}/ground-truths/moving", body=truth.encode(), type_="text/csv")
-    page.evaluate("() => { location.hash = '#/' }")
+    go(page, "#/")
     page.wait_for_function("() => tsr.store.get().review === null")
     show(page, video)
     page.wait_for_function("() => tsr.store.get().review.truth[40]?.length === 1")

@@ -22,7 +22,7 @@ from playwright.sync_api import Browser, Page, expect
 from sample_videos import SHIPPED
 from tests.attack.test_imports import mot
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import faultless, imported, one_video
+from tests.e2e.review_desk import faultless, go, imported, no_dialog, one_video
 from tests.e2e.screenshots import AXE, CHROMIUM, serious
 
 pytestmark = [
@@ -65,7 +65,7 @@ def page(desk: Desk) -> Iterator[Page]:
 
 
 def _review(page: Page, desk: Desk) -> None:
-    page.evaluate("hash => { location.hash = hash }", f"#/review/{desk.video}/{desk.run}?frame=100")
+    go(page, f"#/review/{desk.video}/{desk.run}?frame=100")
     page.wait_for_function(
         "() => tsr.store.get().review?.shown === 100 && tsr.store.get().review.tracks", timeout=60_000
     )
@@ -186,10 +186,11 @@ def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk)
         timeout=30_000,
     )
     truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
+    no_dialog(page)
     page.keyboard.press("7")
     page.wait_for_function("() => !tsr.store.get().review.layers.truth")
     # a place of a comparison with it shows it, whatever the layers were
-    page.evaluate("hash => { location.hash = hash }", f"#/compare?a=truth:{truth}&b=run:{desk.run}")
+    go(page, f"#/compare?a=truth:{truth}&b=run:{desk.run}")
     page.locator(".matrix button").first.click()  # where both agree, for this run is exact
     page.locator(".place").first.click()
     page.wait_for_function("() => tsr.store.get().review?.layers.truth", timeout=30_000)
@@ -308,8 +309,9 @@ def test_the_author_of_corrections_can_be_changed(page: Page, desk: Desk) -> Non
     page.get_by_role("button", name="Preferences").click()
     page.get_by_label("Your name").fill("Ada <b>L")
     page.keyboard.press("Enter")
+    no_dialog(page)
     track = desk.server.call("GET", f"/runs/{desk.run}/tracks")["id"][0]
-    page.evaluate("key => { location.hash = location.hash.split('?')[0] + `?frame=100&track=${key}` }", f"m{track}")
+    go(page, f"#/review/{desk.video}/{desk.run}?frame=100&track=m{track}")
     page.wait_for_function("key => tsr.store.get().review.selected === key", arg=f"m{track}")
     page.locator("[data-operation=accept]").click()
     page.wait_for_function(

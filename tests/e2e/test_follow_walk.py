@@ -21,8 +21,9 @@ from tests.e2e.review_desk import (
     drag,
     edited,
     next_long_track,
+    reloaded,
     saved,
-    state,
+    tidied,
     wait,
 )
 from tests.e2e.screenshots import CHROMIUM
@@ -37,10 +38,9 @@ FOLLOWING = "() => window.tsr.store.get().review.following"
 
 @pytest.fixture
 def page(page: Page) -> Iterator[Page]:
-    """A page that leaves nothing behind: what it edited is undone."""
-    yield page
-    while state(page)["undo"]:
-        edited(page, lambda: page.keyboard.press("Control+z"))
+    """A page that leaves nothing behind."""
+    with tidied(page):
+        yield page
 
 
 def proposed(page: Page) -> dict[str, Any]:
@@ -108,8 +108,7 @@ def test_proposals_outlive_a_reload_and_escape_drops_them(desk: Desk, page: Page
     stored = desk.documents()
     page.keyboard.press("t")
     before = proposed(page)
-    page.reload()
-    wait(page, lambda s: s["tracks"] is not None)
+    reloaded(page)
     after = proposed(page)
     assert after["id"] == before["id"]
     assert after["proposals"].keys() == before["proposals"].keys()

@@ -12,7 +12,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, choose_label, open_desk, saved, state, to_long_track, wait
+from tests.e2e.review_desk import Desk, choose_label, go, no_dialog, open_desk, saved, state, to_long_track, wait
 from tests.e2e.screenshots import AXE, CHROMIUM, PATIENCE, SCENES, quiet, serious
 
 pytestmark = [
@@ -35,7 +35,7 @@ FOCUSED = """() => { const one = document.activeElement; const style = getComput
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with open_desk(tmp_path_factory, SHIPPED[0].video, {"name": MARKUP[:100], "stop": 120}, NAME) as desk:
+    with open_desk(tmp_path_factory, SHIPPED[0].video, 120, NAME, MARKUP[:100]) as desk:
         yield desk
 
 
@@ -151,7 +151,7 @@ def test_focus_is_always_visible_and_never_trapped(page: Page) -> None:
                 "() => document.activeElement === document.body || !!document.activeElement.closest('dialog')"
             )
         page.keyboard.press("Escape")
-        expect(page.locator("dialog[open]")).to_have_count(0)
+        no_dialog(page)
         assert page.evaluate(FOCUSED)["stage"]  # back to where one was
 
 
@@ -236,7 +236,7 @@ def test_the_end_of_a_dialog_does_not_close_the_next_one(page: Page) -> None:
     )
     expect(page.locator("dialog.dialog-settings")).to_be_visible()
     page.keyboard.press("Escape")
-    expect(page.locator("dialog")).to_have_count(0)
+    no_dialog(page)
     assert page.evaluate("() => tsr.store.get().dialog") is None
 
 
@@ -287,7 +287,7 @@ def test_markup_in_names_and_notes_is_text(desk: Desk, page: Page) -> None:
     assert noted["docs"][key]["notes"][0]["text"] == MARKUP
     page.get_by_role("tab", name="Inspector").click()
     expect(page.locator(".note-text")).to_have_text(MARKUP)
-    page.evaluate("() => { location.hash = '#/' }")
+    go(page, "#/")
     expect(page.get_by_role("heading", name=NAME)).to_be_visible()
     page.get_by_role("button", name=f"of {NAME}").first.click()
     expect(page.get_by_role("dialog")).to_contain_text(MARKUP[:40])

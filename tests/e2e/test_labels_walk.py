@@ -14,7 +14,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.foreign import SLOVENIAN, cvat_file
-from tests.e2e.review_desk import Desk, edited, faultless, imported, one_video, relabel, wait
+from tests.e2e.review_desk import SLOWED, Desk, back, edited, faultless, imported, no_dialog, one_video, relabel, wait
 from tests.e2e.screenshots import AXE, CHROMIUM, serious
 
 pytestmark = [
@@ -36,13 +36,13 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 
 @pytest.fixture
 def page(desk: Desk) -> Iterator[Page]:
-    with faultless(_named(desk, "Anna")) as page:
+    with faultless(_named(desk, "Anna", shared=True)) as page:
         yield page
 
 
-def _named(desk: Desk, author: str, *, deaf: bool = False) -> Page:
+def _named(desk: Desk, author: str, **how: bool) -> Page:
     """A page of one person on the review screen."""
-    page = desk.page(deaf=deaf)
+    page = desk.page(**how)
     page.evaluate("name => localStorage.setItem('tsr.author', name)", author)
     return page
 
@@ -84,6 +84,7 @@ def test_a_label_is_added_while_relabelling_and_is_offered_first_the_next_time(p
     page.locator(FIELD).fill("50")
     expect(options.first).to_contain_text("speed limit 50 km/h")
     page.keyboard.press("Escape")
+    no_dialog(page)
     history = desk.server.call("GET", f"/label-sets/{SET}/history")
     assert (history[0]["author"], "no parking" in history[0]["sentence"]) == ("Anna", True)
 
@@ -96,7 +97,9 @@ def test_two_labels_are_merged_and_the_merge_is_undone(page: Page, desk: Desk) -
     edited(page, lambda: page.keyboard.press("Enter"))
     _to_labels(page)
     page.get_by_label("Search labels").fill("bus")
-    page.locator(".label-rows .label-row", has_text="bus-halt").click()
+    merged = page.locator(".label-rows .label-row", has_text="bus-halt")
+    expect(merged.get_by_role("gridcell").last).to_have_text("1")  # its tracks are counted, for the dialog to tell
+    merged.click()
     page.get_by_role("button", name="Merge into").click()
     dialog = page.get_by_role("dialog")
     page.locator(FIELD).fill("stop")
@@ -105,7 +108,7 @@ def test_two_labels_are_merged_and_the_merge_is_undone(page: Page, desk: Desk) -
     dialog.get_by_role("button", name="Merge", exact=True).click()
     expect(dialog).to_be_hidden()
     assert desk.documents()[key]["class_id"] == label["id"]  # nothing stored is rewritten
-    page.go_back()
+    back(page)
     wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == label["id"])
     page.locator(".queue-filters [aria-label=Label]").select_option(label="stop (1)")
     row = page.locator(".queue-row")
@@ -114,10 +117,12 @@ def test_two_labels_are_merged_and_the_merge_is_undone(page: Page, desk: Desk) -
     _to_labels(page)
     page.get_by_role("button", name="History").click()
     dialog.get_by_role("button", name=re.compile("^Undo version")).first.click()
-    expect(dialog.get_by_text("taken back")).to_have_count(1)
+    expect(dialog.get_by_text("taken back", exact=True)).to_have_count(1)
+    expect(dialog.get_by_role("alert")).to_be_empty()
     dialog.get_by_role("button", name="Close").last.click()
+    no_dialog(page)
     page.get_by_label("Search labels").fill("bus")
-    expect(page.locator(".label-rows .label-row", has_text="bus-halt")).to_have_count(1)
+    expect(merged).to_have_count(1)
     assert _label(desk, "bus halt")["merged_into"] is None
 
 
@@ -173,10 +178,10 @@ def test_a_label_is_changed_on_its_page_and_given_by_a_digit(page: Page, desk: D
     page.get_by_label("Search labels").fill("STŮJ")
     expect(page.locator(".label-rows .label-row")).to_have_count(1)
     expect(page.locator(".label-rows .label-row")).to_contain_text("<b>עצור</b> 🛑")
-    page.go_back()
-    wait(page, lambda s: s["tracks"] is not None)
+    back(page)
     key = relabel(page, 4)
     page.keyboard.press("Escape")
+    no_dialog(page)
     now = edited(page, lambda: page.keyboard.press("Control+7"))
     assert now["docs"][key]["class_id"] == label["id"]
 
@@ -223,7 +228,7 @@ def test_four_hundred_labels_make_no_pause(page: Page, desk: Desk) -> None:
         } }"""
     )
     slowest = page.evaluate("globalThis.slowest")
-    assert slowest < 500, f"{slowest:.0f} ms for one keystroke"  # 50 ms on an idle machine; tests share theirs
+    assert slowest < 500 * SLOWED, f"{slowest:.0f} ms for one keystroke"  # 50 ms on an idle machine; tests share theirs
 
 
 def test_unknown_names_are_asked_for_before_an_import_stores_anything(page: Page, desk: Desk) -> None:
@@ -265,6 +270,7 @@ def test_unknown_names_are_asked_for_before_an_import_stores_anything(page: Page
     found = sorted(names.all_inner_texts())
     added = next(label["name"] for label in _labels(desk) if label["key"].replace("-", "_") == "pedestrian_crossing")
     assert found == sorted(["children", "speed limit 30 km/h", "No label yet", added, "give way"])
+    no_dialog(page)
     # the answers are remembered: the same file asks no more
     dialog = to_mapping()
     dialog.get_by_role("button", name="Show the run").wait_for(timeout=90_000)

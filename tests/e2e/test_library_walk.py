@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page, Route, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import faultless
+from tests.e2e.review_desk import back, faultless, go
 from tests.e2e.screenshots import CHROMIUM, PATIENCE
 
 pytestmark = [
@@ -231,8 +231,8 @@ def test_the_library_counts_what_was_reviewed_whichever_way_one_comes_back(page:
     page.get_by_role("link", name="Files").click()
     page.get_by_role("link", name="Library").click()
     expect(card.get_by_text(re.compile(r"^1 of \d+ tracks reviewed$"))).to_be_visible()
-    page.go_back()
-    page.go_back()
+    back(page)
+    back(page)
     page.wait_for_function("() => tsr.store.get().review?.undo")
     page.keyboard.press("Control+z")
     page.wait_for_function("() => Object.values(tsr.store.get().review.docs).every(doc => doc.review === 'open')")
@@ -305,8 +305,8 @@ def test_thousands_of_videos_cost_what_is_on_screen_and_all_are_found(server: Li
     expect(cards).to_have_count(1)
     expect(more).to_be_hidden()
     # back from another screen everything is as it was left
-    page.evaluate("() => { location.hash = '#/files' }")
+    go(page, "#/files")
     expect(page.get_by_role("heading", name="Files", exact=True)).to_be_visible()
-    page.evaluate("() => { location.hash = '#/' }")
+    go(page, "#/")
     expect(page.get_by_role("searchbox", name="Search videos")).to_have_value("drive 1987")
     expect(cards).to_have_count(1)

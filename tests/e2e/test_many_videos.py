@@ -98,7 +98,8 @@ def test_chosen_videos_are_run_with_the_parameters_of_the_last_run(server: LiveS
 
 
 def test_runs_that_wait_are_put_in_order_by_keyboard_and_by_drag(server: LiveServer, page: Page) -> None:
-    assert len(waiting(server)) == len(NAMES), "the test before has started a run of each"
+    for name in NAMES[len(waiting(server)) :]:  # none, where the walk before this one has started a run of each
+        server.call("POST", f"/videos/{hashlib.sha256(name.encode()).hexdigest()}/runs", {})
     page.get_by_role("button", name="Run queue").click()
     rows = page.get_by_role("dialog").locator(".line-run")
     expect(rows.locator(".line-name")).to_have_text(["a.mp4", "b.mp4", "c.mp4", "d.mp4"])

@@ -10,7 +10,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.review_desk import Desk, choose, edited, state, wait
+from tests.e2e.review_desk import Desk, choose, edited, state, tidied, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -22,10 +22,9 @@ pytestmark = [
 
 @pytest.fixture
 def page(page: Page) -> Iterator[Page]:
-    """A page that leaves nothing behind: what it edited is undone."""
-    yield page
-    while state(page)["undo"]:
-        edited(page, lambda: page.keyboard.press("Control+z"))
+    """A page that leaves nothing behind."""
+    with tidied(page):
+        yield page
 
 
 def overlapping(desk: Desk) -> tuple[str, str, int]:

@@ -14,7 +14,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, edited, faultless, imported, one_video, relabel, wait
+from tests.e2e.review_desk import SLOWED, Desk, edited, faultless, go, imported, no_dialog, one_video, relabel, wait
 from tests.e2e.screenshots import CHROMIUM
 from tsr_engine.labels.files import dump_set, shipped_set
 from tsr_engine.labels.model import Attribute, Label
@@ -65,7 +65,7 @@ def _table(video: dict[str, Any], names: list[str]) -> bytes:
 
 @pytest.fixture
 def page(desk: Desk) -> Iterator[Page]:
-    with faultless(desk.page()) as page:
+    with faultless(desk.page(shared=True)) as page:
         page.wait_for_function("n => tsr.store.get().review.tracks.id.length === n", arg=TRACKS)
         yield page
 
@@ -113,17 +113,17 @@ def test_five_thousand_tracks_and_four_hundred_labels_make_no_pause(page: Page, 
     field = "dialog[open] input[role=combobox]"
     took["name"] = page.evaluate(TIMED, ["input", field, ["r", "ro", "road", "17", "#39", "nothing of the kind", ""]])
     page.keyboard.press("Escape")
-    page.locator("dialog[open]").wait_for(state="detached")
+    no_dialog(page)
     took["dialog"] = page.evaluate(OPENED)
     expect(page.locator("dialog[open] .label[id]:not(.label-add)")).to_have_count(400)
     print({name: round(ms) for name, ms in took.items()})
-    assert max(took.values()) < BOUND_MS, took
+    assert max(took.values()) < BOUND_MS * SLOWED, took
 
 
 def test_the_queue_is_filtered_by_an_answer(page: Page, desk: Desk) -> None:
     key = relabel(page, 3)
     page.keyboard.press("Escape")
-    page.locator("dialog[open]").wait_for(state="detached")
+    no_dialog(page)
     page.locator(".picture-stage").focus()
     edited(page, lambda: page.keyboard.press("Alt+1"))
     assert desk.documents()[key]["attributes"] == {"dirty": True}
@@ -138,7 +138,7 @@ def test_the_library_is_filtered_by_label_answer_and_state(page: Page, desk: Des
             "GET", "/videos/matching?" + "&".join(f"{k}={v}".replace(" ", "%20") for k, v in wanted.items())
         )
         assert list(found["videos"]) == [desk.video], wanted
-    page.evaluate("location.hash = '#/'")
+    go(page, "#/")
     status = page.locator(".library-filters [role=status]")
     page.get_by_label("Videos with the label").fill("stop")
     expect(page.get_by_text("No video matches")).to_be_visible()

@@ -14,7 +14,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, Route, expect
 
-from tests.e2e.review_desk import Desk, choose, faultless, state, wait
+from tests.e2e.review_desk import Desk, choose, faultless, go, state, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -208,7 +208,7 @@ def test_a_review_that_was_left_is_saved_from_the_library(desk: Desk, page: Page
     page.keyboard.press("w")
     wait(page, lambda s: s["unsaved"] == 2)
     box = state(page)["docs"][key]["keys"][at]["box"]
-    page.evaluate("() => { location.hash = '#/' }")
+    go(page, "#/")
     left = page.locator(".saved").filter(has_text="Saving 2")
     left.wait_for()
     page.reload()

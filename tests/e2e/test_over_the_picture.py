@@ -8,7 +8,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import Desk, choose_label, drag, saved, state, wait
+from tests.e2e.review_desk import Desk, choose_label, drag, go, reloaded, saved, state, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -34,8 +34,7 @@ def test_layers_are_as_they_were_left_and_playing_begins_anew_at_the_end(desk: D
     page.keyboard.press("2")
     expected = [name for name in [*before, "truth"] if name != "predictions"]
     assert sorted(page.evaluate(shown)) == sorted(expected)
-    page.reload()
-    wait(page, lambda s: s["shown"] == s["frame"])
+    reloaded(page)
     assert sorted(page.evaluate(shown)) == sorted(expected)
     page.keyboard.press("End")
     last = wait(page, lambda s: s["frame"] > 0 and s["shown"] == s["frame"])["frame"]
@@ -54,7 +53,7 @@ def test_where_the_camera_looks_is_drawn_for_a_predicted_sign(desk: Desk, page: 
         for test in (lambda lane, i: lane["source"][i] == 0, lambda lane, i: lane["source"][i] == 1)
     )
     for (track, frame), drawn in ((unseen, True), (seen, False)):
-        page.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}?frame={frame}&track=m{track}'")
+        go(page, f"#/review/{desk.video}/{desk.run}?frame={frame}&track=m{track}")
         wait(
             page, lambda s, f=frame, t=f"m{track}": s["shown"] == f and s["selected"] == t and s["overlay"] is not None
         )  # type: ignore[misc]

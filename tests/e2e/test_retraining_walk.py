@@ -15,7 +15,7 @@ from app.edits.documents import Segment, TrackDoc
 from app.storage.models import TrackDocument
 from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import faultless
+from tests.e2e.review_desk import back, faultless
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 
 pytestmark = [
@@ -95,7 +95,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_role("button", name="Promote", exact=True).click()
     expect(mine.get_by_text("in use")).to_be_visible(timeout=WORK)
 
-    page.go_back()
+    back(page)
     page.get_by_role("button", name="Runs").click()
     expect(dialog.locator(".run-models")).to_contain_text("Mine")
     dialog.get_by_label("Name", exact=True).fill("Second")

@@ -8,7 +8,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import Desk, edited, state, wait
+from tests.e2e.review_desk import Desk, edited, no_dialog, reloaded, state, wait
 from tests.e2e.screenshots import CHROMIUM, quiet
 from tests.e2e.test_little_room import OUT_OF_SIGHT, UNTIDY, place
 
@@ -27,20 +27,18 @@ def to_track(page: Page) -> str:
     return str(now["selected"])
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1440, 900)])
-def test_the_picture_takes_most_of_the_window_and_bars_and_one_lane_stand_below(
-    page: Page, width: int, height: int
-) -> None:
-    page.set_viewport_size({"width": width, "height": height})
+def test_the_picture_takes_most_of_the_window_and_bars_and_one_lane_stand_below(page: Page) -> None:
     to_track(page)
-    quiet(page)
-    assert place(page.locator(".picture-stage"))["height"] >= 0.6 * height
-    assert place(page.locator(".picture-foot"))["height"] <= 36, "one row"
-    bars, lane = place(page.locator(".lanes-tracks")), place(page.locator(".lanes-lane-gate"))
-    assert bars["height"] >= 24
-    assert lane["y"] + lane["height"] <= height + 1
-    expect(page.locator(".lanes-lane-name:visible")).to_have_count(1)
-    assert page.evaluate(UNTIDY) == []
+    for width, height in ((1280, 720), (1440, 900)):
+        page.set_viewport_size({"width": width, "height": height})
+        quiet(page)
+        assert place(page.locator(".picture-stage"))["height"] >= 0.6 * height
+        assert place(page.locator(".picture-foot"))["height"] <= 36, "one row"
+        bars, lane = place(page.locator(".lanes-tracks")), place(page.locator(".lanes-lane-gate"))
+        assert bars["height"] >= 24
+        assert lane["y"] + lane["height"] <= height + 1
+        expect(page.locator(".lanes-lane-name:visible")).to_have_count(1)
+        assert page.evaluate(UNTIDY) == [], width
 
 
 def test_the_chosen_lane_and_the_fold_are_remembered(page: Page) -> None:
@@ -48,39 +46,37 @@ def test_the_chosen_lane_and_the_fold_are_remembered(page: Page) -> None:
     page.get_by_label("Lane", exact=True).select_option("votes")
     expect(page.locator(".lanes-lane-votes")).to_be_visible()
     expect(page.locator(".lanes-lane-gate")).to_be_hidden()
-    page.reload()
-    wait(page, lambda s: s["overlay"] is not None and s["selected"] is not None)
+    reloaded(page)
     expect(page.locator(".lanes-lane-votes")).to_be_visible()
     page.locator(".picture-stage").focus()
     page.keyboard.press("Shift+L")
     expect(page.locator(".lanes-lane-name:visible")).to_have_count(8)
     expect(page.get_by_label("Lane", exact=True)).to_be_hidden()
-    page.reload()
-    wait(page, lambda s: s["overlay"] is not None and s["selected"] is not None)
+    reloaded(page)
     expect(page.locator(".lanes-lane-gate")).to_be_visible()
     page.get_by_role("button", name="Fold lanes").click()
     expect(page.locator(".lanes-lane-name:visible")).to_have_count(1)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1600, 900), (1920, 1080), (3840, 2160)])
-def test_queue_and_inspector_stand_side_by_side_where_there_is_room(page: Page, width: int, height: int) -> None:
-    page.set_viewport_size({"width": width, "height": height})
+def test_queue_and_inspector_stand_side_by_side_where_there_is_room(page: Page) -> None:
     key = to_track(page)
-    queue, inspector = page.get_by_role("region", name="Queue").first, page.locator(".inspector")
-    expect(queue).to_be_visible()
-    expect(inspector).to_contain_text(f"Track #{key[1:]}")
-    expect(page.get_by_role("tab")).to_have_count(0)
-    quiet(page)
-    assert place(page.locator(".queue"))["x"] + 240 < place(inspector)["x"]
-    stage = place(page.locator(".picture-stage"))
-    assert stage["height"] >= 0.6 * height
-    assert stage["width"] >= 0.6 * width
-    assert page.evaluate(UNTIDY) == []
-    font = page.evaluate("() => parseFloat(getComputedStyle(document.body).fontSize)")
-    assert font >= height / 100, "no tiny letters on a large screen"
-    page.set_viewport_size({"width": 1280, "height": 720})
-    expect(page.get_by_role("tab")).to_have_count(2)
-    expect(page.get_by_role("tabpanel")).to_have_count(1)
+    for width, height in ((1600, 900), (1920, 1080), (3840, 2160)):
+        page.set_viewport_size({"width": width, "height": height})
+        queue, inspector = page.get_by_role("region", name="Queue").first, page.locator(".inspector")
+        expect(queue).to_be_visible()
+        expect(inspector).to_contain_text(f"Track #{key[1:]}")
+        expect(page.get_by_role("tab")).to_have_count(0)
+        quiet(page)
+        assert place(page.locator(".queue"))["x"] + 240 < place(inspector)["x"]
+        stage = place(page.locator(".picture-stage"))
+        assert stage["height"] >= 0.6 * height
+        assert stage["width"] >= 0.6 * width
+        assert page.evaluate(UNTIDY) == [], width
+        font = page.evaluate("() => parseFloat(getComputedStyle(document.body).fontSize)")
+        assert font >= height / 100, "no tiny letters on a large screen"
+        page.set_viewport_size({"width": 1280, "height": 720})
+        expect(page.get_by_role("tab")).to_have_count(2)
+        expect(page.get_by_role("tabpanel")).to_have_count(1)
 
 
 def test_a_key_a_click_and_a_verdict_lead_to_the_same_frame_of_a_track(desk: Desk, page: Page) -> None:
@@ -122,22 +118,24 @@ LONG = """() => tsr.store.dispatch((state) => ({...state, labels: state.labels.m
 """Labels of 200 characters, with and without spaces."""
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (640, 720), (480, 270), (320, 180)])
-def test_long_labels_and_400_percent_leave_everything_in_reach(page: Page, width: int, height: int) -> None:
+def test_long_labels_and_400_percent_leave_everything_in_reach(page: Page) -> None:
     to_track(page)
     page.evaluate(LONG)
-    page.set_viewport_size({"width": width, "height": height})
-    for tab in ("Inspector", "Queue"):
-        page.get_by_role("tab", name=tab).focus()
-        page.get_by_role("tab", name=tab).press("Enter")
-        quiet(page)
-        assert page.evaluate(UNTIDY) == [], tab
-        assert page.evaluate(OUT_OF_SIGHT) == [], tab
     stage = page.locator(".picture-stage")
-    assert place(stage)["width"] >= min(width, 380)
-    assert place(stage)["height"] >= 150
-    page.keyboard.press("Control+k")
-    page.locator("dialog[open] input:focus").wait_for()
-    page.keyboard.type("label")
-    quiet(page)
-    assert page.evaluate(UNTIDY) == [], "palette"
+    for width, height in ((1280, 720), (640, 720), (480, 270), (320, 180)):
+        page.set_viewport_size({"width": width, "height": height})
+        for tab in ("Inspector", "Queue"):
+            page.get_by_role("tab", name=tab).focus()
+            page.get_by_role("tab", name=tab).press("Enter")
+            quiet(page)
+            assert page.evaluate(UNTIDY) == [], (tab, width)
+            assert page.evaluate(OUT_OF_SIGHT) == [], (tab, width)
+        assert place(stage)["width"] >= min(width, 380)
+        assert place(stage)["height"] >= 150
+        page.keyboard.press("Control+k")
+        page.locator("dialog[open] input:focus").wait_for()
+        page.keyboard.type("label")
+        quiet(page)
+        assert page.evaluate(UNTIDY) == [], ("palette", width)
+        page.keyboard.press("Escape")
+        no_dialog(page)

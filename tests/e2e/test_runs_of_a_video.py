@@ -12,10 +12,21 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import PATIENCE, Desk, choose_label, edited, next_long_track, open_desk, tracked, wait
+from tests.e2e.review_desk import (
+    PATIENCE,
+    Desk,
+    choose_label,
+    edited,
+    go,
+    next_long_track,
+    no_dialog,
+    open_desk,
+    reloaded,
+    wait,
+)
 from tests.e2e.screenshots import CHROMIUM, quiet
 
 pytestmark = [
@@ -28,7 +39,7 @@ FRAMES = 45
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": FRAMES}, "clip.mp4") as desk:
+    with open_desk(tmp_path_factory, SHIPPED[0].video, FRAMES, "clip.mp4") as desk:
         yield desk
 
 
@@ -47,8 +58,7 @@ def exported(desk: Desk, folder: Path) -> Path:
     return folder / "labels.zip"
 
 
-def test_another_class_keeps_source_score_and_lanes(desk: Desk, tmp_path: Path) -> None:
-    page = desk.page()
+def test_another_class_keeps_source_score_and_lanes(desk: Desk, page: Page, tmp_path: Path) -> None:
     key = str(next_long_track(page)["selected"])
     page.locator(".lanes-detail").wait_for()
     lane: Any = page.evaluate("k => tsr.store.get().review.laneOf[Number(k.slice(1))]", key)
@@ -69,8 +79,7 @@ def test_another_class_keeps_source_score_and_lanes(desk: Desk, tmp_path: Path) 
     expect(page.locator(".lanes-detail-name")).to_contain_text("stop")
 
 
-def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Desk) -> None:
-    page = desk.page()
+def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Desk, page: Page) -> None:
     key = str(next_long_track(page)["selected"])
     page.get_by_role("tab", name="Inspector").click()
     human = page.locator(".inspector-human")
@@ -106,7 +115,7 @@ def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Des
         page.keyboard.press("l")
         page.locator("dialog[open] input:focus").wait_for()
         act()
-        page.locator("dialog[open]").wait_for(state="detached")
+        no_dialog(page)
     assert wait(page, lambda s: s["unsaved"] == 0)["undo"] == now["undo"]
     edited(page, lambda: page.keyboard.press("Control+z"))
     assert wait(page, lambda s: s["docs"][key]["class_id"] == -1)["docs"][key]["keys"], "undo brings single ones back"
@@ -114,12 +123,11 @@ def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Des
         edited(page, lambda: page.keyboard.press("Control+z"))
 
 
-def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> None:
-    page = desk.page()
+def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk, page: Page) -> None:
     key = str(next_long_track(page)["selected"])
     page.keyboard.press("l")
     edited(page, lambda: choose_label(page, "yield"))
-    later = tracked(desk.server, desk.video, {"stop": FRAMES, "name": "Later"})
+    later = desk.server.track(desk.video, {"stop": FRAMES, "name": "Later"})
     page.locator(".topbar-run").select_option(later)
     notice = page.locator(".banner", has_text="in an earlier run")
     notice.get_by_role("button", name="Carry them over").click()
@@ -129,13 +137,12 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> N
     now = wait(page, lambda s: s["run"] == later and s["docs"])
     assert [doc["class_id"] for doc in now["docs"].values()] == [13]
     notice.wait_for(state="detached")
-    page.reload()
-    wait(page, lambda s: s["run"] == later and s["docs"] and s["overlay"] is not None)
+    assert reloaded(page)["docs"]
     assert notice.count() == 0
     # more is corrected there: that is reported again, and can be put away for good
     page.locator(".topbar-run").select_option(desk.run)
     wait(page, lambda s: s["run"] == desk.run and key in s["docs"])
-    page.evaluate("k => { location.hash = location.hash.replace(/&track=.*|$/, '&track=' + k) }", key)
+    go(page, f"#/review/{desk.video}/{desk.run}?track={key}")
     wait(page, lambda s: s["selected"] == key)
     page.keyboard.press("l")
     edited(page, lambda: choose_label(page, "stop"))
@@ -152,7 +159,7 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> N
         wait(page, lambda s: s["run"] == desk.run)
 
 
-def test_what_ifs_stand_under_their_run_have_names_and_go_at_once(desk: Desk) -> None:
+def test_what_ifs_stand_under_their_run_have_names_and_go_at_once(desk: Desk, page: Page) -> None:
     for tau in (5.0, 40.0):
         made = desk.server.call("POST", f"/runs/{desk.run}/whatif", {"parameters": {"tau": tau}})["id"]
         end = time.monotonic() + 240
@@ -160,7 +167,6 @@ def test_what_ifs_stand_under_their_run_have_names_and_go_at_once(desk: Desk) ->
             assert time.monotonic() < end
             time.sleep(0.1)
     later = str(desk.server.call("POST", f"/videos/{desk.video}/runs", {"stop": 2, "name": "Newest"})["id"])
-    page = desk.page()
     page.get_by_role("button", name="Runs", exact=True).click()
     items = page.locator(".run-item")
     items.filter(has_text="tau = 5").wait_for()
@@ -170,10 +176,12 @@ def test_what_ifs_stand_under_their_run_have_names_and_go_at_once(desk: Desk) ->
     under = items.filter(has_text="tau = 5")
     assert "run-under" in (under.get_attribute("class") or "")
     under.get_by_role("button", name="Rename").click()
+    page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.type("A strict gate")
     page.keyboard.press("Enter")
     items.filter(has_text="A strict gate").wait_for()
     items.filter(has_text="A strict gate").get_by_role("button", name="Rename").click()
+    page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.type("never mind")
     page.keyboard.press("Escape")
     page.get_by_role("dialog").wait_for()

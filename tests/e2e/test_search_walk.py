@@ -10,7 +10,7 @@ pytest.importorskip("playwright")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import PATIENCE, Desk, faultless
+from tests.e2e.review_desk import PATIENCE, Desk, back, faultless, go, no_dialog
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_filters_are_an_address(found: Page) -> None:
     found.get_by_label("Label", exact=True).fill("unicorn")
     found.keyboard.press("Enter")
     found.get_by_text("No label of the library is called 'unicorn'").wait_for()
-    found.evaluate("location.hash = '#/search?state=accepted&tag=night'")
+    go(found, "#/search?state=accepted&tag=night")
     found.get_by_text("No track passes these filters").wait_for()
     assert found.get_by_label("State", exact=True).input_value() == "accepted"
     assert found.get_by_label("Tag", exact=True).input_value() == "night"
@@ -64,7 +64,7 @@ def test_a_crop_opens_its_frame_and_the_way_back_leads_to_it(found: Page) -> Non
     found.keyboard.press("Enter")
     found.wait_for_function("f => window.tsr.store.get().review?.shown === f", arg=int(frame))
     assert found.evaluate("window.tsr.store.get().review.selected") is not None
-    found.go_back()
+    back(found)
     expect(found.locator('.found-tile[aria-selected="true"]')).to_have_attribute("aria-label", name)
 
 
@@ -73,7 +73,7 @@ def test_a_tag_and_a_label_are_given_in_dialogs(desk: Desk, found: Page) -> None
     found.keyboard.press("t")
     found.locator("dialog[open] #tags-add").fill("night")
     found.keyboard.press("Enter")
-    found.locator("dialog[open]").wait_for(state="detached")
+    no_dialog(found)
     assert desk.server.call("GET", f"/videos/{desk.video}")["tags"] == ["night"]
     found.locator(".found-tile").first.click()
     found.keyboard.press("l")

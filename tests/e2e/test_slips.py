@@ -12,7 +12,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, open_desk, saved, state, tracked, wait
+from tests.e2e.review_desk import Desk, back, go, no_dialog, open_desk, reloaded, saved, state, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -27,14 +27,14 @@ WORK = 240_000
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": FRAMES, "name": "First"}) as desk:
+    with open_desk(tmp_path_factory, SHIPPED[0].video, FRAMES, run="First") as desk:
         yield desk
 
 
 @pytest.fixture(scope="module")
 def other(desk: Desk) -> str:
     """Another run of the same video: its tracks have the same names."""
-    return tracked(desk.server, desk.video, {"stop": FRAMES, "name": "Second"})
+    return desk.server.track(desk.video, {"stop": FRAMES, "name": "Second"})
 
 
 def select(page: Page, place: int) -> str:
@@ -51,14 +51,14 @@ def select(page: Page, place: int) -> str:
 
 def test_a_dialog_does_not_outlive_the_run_that_it_asks_about(desk: Desk, other: str, page: Page) -> None:
     before = desk.documents()
-    page.evaluate("(hash) => { location.hash = hash }", f"#/review/{desk.video}/{other}?frame=0")
+    go(page, f"#/review/{desk.video}/{other}?frame=0")
     wait(page, lambda s: s["run"] == other and s["tracks"] is not None and s["shown"] == s["frame"])
     select(page, 0)
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
-    page.go_back()
+    back(page)
     wait(page, lambda s: s["run"] == desk.run and s["tracks"] is not None)
-    expect(page.locator("dialog")).to_have_count(0)
+    no_dialog(page)
     page.keyboard.type("give")
     page.keyboard.press("Enter")
     saved(page)
@@ -69,7 +69,8 @@ def test_a_dialog_stays_where_only_the_frame_changes(page: Page) -> None:
     key = select(page, 0)
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
-    page.evaluate("() => { location.hash = location.hash.replace(/frame=[0-9]+/, 'frame=1') }")
+    place = page.evaluate("location.hash.split('?')[0]")
+    go(page, f"{place}?frame=1&track={key}")
     wait(page, lambda s: s["frame"] == 1 and s["selected"] == key)
     expect(page.locator("dialog[open]")).to_have_count(1)
 
@@ -80,7 +81,7 @@ def test_what_is_typed_before_a_dialog_is_drawn_is_typed_into_it(page: Page) -> 
     page.keyboard.type("lstop")  # to the picture T, O and P are commands
     page.keyboard.press("Enter")
     wait(page, lambda s: s["unsaved"] == 0 and s["docs"].get(key, {}).get("class_id") == 14)
-    page.locator("dialog").wait_for(state="detached")
+    no_dialog(page)
     page.keyboard.press("Control+z")
     wait(page, lambda s: s["unsaved"] == 0 and s["docs"][key]["class_id"] is None)
 
@@ -121,8 +122,7 @@ def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> Non
     select(page, 0)
     expect(note).to_have_value("of the first")
     page.wait_for_url(re.compile(f"track={first}$"))  # the address is written a moment later
-    page.reload()
-    wait(page, lambda s: s["selected"] == first and s["tracks"] is not None and s["shown"] == s["frame"])
+    assert reloaded(page)["selected"] == first
     expect(note).to_have_value("of the first")
     # the dialog goes on with it, and Escape loses nothing
     page.keyboard.press("p")
@@ -131,7 +131,7 @@ def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> Non
     asked.press("End")
     page.keyboard.type(" one")
     page.keyboard.press("Escape")
-    expect(page.locator("dialog")).to_have_count(0)
+    no_dialog(page)
     expect(note).to_have_value("of the first one")
     pin.click()
     now = wait(page, lambda s: s["unsaved"] == 0 and first in s["docs"])
@@ -176,7 +176,7 @@ def test_a_replay_that_lacks_pixels_says_so_before_and_after(page: Page) -> None
     dialog.get_by_role("link", name="Compare in figures").click()
     expect(page.get_by_role("region", name="Candidate")).to_contain_text(reported)
     expect(page.get_by_role("region", name="Reference")).not_to_contain_text(reported)
-    page.go_back()
+    back(page)
     page.get_by_role("button", name="Runs").click()
     item = page.locator("dialog[open] .run-item").filter(has_text="search_radius = 100")
     expect(item).to_contain_text(reported)

@@ -14,7 +14,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Browser, Page, expect
 
-from tests.e2e.review_desk import Desk, faultless, state, wait
+from tests.e2e.review_desk import Desk, faultless, go, state, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -79,11 +79,11 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         expect(strip).to_contain_text("“The far signs first.”")
         wait(anna, lambda s: s["tracks"] is not None and s["overlay"] is not None)
         key = f"m{state(anna)['tracks']['id'][0]}"
-        anna.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}?track={key}'")
+        go(anna, f"#/review/{desk.video}/{desk.run}?track={key}")
         wait(anna, lambda s: s["selected"] == key)
         anna.keyboard.press("w")
         wait(anna, lambda s: s["docs"].get(key, {}).get("review") == "needs_work" and s["unsaved"] == 0)
-        anna.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}?track={key}&frame=0'")
+        go(anna, f"#/review/{desk.video}/{desk.run}?track={key}&frame=0")
         wait(anna, lambda s: s["selected"] == key)
         anna.get_by_role("tab", name="Inspector").click()
         anna.locator(".inspector-history summary").click()
@@ -114,7 +114,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
 
         # a viewer sees everything and changes nothing
         with faultless(signed_in(desk.browser, links["Vera"]["link"])) as vera:
-            vera.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}?track={key}'")
+            go(vera, f"#/review/{desk.video}/{desk.run}?track={key}")
             wait(vera, lambda s: s["selected"] == key and s["docs"].get(key, {}).get("review") == "needs_work")
             vera.keyboard.press("x")
             expect(vera.locator(".toast")).to_contain_text("You are a viewer here")

@@ -10,7 +10,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page
 
-from tests.e2e.review_desk import Desk, box_of, centre, choose, drag, edited, state, wait
+from tests.e2e.review_desk import Desk, box_of, centre, choose, drag, edited, no_dialog, state, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -115,4 +115,4 @@ def test_an_edit_of_a_track_that_another_page_has_deleted(desk: Desk, page: Page
     assert (back["docs"][key]["gone"], back["selected"]) == (False, key)
     row.wait_for(state="detached")
     page.keyboard.press("Escape")
-    page.locator("dialog[open]").wait_for(state="detached")
+    no_dialog(page)

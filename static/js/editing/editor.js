@@ -14,6 +14,7 @@ import { ApiError, sentence } from '../api/errors.js';
 import { readOnly } from '../model/team.js';
 import { CommandError, applyCommand } from '../model/commands.js';
 import { withLabelKey } from '../model/labels.js';
+import { isOpening } from '../model/review_notice.js';
 import { trackName } from '../model/track_name.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { changeReview } from '../store/actions/review.js';
@@ -24,7 +25,7 @@ import { asCommand, givenUp, rebased, revisionsSeen } from './pending.js';
 import { docsFor } from './revisions.js';
 import { createPause, isPassing, keptWithoutLabel, leave, pauseAfter } from './sending.js';
 import { createUndoing } from './undoing.js';
-import { describe, named } from './words.js';
+import { describe, named, OPENING } from './words.js';
 import { createWork } from './work.js';
 
 /**
@@ -247,7 +248,10 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
       toast(`${describe(command.name)} was not possible: it was meant for the run that was open before.`, { tone: 'bad' });
       return false;
     }
-    if (review === null || work.run === null) return false;
+    if (review === null || work.run === null) {
+      if (isOpening(store.get())) toast(`${describe(command.name)} was not possible: ${OPENING}.`, { tone: 'bad' });
+      return false;
+    }
     if (work.ready) {
       try {
         applyCommand({ ...docsFor(review, command), ...review.docs }, command, { author: author(), time: '' });

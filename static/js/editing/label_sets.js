@@ -66,6 +66,18 @@ export function createLabelSets({ store, api, author, say, turned = () => {} }) 
     if (other) turned();
   }
 
+  /** @param {string} set @param {LabelChange} change */
+  async function make(set, change) {
+    try {
+      const answer = await api.changeLabels(set, author(), change);
+      own.add(`${set} ${answer.version}`);
+      return answer;
+    } finally {
+      // also after a refusal: what stands in the way may be somebody else's change that is not here yet
+      await reload().catch(() => {});
+    }
+  }
+
   return {
     reload,
     sync() {
@@ -75,23 +87,19 @@ export function createLabelSets({ store, api, author, say, turned = () => {} }) 
     },
     async receive({ subject, data }) {
       await changing;
-      if (own.has(`${subject} ${data.version}`)) return;
+      const mine = own.has(`${subject} ${data.version}`);
+      // the labels that one's own change has left may not have come
+      if (mine && (store.get().labelSets?.find(({ key }) => key === subject)?.version ?? 0) >= data.version) return;
       await reload();
-      if (subject !== labelSetKey(store.get())) return;
+      if (mine || subject !== labelSetKey(store.get())) return;
       const made = (await api.labelHistory(subject)).find(({ version }) => version === data.version);
       if (made) say(`${made.author}: ${made.sentence}`);
     },
     async change(change, set = labelSetKey(store.get())) {
       if (set === null) throw new ApiError(0, 'offline', 'The label sets are not loaded yet. Try again in a moment.');
-      const answer = api.changeLabels(set, author(), change);
-      changing = Promise.allSettled([changing, answer]).then(() => {});
-      try {
-        own.add(`${set} ${(await answer).version}`);
-      } finally {
-        // also after a refusal: what stands in the way may be somebody else's change that is not here yet
-        await reload().catch(() => {});
-      }
-      return answer;
+      const made = make(set, change);
+      changing = Promise.allSettled([changing, made]).then(() => {});
+      return made;
     },
     async bring(set, file, create) {
       const answer = await api.bringLabels(set, file, author(), create);

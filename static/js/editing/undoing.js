@@ -8,10 +8,11 @@
  */
 import { ApiError } from '../api/errors.js';
 import { subjectOf } from '../model/effective.js';
+import { isOpening } from '../model/review_notice.js';
 import { trackName } from '../model/track_name.js';
 import { seek, select } from '../store/actions/review.js';
 import { UNKNOWN, nextOf } from './line.js';
-import { describe, describeUndone, named } from './words.js';
+import { describe, describeUndone, named, OPENING } from './words.js';
 
 /**
  * @param {object} parts
@@ -41,7 +42,7 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
   function press(what, as) {
     const about = work.run === null ? null : work.next(what);
     if (about === null) {
-      toast(`There is nothing to ${what}.`, { topic: 'undo' });
+      toast(work.run === null && isOpening(store.get()) ? `${describe(what)} was not possible: ${OPENING}.` : `There is nothing to ${what}.`, { topic: 'undo' });
       return false;
     }
     const known = isKnown(about);

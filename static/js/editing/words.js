@@ -43,6 +43,9 @@ const NAMES = {
   redo: 'Redo',
 };
 
+/** Why nothing is changed between one review and the next. */
+export const OPENING = 'the review is still being opened. Try again in a moment';
+
 /** @param {string} name of a command @returns {string} */
 export const describe = (name) => NAMES[name] ?? name;
 

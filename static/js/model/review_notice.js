@@ -1,5 +1,5 @@
 // @ts-check
-/** What stands in place of the review where there is nothing to review. Pure. */
+/** What stands in place of the review where there is nothing to review, and whether all of it is there. Pure. */
 
 /**
  * @param {import('../state-types.js').State} state
@@ -13,4 +13,18 @@ export function reviewNotice({ route, review, videos, runs }) {
   const wanted = review.run?.id ?? (review.timebase ? route.run : null);
   const known = runs[review.video.id];
   return wanted !== null && known && !known.some(({ id }) => id === wanted) ? 'gone' : 'none';
+}
+
+/**
+ * Whether the review that the address names is still on its way here: its run, tracks or edits have not come.
+ *
+ * @param {Pick<import('../state-types.js').State, 'route'|'review'>} state
+ * @returns {boolean}
+ */
+export function isOpening({ route, review }) {
+  if (route.screen !== 'review' || review?.video.id !== route.video || review.timebase === null) return true;
+  const { run, tracks, seq } = review;
+  if (run === null) return route.run !== null;
+  if (route.run !== null && route.run !== run.id) return true;
+  return seq === null || (tracks === null && !(run.state === 'queued' && run.frames_done === 0));
 }

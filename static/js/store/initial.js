@@ -74,7 +74,7 @@ export const initialReview = (video, layers = USUAL_LAYERS, fewLabels = false) =
   mode: 'select',
   marked: [],
   docs: {},
-  seq: 0,
+  seq: null,
   undo: null,
   redo: null,
   unsaved: [],

@@ -1,11 +1,11 @@
 // @ts-check
 /** The review screen: toolbar, picture, right column and lanes, with lines between them that can be moved. */
 
-import {reviewNotice} from '../model/review_notice.js';
+import {isOpening, reviewNotice} from '../model/review_notice.js';
 import {formatRoute} from '../model/route.js';
 import {openDialog} from '../store/actions/page.js';
 import {createBeside} from './beside.js';
-import {h} from './dom.js';
+import {h, setAttribute} from './dom.js';
 import {acceptDrops} from './drops.js';
 import {emptyState, waiting} from './empty.js';
 import {icon} from './icons.js';
@@ -75,6 +75,7 @@ export function createReview(app) {
     const kind = reviewNotice(state);
     grid.hidden = kind !== 'none';
     notice.hidden = kind === 'none';
+    setAttribute(grid, 'aria-busy', String(isOpening(state)));
     if (kind === noticed) return;
     noticed = kind;
     if (kind === 'unknown') {

@@ -253,6 +253,18 @@ test('undo goes to its frame, selects its track and says what it was; fast keys 
   assert.deepEqual(review().docs.m1.keys, {});
 });
 
+test('between two reviews a correction and an undo say that nothing was changed', async () => {
+  const { editor, server, toasts } = await createWorld();
+  editor.close();
+  assert.equal(editor.edit({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' }), false);
+  await editor.undo();
+  assert.deepEqual(toasts, [
+    'Verdict was not possible: the review is still being opened. Try again in a moment.',
+    'Undo was not possible: the review is still being opened. Try again in a moment.',
+  ]);
+  assert.deepEqual(server.log, []);
+});
+
 test('going to another run while a request is under way sends the new run\'s edits', async () => {
   const { editor, server } = await createWorld(createServer());
   editor.edit(setBox('m1', 5, 20));

@@ -14,10 +14,10 @@ const head = (/** @type {string} */ key, /** @type {number} */ version, standard
 function createWorld() {
   const store = createStore(initialState());
   /** @type {string[]} */ const said = [];
-  /** @type {{version: number, labels: import('../../../static/js/types.js').Label[], asked: (string|null)[], refuse: Error|null}} */
-  const server = { version: 1, labels: [label({ id: 0, name: 'stop' })], asked: [], refuse: null };
+  /** @type {{version: number, labels: import('../../../static/js/types.js').Label[], asked: (string|null)[], refuse: Error|null, lost: Error|null}} */
+  const server = { version: 1, labels: [label({ id: 0, name: 'stop' })], asked: [], refuse: null, lost: null };
   const api = /** @type {any} */ ({
-    labelSets: async () => [head('gtsrb-43', server.version, true), head('vienna', 1)],
+    labelSets: async () => server.lost ? Promise.reject(server.lost) : [head('gtsrb-43', server.version, true), head('vienna', 1)],
     labels: async (/** @type {string|null} */ video) => (server.asked.push(video), video ? [label({ id: 5, name: 'boar' })] : server.labels),
     labelHistory: async () => [{ version: server.version, author: 'Anna', created: '', sentence: 'Added ‘no parking’.', undoes: null }],
     changeLabels: async (/** @type {string} */ set, /** @type {string} */ author, /** @type {any} */ change) => {
@@ -79,6 +79,20 @@ test('a change is in the store once it is made, and is no news to the page that 
   await Promise.all([change, receive(2)]);
   assert.deepEqual(store.get().labels.map(({ name }) => name), ['stop', 'no parking']);
   assert.deepEqual([(await change).sentence, said], ['Ben in gtsrb-43', []]);
+});
+
+test('the labels that a change has left come in with its event where they did not come with its answer', async () => {
+  const { store, sets, server, said, receive } = createWorld();
+  await sets.reload();
+  server.lost = new ApiError(0, 'offline', 'The server cannot be reached.');
+  await sets.change({ type: 'add', name: 'no parking' });
+  server.lost = null;
+  assert.equal(store.get().labels.length, 1);
+  await receive();
+  assert.deepEqual([store.get().labels.map(({ name }) => name), said], [['stop', 'no parking'], []]);
+  const before = server.asked.length;
+  await receive();
+  assert.equal(server.asked.length, before, 'they are here');
 });
 
 test('what somebody else has changed comes in with a sentence', async () => {

@@ -129,8 +129,12 @@ export function createDialogs(app) {
 
   /** @param {Dialog} dialog */
   function show(dialog) {
-    // Another one may have been asked for already that is not drawn yet: this one's end must not close it.
-    const close = () => app.store.dispatch((state) => (state.dialog === dialog ? closeDialog(state) : state));
+    const close = () => {
+      // Another one may have been asked for already that is not drawn yet: this one's end must not close it.
+      app.store.dispatch((state) => (state.dialog === dialog ? closeDialog(state) : state));
+      // at once: what is typed before the next drawing is not for this dialog any more
+      if (open?.dialog === dialog && app.store.get().dialog === null) hide();
+    };
     const ended = new AbortController();
     // What it edits is the run that it was opened on, also where another one has come to the screen behind it.
     const run = app.store.get().review?.run?.id ?? null;

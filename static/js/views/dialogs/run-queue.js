@@ -34,12 +34,16 @@ export function runQueueDialog({app, close, signal}) {
   let known;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let waiting;
+  let asked = 0;
   signal.addEventListener('abort', () => clearTimeout(waiting));
 
   async function load() {
     waiting = undefined;
+    const mine = ++asked;
     try {
-      runs = await app.api.runQueue({signal});
+      const found = await app.api.runQueue({signal});
+      if (mine !== asked) return; // it is older than what was asked later
+      runs = found;
       draw();
     } catch (thrown) {
       if (!signal.aborted) setText(told, sentence(thrown));

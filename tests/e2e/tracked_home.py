@@ -1,0 +1,87 @@
+"""Data folders with one tracked video. The engine runs once for all tests that share a clip; each desk gets a copy."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Run, Video
+from tests.e2e.live_server import LiveServer
+
+__all__ = ["TrackedHome", "tracked_home"]
+
+OF_A_SERVER = shutil.ignore_patterns("*.lock", "server.log", "token")
+"""What the copy of a data folder has of its own."""
+
+
+class TrackedHome(NamedTuple):
+    """A data folder, the folder with its video, and the ids of the video and its run."""
+
+    home: Path
+    roots: Path
+    video: str
+    run: str
+
+
+def tracked_home(
+    folders: pytest.TempPathFactory, clip: Path, stop: int, name: str = "drive.mp4", run: str | None = None
+) -> TrackedHome:
+    """A data folder of its own with one complete run over the beginning of a clip.
+
+    Args:
+        folders: where the folder is made.
+        clip: the video.
+        stop: frame after the last one of the run.
+        name: of the video.
+        run: name of the run; None: as the server calls it.
+    """
+    kept = _shared(folders) / f"tracked-{clip.stem}-{stop}"
+    with _alone(kept.with_suffix(".lock")):
+        if not (kept / "ids").is_file():
+            shutil.rmtree(kept, ignore_errors=True)
+            _track(kept, clip, stop)
+    ids = (kept / "ids").read_text().split()
+    made = TrackedHome(folders.mktemp("home"), kept / "clips", *ids)
+    shutil.copytree(kept / "home", made.home, ignore=OF_A_SERVER, dirs_exist_ok=True)
+    database = Database(Settings(home=made.home).database)
+    with database.write() as session:
+        session.get_one(Video, made.video).name = name
+        if run is not None:
+            session.get_one(Run, made.run).name = run
+    database.close()
+    return made
+
+
+def _shared(folders: pytest.TempPathFactory) -> Path:
+    """A folder that all processes of this run of the tests have in common."""
+    own = folders.getbasetemp()
+    return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+
+@contextmanager
+def _alone(lock: Path) -> Iterator[None]:
+    """Only one process at a time."""
+    with lock.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def _track(folder: Path, clip: Path, stop: int) -> None:
+    """Let a server import and track a clip; the file ``ids`` is written when all is done."""
+    roots, home = folder / "clips", folder / "home"
+    roots.mkdir(parents=True)
+    home.mkdir()
+    shutil.copyfile(clip, roots / "drive.mp4")
+    with LiveServer(home, roots=(roots,), sample=False) as server:
+        video = str(server.add_video(roots / "drive.mp4")["id"])
+        run = server.track(video, {"stop": stop})
+    (folder / "ids").write_text(f"{video} {run}")

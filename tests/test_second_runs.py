@@ -1,0 +1,74 @@
+"""A walk in the browser that fails runs once more, at a desk of its own; one that fails twice has failed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+HOOKS = "from tests.e2e.conftest import pytest_itemcollected, pytest_runtest_makereport, pytest_runtest_teardown"
+WALKS = """
+import pytest
+
+made, ended = [], []
+
+
+@pytest.fixture(scope="module")
+def desk():
+    made.append(1)
+    yield len(made)
+    ended.append(1)
+
+
+@pytest.fixture(scope="module")
+def late(desk):
+    if desk < 3:
+        raise RuntimeError("it did not start")
+
+
+def test_at_first(desk):
+    assert desk == 1
+
+
+def test_late_once(desk):
+    assert desk == 2
+
+
+def test_after_it(desk):
+    assert desk == 2
+
+
+def test_desk_is_late(late):
+    assert len(made) == 3
+
+
+def test_wrong(desk):
+    assert desk < 0
+
+
+def test_after_wrong(desk):
+    assert (desk, len(ended)) == (5, 4)
+"""
+
+
+def test_a_walk_runs_twice_before_it_has_failed(tmp_path: Path) -> None:
+    (tmp_path / "conftest.py").write_text(HOOKS)
+    (tmp_path / "test_walks.py").write_text(WALKS)
+    (tmp_path / "pytest.ini").write_text("[pytest]")
+    root = Path(__file__).resolve().parents[1]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "no:cacheprovider",
+        "-rf",
+        "--rerun-show-tracebacks",
+        str(tmp_path),
+    ]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=300)
+    assert "1 failed, 5 passed, 3 rerun" in done.stdout, done.stdout + done.stderr
+    assert "assert 4 < 0" in done.stdout
+    for name in ("late_once", "desk_is_late", "wrong"):
+        assert f"RERUN test_walks.py::test_{name}" in done.stdout
+    assert "RuntimeError: it did not start" in done.stdout, "why it failed at first is told"
