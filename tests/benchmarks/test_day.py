@@ -9,13 +9,13 @@ from benchmarks.experiment import Result
 from benchmarks.experiments.day import EXPERIMENT
 from benchmarks.review.annotator import _steps
 from benchmarks.review.planted import KINDS, ROUNDS, planted
-from tsr_engine.evaluation.tracking_rows import GroundTruth
+from tsr_engine.track_table import TrackTable
 
 SIZE = (640, 360)
 FRAMES = 80
 
 
-def truth() -> GroundTruth:
+def truth() -> TrackTable:
     """Two signs that grow, and one of no label."""
     frame = np.tile(np.arange(5, 45), 3)
     track = np.repeat([1, 2, 3], 40)
@@ -23,7 +23,7 @@ def truth() -> GroundTruth:
     left, top = np.repeat([100.0, 300.0, 480.0], 40), np.full(120, 100.0)
     boxes = np.stack([left, top, left + side, top + side], axis=1)
     label = np.repeat([14, 17, -1], 40)
-    return GroundTruth(frame, track, boxes, label, np.ones(120), np.zeros(120, np.bool_))
+    return TrackTable(frame, track, boxes, label)
 
 
 def rows(content: bytes) -> dict[int, dict[int, list[float]]]:

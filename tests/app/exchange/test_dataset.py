@@ -26,7 +26,7 @@ def test_an_untouched_run_goes_out_as_the_engine_left_it(untouched: Desk) -> Non
     np.testing.assert_allclose(np.diff(video.times), 0.04)
     boxes = desk.server.context.evidence.boxes(desk.run_id)
     tracks = desk.tracks()
-    assert list(tracks) == list(boxes.keys) == ["m1", "m2"]
+    assert list(tracks) == list(boxes.names) == ["m1", "m2"]
     for number, track in enumerate(tracks.values()):
         mine = boxes.track == number
         np.testing.assert_array_equal(track.frames, boxes.frame[mine])

@@ -82,7 +82,7 @@ def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
 def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) -> Iterator[str]:
     """The text of each annotation; ``before`` have been written in the files before."""
     rows = part.rows.plain()
-    numbers = {label: labels.place(label) + 1 for label in set(rows.label)}
+    numbers = {label: labels.place(label) + 1 for label in set(rows.class_id)}
     heads = [
         _dump(
             {
@@ -95,7 +95,7 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) 
         )[1:]
         for info in part.rows.tracks
     ]
-    edges = rounded(part.rows.boxes, _DECIMALS, part.video.width, part.video.height)
+    edges = rounded(part.rows.table.boxes, _DECIMALS, part.video.width, part.video.height)
     edges[:, 2:] = np.round(edges[:, 2:] - edges[:, :2], _DECIMALS)
     boxes = edges.tolist()
     for frame, at in part.listed(subset):
@@ -104,7 +104,7 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) 
             score = rows.score[k]
             yield (
                 f'{{"id":{before},"image_id":{part.first_frame + frame + 1},'
-                f'"category_id":{numbers[rows.label[k]]},'
+                f'"category_id":{numbers[rows.class_id[k]]},'
                 f'"bbox":[{",".join(map(repr, boxes[k]))}],'
                 f'"area":{round(boxes[k][2] * boxes[k][3], 4)},"segmentation":[],"iscrowd":{rows.ignore[k]:d},'
                 f'"attributes":{{"occluded":{_TRUTH[rows.occluded[k]]},"rotation":0.0,'

@@ -66,7 +66,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
         for part in lists:
             video, rows = part.video, part.rows
             heads = _heads(rows)
-            boxes = rounded(rows.boxes, _DECIMALS, video.width, video.height).tolist()
+            boxes = rounded(rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
             for (frame, at), side in zip(part.listed(), part.subset, strict=True):
                 subset = f' subset="{side}"' if options.split else ""
                 file.write(
@@ -95,16 +95,16 @@ def _heads(rows: FrameRows) -> list[str]:
 
 
 def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: ClassMap) -> str:
-    info = rows.tracks[rows.track[k]]
+    info = rows.tracks[rows.table.track[k]]
     x1, y1, x2, y2 = edges
-    score = float(rows.score[k])
-    attributes = heads[rows.track[k]] + written_attributes(rows.said(k))
+    score = float(rows.table.score[k])
+    attributes = heads[rows.table.track[k]] + written_attributes(rows.said(k))
     attributes += f'<attribute name="score">{score:.6g}</attribute>' if score == score else ""
-    attributes += attribute_line("ignore", "true") if rows.ignore[k] else ""
+    attributes += attribute_line("ignore", "true") if rows.table.ignore[k] else ""
     source = "auto" if info.source == "engine" else "manual"
     return (
-        f'  <box label={quoted(labels.name(int(rows.label[k])))} source="{source}" '
-        f'occluded="{int(rows.occluded[k])}" xtl="{x1:.2f}" ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" '
+        f'  <box label={quoted(labels.name(int(rows.table.class_id[k])))} source="{source}" '
+        f'occluded="{int(rows.table.occluded[k])}" xtl="{x1:.2f}" ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" '
         f'z_order="0">{attributes}</box>\n'
     )
 

@@ -30,7 +30,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
         with out.text(home + TRUTH, encoding="ascii") as truth, out.text(home + LIST, encoding="ascii") as listed:
             for part in lists:
                 rows = part.rows
-                boxes = whole_pixels(rows.boxes, part.video.width, part.video.height)
+                boxes = whole_pixels(rows.table.boxes, part.video.width, part.video.height)
                 if corners == "inclusive":
                     boxes[:, 2:] -= 1
                 edges = boxes.tolist()
@@ -38,8 +38,8 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
                     name = _name(part, frame, suffix)
                     listed.write(f"{name}\n")
                     for k in range(at.start, at.stop):
-                        label = int(rows.label[k])
-                        if rows.ignore[k]:
+                        label = int(rows.table.class_id[k])
+                        if rows.table.ignore[k]:
                             ignored += 1
                         elif label not in numbers:
                             unknown += 1

@@ -83,25 +83,26 @@ def _write_sequence(
 ) -> None:
     ids = track_numbers(info.uid for info in rows.tracks)
     track = [ids[info.uid] for info in rows.tracks]
-    edges = rounded(rows.boxes, _DECIMALS, video.width, video.height)
+    boxes = rows.table
+    edges = rounded(boxes.boxes, _DECIMALS, video.width, video.height)
     edges[:, 2:] -= edges[:, :2]
     edges[:, :2] += origin
     with (
         out.text(f"{home}gt/gt.txt", encoding="ascii") as truth,
         out.text(f"{home}gt/{SIDE}", errors="replace") as side,
     ):
-        scored = np.isfinite(rows.score)
+        scored = np.isfinite(boxes.score)
         detections: list[str] = []
         for k, (frame, number, (x, y, w, h)) in enumerate(
-            zip(rows.frame.tolist(), rows.track.tolist(), edges.tolist(), strict=True)
+            zip(boxes.frame.tolist(), boxes.track.tolist(), edges.tolist(), strict=True)
         ):
             box = f"{x:.2f},{y:.2f},{w:.2f},{h:.2f}"
-            label = labels.place(int(rows.label[k])) + 1
+            label = labels.place(int(boxes.class_id[k])) + 1
             truth.write(
-                f"{frame + 1},{track[number]},{box},{int(not rows.ignore[k])},{label},{int(not rows.occluded[k])}\n"
+                f"{frame + 1},{track[number]},{box},{int(not boxes.ignore[k])},{label},{int(not boxes.occluded[k])}\n"
             )
             if scored[k]:
-                detections.append(f"{frame + 1},-1,{box},{rows.score[k]:.6g},-1,-1,-1\n")
+                detections.append(f"{frame + 1},-1,{box},{boxes.score[k]:.6g},-1,-1,-1\n")
         table = csv.writer(side, lineterminator="\n")
         table.writerow([*SIDE_COLUMNS, ATTRIBUTES])
         for number, info in enumerate(rows.tracks):

@@ -71,16 +71,17 @@ def _write_rows(table: Any, rows: FrameRows, labels: Mapping[int, str], layout: 
     ids = track_numbers(info.uid for info in rows.tracks)
     number = [ids[info.uid] for info in rows.tracks]
     # The short layouts are what other commands read and compare; the full one gives back what went in.
-    boxes = rows.boxes if layout == "full" else np.round(rows.boxes, 2)
+    boxes = rows.table.boxes if layout == "full" else np.round(rows.table.boxes, 2)
     first: set[int] = set()
-    for k, (frame, at, edges) in enumerate(zip(rows.frame.tolist(), rows.track.tolist(), boxes.tolist(), strict=True)):
+    places = zip(rows.table.frame.tolist(), rows.table.track.tolist(), boxes.tolist(), strict=True)
+    for k, (frame, at, edges) in enumerate(places):
         info = rows.tracks[at]
-        label = int(rows.label[k])
+        label = int(rows.table.class_id[k])
         head = [frame, number[at], *edges, label]
         if layout == "truth":
-            table.writerow([*head, int(not rows.occluded[k]), int(rows.ignore[k])])
+            table.writerow([*head, int(not rows.table.occluded[k]), int(rows.table.ignore[k])])
             continue
-        score = float(rows.score[k])
+        score = float(rows.table.score[k])
         if layout == "results":
             # No empty cells here: the commands that read this layout want a number.
             table.writerow([*head, f"{score:.4f}" if score == score else "0.0000", info.source])
@@ -89,7 +90,7 @@ def _write_rows(table: Any, rows: FrameRows, labels: Mapping[int, str], layout: 
         first.add(at)
         text = [labels[label], info.uid]
         cells = [_guarded(cell) for cell in text] if guard else text
-        flags = [int(rows.key[k]), int(rows.occluded[k]), int(rows.ignore[k])]
+        flags = [int(rows.table.key[k]), int(rows.table.occluded[k]), int(rows.table.ignore[k])]
         table.writerow(
             [
                 *head,

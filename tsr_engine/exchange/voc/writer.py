@@ -79,12 +79,12 @@ def _corners(part: PictureList, devkit: bool) -> list[str]:
     """The element of each row's corners."""
     video = part.video
     if devkit:
-        whole = whole_pixels(part.rows.boxes, video.width, video.height)
+        whole = whole_pixels(part.rows.table.boxes, video.width, video.height)
         whole[:, :2] += 1
         pattern, rows = _BOX.format("%d"), whole.tolist()
     else:
         pattern = _BOX.format(f"%.{_DECIMALS}f")
-        rows = rounded(part.rows.boxes, _DECIMALS, video.width, video.height).tolist()
+        rows = rounded(part.rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
     return [pattern % tuple(row) for row in rows]
 
 
@@ -134,7 +134,7 @@ def _picture(
         said = f"<attribute><name>score</name><value>{score:.9g}</value></attribute>" if score == score else ""
         said += _attributes(changing(k))
         out.append(
-            f"<object><name>{names[rows.label[k]]}</name><truncated>0</truncated>"
+            f"<object><name>{names[rows.class_id[k]]}</name><truncated>0</truncated>"
             f"<occluded>{rows.occluded[k]:d}</occluded><difficult>{rows.ignore[k]:d}</difficult>\n"
             f"{boxes[k]}\n<attributes>{_KEY[rows.key[k]]}{said}{heads[rows.track[k]]}</attributes></object>\n"
         )
