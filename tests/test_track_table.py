@@ -55,7 +55,14 @@ def test_columns_are_read_only() -> None:
     for column in (table.frame, table.boxes, table.class_id, table.rows(slice(0, 1)).boxes):
         with pytest.raises(ValueError, match="read-only"):
             column[0] = 1
-    frame[0] = 5  # the caller's own array stays as it was
+    frame[0] = 5  # the caller's own array stays writeable
+
+
+def test_tables_with_other_sources_are_not_joined() -> None:
+    table = TrackTable.of_rows(ROWS)
+    with pytest.raises(ValueError, match="one list of sources"):
+        TrackTable.joined([table, TrackTable.empty()])
+    assert TrackTable.joined([table, table]).source_words() == table.source_words() * 2
 
 
 @pytest.mark.parametrize(

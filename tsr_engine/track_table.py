@@ -113,10 +113,15 @@ class TrackTable:
         Args:
             tables: their tracks are numbered alike.
             names: of the tracks.
+
+        Raises:
+            ValueError: their sources are numbered differently.
         """
         parts = list(tables) or [cls.empty()]
+        if any(part.sources != parts[0].sources for part in parts):
+            raise ValueError(f"Tables must have one list of sources. Got {sorted({part.sources for part in parts})}.")
         columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _TYPES}
-        return cls(**columns, names=names)
+        return cls(**columns, names=names, sources=parts[0].sources)
 
     @classmethod
     def of_rows(cls, rows: Iterable[tuple[int, int, Any, int, float, str]]) -> TrackTable:
