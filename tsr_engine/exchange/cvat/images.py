@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.attributes import ours_in, said_in
-from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
+from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator
 from tsr_engine.exchange.cvat.common import (
     OWN_NAMES,
     SHAPES,
@@ -33,6 +33,7 @@ from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, picture_lists, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows
 from tsr_engine.exchange.whose_pictures import frames_of_pictures

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from tsr_engine.exchange.attributes import inner, written
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.datumaro.reader import read_datumaro, sniff_datumaro
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
@@ -27,7 +26,7 @@ _IMAGE = 2
 """Datumaro's number for still pictures."""
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)

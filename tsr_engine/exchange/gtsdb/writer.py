@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.gtsdb.reader import LIST, TRUTH, read_gtsdb, sniff_gtsdb
 from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.linking import LINK_SWITCH
@@ -18,7 +16,7 @@ from tsr_engine.exchange.rounding import whole_pixels
 __all__ = ["FORMAT"]
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     suffix = options.switches.get("image", "jpg")
     corners = options.switches.get("corners", "inclusive")
     numbers = benchmark_numbers(dataset.labels)

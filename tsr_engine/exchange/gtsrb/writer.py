@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, TextIO
+from typing import TextIO
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.gtsrb.reader import OWN, SIDE, read_crops, sniff_crops
 from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.output_sink import OutputSink
@@ -63,7 +63,7 @@ def border_of(side: int) -> int:
     return max(LEAST_BORDER, int(BORDER * side + 0.5))
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     writer = _Writer(dataset, out, options)
     with out.text(SIDE, errors="replace") as side:
         side.write(csv_text([*OWN, *COLUMNS, ATTRIBUTES]) + "\n")

@@ -10,7 +10,7 @@ import numpy as np
 from tsr_engine.exchange.attributes import attributes_text
 from tsr_engine.exchange.checks import SIZE_SWITCH
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.mot.columns import COLUMNS_SWITCH, SCORES_SWITCH
@@ -32,7 +32,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 2
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else [""]
     origin = int(options.switches.get("origin", "0"))

@@ -11,8 +11,8 @@ import numpy as np
 
 from tsr_engine.evidence.reader import RESULT_HEADER
 from tsr_engine.exchange.attributes import attributes_text, without
-from tsr_engine.exchange.dataset import NONE, Dataset, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.names import video_names
@@ -24,6 +24,7 @@ from tsr_engine.exchange.sidecar import ATTRIBUTES
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv.reader import read_tracks_csv, sniff_tracks_csv
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["FORMAT", "file_names"]
 
@@ -42,13 +43,13 @@ def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[li
     ]
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     layout = options.switches.get("layout", "full")
     guard = options.switches.get("formulas", "plain") == "quoted"
     header = {"full": [*_RESULTS, *_MORE], "results": _RESULTS, "truth": list(_TRUTH)}[layout]
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     done = 0
-    names = {label.id: label.name for label in dataset.labels} | {NONE: ""}
+    names = {label.id: label.name for label in dataset.labels} | {NO_CLASS: ""}
     for video, files in zip(dataset.videos, file_names(dataset, options, ".csv"), strict=True):
         for subset, name in files:
             only = {track.uid for track in video.tracks() if subset_of(video, track.uid, options.split) == subset}

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.exchange.attributes import as_text, written
 from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.files_below import is_rubbish
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import UNKNOWN, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
@@ -23,6 +22,7 @@ from tsr_engine.exchange.rows import PlainRows
 from tsr_engine.exchange.voc.reader import annotations_in, read_voc
 from tsr_engine.exchange.xml import text
 from tsr_engine.labels.model import AttributeValue
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["FORMAT"]
 
@@ -31,10 +31,10 @@ _BOX = "<bndbox><xmin>{0}</xmin><ymin>{0}</ymin><xmax>{0}</xmax><ymax>{0}</ymax>
 _KEY = tuple(f"<attribute><name>keyframe</name><value>{word}</value></attribute>" for word in ("false", "true"))
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
-    names = {label.id: text(label.name) for label in labels.labels} | {NONE: text(UNKNOWN)}
+    names = {label.id: text(label.name) for label in labels.labels} | {NO_CLASS: text(UNKNOWN)}
     devkit = options.switches.get("coordinates", "cvat") == "devkit"
     lists = picture_lists(dataset, options, rounding=1.0 if devkit else 0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.dataset import Dataset, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.output_sink import OutputSink
@@ -24,7 +23,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 8
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     with_ignored = options.switches.get("ignored", "leave-out") == "box"
