@@ -57,7 +57,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         out.put(f"ImageSets/Main/{subset}.txt", listed.encode("ascii"))
     skipped = _write_label_map(out, labels.names)
     pictures = write_files(lists, out, options, lambda part, frame, _: f"JPEGImages/{part.stem(frame)}.{suffix}")
-    reported = {
+    reported: dict[str, object] = {
         "coordinates": "devkit" if devkit else "cvat",
         "origin": 1 if devkit else 0,
         "corners": "pixels from 1, both inclusive, whole" if devkit else "edges from 0, lower right one exclusive",
