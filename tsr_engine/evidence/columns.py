@@ -17,7 +17,7 @@ from tsr_engine.records import FloatArray
 from tsr_engine.track_table import SOURCES, BoolArray, IntArray
 
 __all__ = [
-    "BOX", "Columns", "count", "end_boxes", "read_columns", "runners_up", "size_of",
+    "BOX", "SOURCES", "Columns", "count", "end_boxes", "read_columns", "runners_up", "size_of",
     "spread_detections",
 ]  # fmt: skip
 

@@ -6,7 +6,7 @@ and size.
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,10 +38,10 @@ def to_xyxy(boxes: ArrayLike) -> FloatArray:
     return np.stack([b[..., 0] - half_w, b[..., 1] - half_h, b[..., 0] + half_w, b[..., 1] + half_h], axis=-1)
 
 
-def area(boxes: ArrayLike) -> Any:
+def area(boxes: ArrayLike) -> FloatArray:
     """Area in px^2, zero for empty or inverted boxes; shape (...)."""
     b = np.asarray(boxes, dtype=np.float64)
-    return np.maximum(0.0, b[..., 2] - b[..., 0]) * np.maximum(0.0, b[..., 3] - b[..., 1])
+    return np.asarray(np.maximum(0.0, b[..., 2] - b[..., 0]) * np.maximum(0.0, b[..., 3] - b[..., 1]))
 
 
 def shorter_side(boxes: ArrayLike) -> FloatArray:
