@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.evidence.disagreement import MATCH_IOU, against_run
-from app.evidence.tables import BoxTable, confirmed_boxes
+from app.evidence.tables import confirmed_boxes
 from app.evidence.tracks import TrackFacts, track_facts
 from app.evidence.uncertainty import Disagreement
 from benchmarks.corrected_clips import dimmed
 from benchmarks.peers.cache import ENGINE, code, file_digest
 from tsr_engine.errors import TsrError
-from tsr_engine.evaluation.tracking_rows import GroundTruth, thinned
+from tsr_engine.evaluation.tracking_rows import thinned
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.video import open_video
@@ -29,6 +29,7 @@ from tsr_engine.labels.files import shipped_set
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["ALIKE", "CAMERAS", "RUNS", "Filmed", "JudgedRun", "filmed", "judge", "judged_runs"]
 
@@ -67,7 +68,7 @@ class Filmed:
     clip: str
     camera: str
     path: Path
-    truth: GroundTruth
+    truth: TrackTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +108,7 @@ def _slow(source: Path, place: Path) -> None:
                 writer.write(frame.picture)
 
 
-def _same(truth: GroundTruth) -> GroundTruth:
+def _same(truth: TrackTable) -> TrackTable:
     return truth
 
 
@@ -121,7 +122,7 @@ class Camera:
     """
 
     film: Callable[[Path, Path], object] | None = None
-    truth: Callable[[GroundTruth], GroundTruth] = _same
+    truth: Callable[[TrackTable], TrackTable] = _same
 
 
 SLOW = 3
@@ -135,7 +136,7 @@ CAMERAS: Mapping[str, Camera] = {
 every third frame."""
 
 
-def filmed(videos: Mapping[str, tuple[Path, GroundTruth]], scratch: Path, cameras: Sequence[str]) -> Iterator[Filmed]:
+def filmed(videos: Mapping[str, tuple[Path, TrackTable]], scratch: Path, cameras: Sequence[str]) -> Iterator[Filmed]:
     """Each video as some cameras film it.
 
     Args:
@@ -177,7 +178,7 @@ def judged_runs(videos: Iterable[Filmed], scratch: Path) -> Iterator[JudgedRun]:
 
 
 def judge(
-    boxes: BoxTable, labels: NDArray[np.int64], truth: GroundTruth, size: tuple[int, int]
+    boxes: TrackTable, labels: NDArray[np.int64], truth: TrackTable, size: tuple[int, int]
 ) -> tuple[str | None, ...]:
     """Why a person who knows the truth changes each track.
 
@@ -192,7 +193,7 @@ def judge(
     """
     boxes = boxes.inside(*size)
     signs, changes = [], []
-    for track in range(len(boxes.keys)):
+    for track in range(len(boxes.names)):
         rows = np.flatnonzero(boxes.track == track)
         sign, change = _judge_track(boxes.boxes[rows], boxes.frame[rows], int(labels[track]), truth, size)
         signs.append(sign)
@@ -204,7 +205,7 @@ def judge(
 
 
 def _judge_track(
-    boxes: NDArray[np.float64], frames: NDArray[np.int64], label: int, truth: GroundTruth, size: tuple[int, int]
+    boxes: NDArray[np.float64], frames: NDArray[np.int64], label: int, truth: TrackTable, size: tuple[int, int]
 ) -> tuple[int | None, str | None]:
     """The sign that a track shows, and why it is changed."""
     overlap: dict[int, dict[int, float]] = {}
@@ -216,11 +217,11 @@ def _judge_track(
         excused[k] |= bool((truth.ignore[here] & (np.maximum(found, own) >= ALIKE)).any())
         for row, value in zip(here.tolist(), found.tolist(), strict=True):
             if not truth.ignore[row] and value >= MATCH_IOU:
-                overlap.setdefault(int(truth.track_id[row]), {})[k] = value
+                overlap.setdefault(int(truth.track[row]), {})[k] = value
     if not overlap:
         return None, None if excused.mean() >= ALIKE else "false"
     sign = max(overlap, key=lambda one: (len(overlap[one]), -one))
-    if label != int(truth.class_id[truth.track_id == sign][0]):
+    if label != int(truth.class_id[truth.track == sign][0]):
         return sign, "label"
     loose = sum(not excused[k] and overlap[sign].get(k, 0.0) < ALIKE for k in range(len(frames)))
     return sign, "boxes" if loose >= LOOSE_FRAMES and loose > LOOSE_SHARE * len(frames) else ""

@@ -9,18 +9,18 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.records import Picture
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["corrected", "dimmed"]
 
 
-def corrected(path: Path, truth: GroundTruth) -> DatasetVideo:
+def corrected(path: Path, truth: TrackTable) -> DatasetVideo:
     """A clip with its annotation as tracks that a person has stated in every frame."""
-    tracks = [_stated(truth, int(sign)) for sign in np.unique(truth.track_id)]
+    tracks = [_stated(truth, int(sign)) for sign in np.unique(truth.track)]
     with open_video(path) as video:
         frames = len(video.confirm())
         return DatasetVideo(
@@ -28,8 +28,8 @@ def corrected(path: Path, truth: GroundTruth) -> DatasetVideo:
         )
 
 
-def _stated(truth: GroundTruth, sign: int) -> Track:
-    rows = np.flatnonzero(truth.track_id == sign)
+def _stated(truth: TrackTable, sign: int) -> Track:
+    rows = np.flatnonzero(truth.track == sign)
     rows = rows[np.argsort(truth.frame[rows])]
     n = len(rows)
     return Track(

@@ -19,7 +19,6 @@ from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.follow import TUNED_ON
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.follow import FollowerModels
 from tsr_engine.follow.camera import Camera
 from tsr_engine.follow.confidence import WEIGHTS, Evidence
@@ -31,6 +30,7 @@ from tsr_engine.geometry.boxes import clip, iou_each
 from tsr_engine.io.video import open_video
 from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.records import Picture
+from tsr_engine.track_table import TrackTable
 
 Seen = tuple[Evidence, bool]
 
@@ -53,7 +53,7 @@ def main() -> None:
         print(line)
 
 
-def evidence_of(path: Path, truth: GroundTruth, parts: FollowerModels) -> Iterator[Seen]:
+def evidence_of(path: Path, truth: TrackTable, parts: FollowerModels) -> Iterator[Seen]:
     """All evidence of one video, and whether each box lies on its sign by an IoU of 0.5."""
     with open_video(path) as video:
         pictures = [frame.picture for frame in video.frames()]

@@ -20,10 +20,11 @@ import av
 import numpy as np
 
 from tsr_engine.evaluation.tracking import TrackingSummary, VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import GroundTruth, Results, read_clip_truth, read_mot_truth, thinned
+from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_mot_truth, thinned
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import Detections, FloatArray
+from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.tracker import Tracker
 
@@ -34,14 +35,14 @@ class Video:
 
     name: str
     group: str
-    truth: GroundTruth
+    truth: TrackTable
     frames: int
     width: int
     height: int
     shifts: list[tuple[float, float]]
 
 
-def load(path: Path, name: str, group: str, truth: GroundTruth, step: int) -> Video:
+def load(path: Path, name: str, group: str, truth: TrackTable, step: int) -> Video:
     """Decodes a clip once to measure its shifts; keeps every ``step``-th frame."""
     estimator = CameraShift()
     shifts = []
@@ -83,7 +84,7 @@ def simulate(
     return frames
 
 
-def track(video: Video, detections: dict[int, Detections], params: TrackingParams) -> Results:
+def track(video: Video, detections: dict[int, Detections], params: TrackingParams) -> TrackTable:
     """Kalman filter alone; rows of confirmed tracks from their first frame on."""
     tracker = Tracker(params, video.width, video.height)
     rows, confirmed = [], set()
@@ -92,10 +93,10 @@ def track(video: Video, detections: dict[int, Detections], params: TrackingParam
             rows.append((frame, t.track_id, t.box, 0, t.score, t.source))
             if t.state == "confirmed":
                 confirmed.add(t.track_id)
-    return Results.of(row for row in rows if row[1] in confirmed)
+    return TrackTable.of_rows(row for row in rows if row[1] in confirmed)
 
 
-def raw(video: Video, detections: dict[int, Detections]) -> Results:
+def raw(video: Video, detections: dict[int, Detections]) -> TrackTable:
     """The detections themselves, each with the id of the sign that it overlaps most; false ones are left out."""
     rows = []
     for frame, found in detections.items():
@@ -103,9 +104,9 @@ def raw(video: Video, detections: dict[int, Detections]) -> Results:
         if len(here) and len(found):
             overlap = iou(found.boxes, video.truth.boxes[here])
             for i in np.flatnonzero(overlap.max(axis=1) > 0):
-                sign = int(video.truth.track_id[here[overlap[i].argmax()]])
+                sign = int(video.truth.track[here[overlap[i].argmax()]])
                 rows.append((frame, sign, found.boxes[i], 0, float(found.scores[i]), "detected"))
-    return Results.of(rows)
+    return TrackTable.of_rows(rows)
 
 
 def evaluate(

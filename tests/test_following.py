@@ -69,7 +69,7 @@ def test_leaving_early_closes_the_file(drive: Path) -> None:
 @pytest.mark.data
 def test_a_real_sign_drawn_once(clips: Path) -> None:
     truth = read_clip_truth(clips / "gt" / "SH4_70b651.csv")
-    rows = truth.track_id == 1
+    rows = truth.track == 1
     boxes = dict(zip(truth.frame[rows].tolist(), truth.boxes[rows], strict=True))
     kept: dict[int, Proposal] = {}
     for event in follow_video(clips / "SH4_70b651.mp4", [Anchor(15, boxes[15])], load_follower()):

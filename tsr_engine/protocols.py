@@ -45,7 +45,7 @@ class TrainedPart(Protocol):
     """A trained part as it is read from a model folder: arrays, and the settings that inference needs."""
 
     @property
-    def arrays(self) -> Mapping[str, NDArray[Any]]:
+    def arrays(self) -> Mapping[str, NDArray[np.generic]]:
         """Arrays by name."""
         ...
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from app.check.reviewed import ReviewedDrive
 from tsr_engine.evaluation.tracking import SignReport, VideoReport
-from tsr_engine.evaluation.tracking_rows import Results
 from tsr_engine.geometry.boxes import iou
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["Place", "worse_places"]
 
@@ -52,7 +52,7 @@ def worse_places(
     drives: Sequence[ReviewedDrive],
     before: Sequence[VideoReport],
     after: Sequence[VideoReport],
-    results: Sequence[Results],
+    results: Sequence[TrackTable],
 ) -> list[Place]:
     """Places that got worse.
 
@@ -75,7 +75,7 @@ def worse_places(
 
 def _sign(number: int, drive: ReviewedDrive, old: SignReport, new: SignReport) -> Place | None:
     truth = drive.truth
-    rows = np.flatnonzero((truth.track_id == new.track_id) & ~truth.ignore)
+    rows = np.flatnonzero((truth.track == new.track_id) & ~truth.ignore)
     boxes = truth.boxes[rows]
     largest = int(np.argmax(boxes[:, 2] - boxes[:, 0]))
     lost = (old.covered - new.covered) / max(1, new.frames)
@@ -96,8 +96,8 @@ def _sign(number: int, drive: ReviewedDrive, old: SignReport, new: SignReport) -
     )  # fmt: skip
 
 
-def _false(number: int, rows: Results, track: int) -> Place:
-    own = np.flatnonzero(rows.track_id == track)
+def _false(number: int, rows: TrackTable, track: int) -> Place:
+    own = np.flatnonzero(rows.track == track)
     boxes = rows.boxes[own]
     largest = int(np.argmax(boxes[:, 2] - boxes[:, 0]))
     x1, y1, x2, y2 = boxes[largest].tolist()
@@ -108,10 +108,10 @@ def _false(number: int, rows: Results, track: int) -> Place:
     )  # fmt: skip
 
 
-def _is_new(rows: Results, track: int, drive: ReviewedDrive, old: VideoReport) -> bool:
+def _is_new(rows: TrackTable, track: int, drive: ReviewedDrive, old: VideoReport) -> bool:
     """Whether the run did not have the same false track already."""
-    own = np.flatnonzero(rows.track_id == track)
-    known = np.flatnonzero(np.isin(drive.results.track_id, old.false_tracks))
+    own = np.flatnonzero(rows.track == track)
+    known = np.flatnonzero(np.isin(drive.results.track, old.false_tracks))
     for row in own:
         same = known[drive.results.frame[known] == rows.frame[row]]
         if len(same) and bool((iou(rows.boxes[row], drive.results.boxes[same]) >= 0.5).any()):

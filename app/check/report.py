@@ -155,9 +155,7 @@ def _expectation(place: Place, drive: CheckedDrive, first: int, stop: int) -> Ex
             bounds=Bounds(), signs={"s": sign}, expected=[Expected(id="absent", kind="absent", sign="s")]
         )
     truth = drive.reviewed.truth
-    rows = np.flatnonzero(
-        (truth.track_id == place.what) & ~truth.ignore & (truth.frame >= first) & (truth.frame < stop)
-    )
+    rows = np.flatnonzero((truth.track == place.what) & ~truth.ignore & (truth.frame >= first) & (truth.frame < stop))
     boxes = [(x1, y1, x2, y2) for x1, y1, x2, y2 in truth.boxes[rows].tolist()]
     sign = ExpectedSign(frames=truth.frame[rows].tolist(), boxes=boxes)
     wanted = [Expected(id="found", kind="found", sign="s")]

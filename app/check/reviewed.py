@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.exchange.dataset import Source
-from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
+from tsr_engine.evaluation.tracking_rows import result_table
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import REJECTED, Track
+from tsr_engine.exchange.rows import table_of
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["ReviewedDrive", "reviewed_drive"]
 
@@ -26,8 +28,8 @@ class ReviewedDrive:
     """
 
     source: Source
-    truth: GroundTruth
-    results: Results
+    truth: TrackTable
+    results: TrackTable
     decided: int
 
 
@@ -47,12 +49,7 @@ def reviewed_drive(source: Source) -> ReviewedDrive | None:
     if not decided:
         return None
     with EvidenceReader(source.folder) as reader:
-        rows = [
-            (row.frame, row.track_id, np.array([row.x1, row.y1, row.x2, row.y2]), row.class_id, row.score, row.source)
-            for row in reader.result_rows()
-            if source.first <= row.frame < source.stop
-        ]
-    results = Results.of(rows)
+        results = result_table(row for row in reader.result_rows() if source.first <= row.frame < source.stop)
     results = replace(results, class_id=source.classes.to_labels(results.class_id))
     return ReviewedDrive(source, _truth(signs, counted), results, decided)
 
@@ -61,23 +58,6 @@ def _counts(track: Track) -> bool:
     return track.state == "accepted" or (track.source in ("human", "corrected") and track.state == "open")
 
 
-def _truth(tracks: list[Track], counted: list[bool]) -> GroundTruth:
-    lengths = [len(track.frames) for track in tracks]
-    total = sum(lengths)
-    labels = [
-        np.full(len(track.frames), track.label, np.int64) if track.labels is None else track.labels for track in tracks
-    ]
-    ignored = [
-        np.full(len(track.frames), not counts)
-        | track.occluded
-        | (np.zeros(len(track.frames), bool) if track.ignore is None else track.ignore)
-        for track, counts in zip(tracks, counted, strict=True)
-    ]
-    return GroundTruth(
-        frame=np.concatenate([track.frames for track in tracks]) if total else np.zeros(0, np.int64),
-        track_id=np.repeat(np.arange(len(tracks)), lengths),
-        boxes=np.concatenate([track.boxes for track in tracks]) if total else np.zeros((0, 4)),
-        class_id=np.concatenate(labels) if total else np.zeros(0, np.int64),
-        visibility=np.ones(total),
-        ignore=np.concatenate(ignored) if total else np.zeros(0, bool),
-    )
+def _truth(tracks: list[Track], counted: list[bool]) -> TrackTable:
+    table = table_of(tracks)
+    return replace(table, ignore=table.ignore | table.occluded | ~np.array(counted, np.bool_)[table.track])

@@ -13,10 +13,11 @@ from tsr_engine.batch.manifest import Manifest
 from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
 from tsr_engine.errors import InputError
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
-from tsr_engine.evaluation.tracking_rows import Results, read_results
+from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.evidence import read_header
 from tsr_engine.io.opened_file import named
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["CheckReport", "CheckedDrive", "check"]
 
@@ -109,10 +110,10 @@ def _path(drive: ReviewedDrive) -> Path:
 
 def _measured(
     drives: Sequence[ReviewedDrive], paths: Sequence[Path], out: Path, manifest: Manifest
-) -> tuple[list[CheckedDrive], list[Results], list[tuple[str, str]]]:
+) -> tuple[list[CheckedDrive], list[TrackTable], list[tuple[str, str]]]:
     states = {drive.video: drive for drive in manifest.drives}
     checked: list[CheckedDrive] = []
-    results: list[Results] = []
+    results: list[TrackTable] = []
     failures: list[tuple[str, str]] = []
     for drive, path in zip(drives, paths, strict=True):
         state = states[str(path)]
@@ -126,14 +127,14 @@ def _measured(
     return checked, results, failures
 
 
-def _new_results(drive: ReviewedDrive, folder: Path) -> tuple[Results, RunClasses]:
+def _new_results(drive: ReviewedDrive, folder: Path) -> tuple[TrackTable, RunClasses]:
     """The rows of a drive with labels of its video's set as classes, and what the model's class numbers mean there."""
     rows = read_results(folder / "tracks.csv")
     classes = classes_of_keys(read_header(folder / "evidence").labels, drive.source.classes.labels)
     return replace(rows, class_id=classes.to_labels(rows.class_id)), classes
 
 
-def _report(drive: ReviewedDrive, results: Results) -> VideoReport:
+def _report(drive: ReviewedDrive, results: TrackTable) -> VideoReport:
     video, source = drive.source.video, drive.source
     return evaluate_video(
         video.name, drive.truth, results, source.stop - source.first, size=(video.width, video.height)

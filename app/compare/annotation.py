@@ -12,69 +12,58 @@ import numpy as np
 
 from app.edits.documents import TrackDoc
 from app.edits.effective import AS_ENGINE, effective_track
-from app.evidence.tables import BoxTable, FloatColumn, IntColumn
+from app.evidence.tables import FloatColumn, IntColumn
+from tsr_engine.track_table import NO_CLASS, NO_SOURCE, TrackTable
 
 __all__ = ["corrected_boxes"]
 
 
-def corrected_boxes(engine_tracks: BoxTable, documents: Mapping[str, TrackDoc], stop: int) -> BoxTable:
+def corrected_boxes(engine_tracks: TrackTable, documents: Mapping[str, TrackDoc], stop: int) -> TrackTable:
     """The corrected boxes.
 
     Args:
-        engine_tracks: boxes of the run's confirmed tracks, keys ``m...``; all before ``stop``.
+        engine_tracks: boxes of the run's confirmed tracks, names ``m...``; all before ``stop``.
         documents: of the touched tracks, by key.
         stop: frame after the last that counts: what people have said of later ones is left out.
 
     Returns:
         Boxes by frame; in a frame the engine's tracks by number, then those that people made by key.
     """
-    touched = np.array([key in documents for key in engine_tracks.keys], np.bool_)
+    touched = np.array([key in documents for key in engine_tracks.names], np.bool_)
     keep = ~touched[engine_tracks.track] if len(engine_tracks) else np.zeros(0, np.bool_)
     engine = _Engine(engine_tracks)
-    keys = list(engine_tracks.keys)
-    place = {key: i for i, key in enumerate(keys)}
-    parts = [
-        (
-            engine_tracks.frame[keep],
-            engine_tracks.track[keep],
-            engine_tracks.boxes[keep],
-            engine_tracks.class_id[keep],
-            engine_tracks.source[keep],
-            engine_tracks.ignore[keep],
-        )
-    ]
+    names = list(engine_tracks.names)
+    place = {key: i for i, key in enumerate(names)}
+    parts = [engine_tracks.rows(keep)]
     for key, document in sorted(documents.items()):
         if document.gone or document.not_a_sign or document.review == "rejected":
             continue
         if key not in place:
-            place[key] = len(keys)
-            keys.append(key)
+            place[key] = len(names)
+            names.append(key)
         shown = effective_track(document, engine.track, stop)
         label = np.where(shown.class_id == AS_ENGINE, engine.label(document), shown.class_id)
-        source = np.where(shown.origin == 0, engine.sources(document, shown.frame), -1)
-        ignore = np.full(len(shown.frame), document.ignore)
-        parts.append((shown.frame, np.full(len(shown.frame), place[key]), shown.boxes, label, source, ignore))
-    frame, track, boxes, labels, sources, ignored = (np.concatenate(column) for column in zip(*parts, strict=True))
-    order = np.lexsort((track, frame))
-    return BoxTable(
-        frame=frame[order],
-        track=track[order],
-        boxes=np.ascontiguousarray(boxes[order]),
-        class_id=labels[order],
-        ignore=ignored[order],
-        source=sources[order],
-        keys=tuple(keys),
-    )
+        n = len(shown.frame)
+        part = TrackTable(
+            frame=shown.frame,
+            track=np.full(n, place[key]),
+            boxes=shown.boxes,
+            class_id=label,
+            source=np.where(shown.origin == 0, engine.sources(document, shown.frame), NO_SOURCE),
+            ignore=np.full(n, document.ignore),
+        )
+        parts.append(part)
+    return TrackTable.joined(parts, tuple(names)).ordered()
 
 
 class _Engine:
     """The engine's rows by track."""
 
-    def __init__(self, table: BoxTable) -> None:
+    def __init__(self, table: TrackTable) -> None:
         self._table = table
-        self._place = {key: i for i, key in enumerate(table.keys)}
+        self._place = {key: i for i, key in enumerate(table.names)}
         self._order = np.argsort(table.track, kind="stable")
-        self._bounds = np.searchsorted(table.track[self._order], np.arange(len(table.keys) + 1))
+        self._bounds = np.searchsorted(table.track[self._order], np.arange(len(table.names) + 1))
 
     def _rows(self, track: int) -> IntColumn:
         i = self._place.get(f"m{track}")
@@ -92,7 +81,7 @@ class _Engine:
             rows = self._rows(track)
             if len(rows):
                 return int(self._table.class_id[rows[0]])
-        return -1
+        return NO_CLASS
 
     def sources(self, document: TrackDoc, frames: IntColumn) -> IntColumn:
         """Where the engine's result came from in each frame; -1 where no piece holds it."""
@@ -101,4 +90,4 @@ class _Engine:
             rows = self._rows(segment.track)
             at, source = self._table.frame[rows].tolist(), self._table.source[rows].tolist()
             known.update({k: s for k, s in zip(at, source, strict=True) if segment.first <= k <= segment.last})
-        return np.array([known.get(k, -1) for k in frames.tolist()], dtype=np.int64)
+        return np.array([known.get(k, NO_SOURCE) for k in frames.tolist()], dtype=np.int64)

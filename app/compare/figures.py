@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from app.compare.matching import Matching
 from app.compare.pairs import Pair, PairFinder
-from app.evidence.tables import BoxTable, IntColumn
+from app.evidence.tables import IntColumn
 from app.shapes import Model
+from tsr_engine.evaluation.matching import Matching
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["FIRST_WORD", "LEAST_WIDTH", "MOST", "OF_CANDIDATE", "Cell", "Confusion", "Figure", "confusion", "figures"]
 
@@ -94,7 +95,7 @@ class _Sign:
     right: bool
 
 
-def figures(reference: BoxTable, candidate: BoxTable, found: Matching) -> dict[str, Figure]:
+def figures(reference: TrackTable, candidate: TrackTable, found: Matching) -> dict[str, Figure]:
     """All figures by name."""
     signs = _signs(reference, candidate, found)
     seen = [sign for sign in signs if len(sign.matched)]
@@ -102,7 +103,7 @@ def figures(reference: BoxTable, candidate: BoxTable, found: Matching) -> dict[s
     wide = np.concatenate([sign.frames for sign in signs]) if signs else np.zeros(0)
     covered = sum(len(sign.covered) for sign in signs)
     switches = [
-        (int(f), candidate.keys[b])
+        (int(f), candidate.names[b])
         for sign in seen
         for f, (a, b) in zip(sign.matched[1:], pairwise(sign.tracks.tolist()), strict=True)
         if a != b
@@ -137,7 +138,7 @@ def figures(reference: BoxTable, candidate: BoxTable, found: Matching) -> dict[s
 
 
 def confusion(
-    reference: BoxTable, candidate: BoxTable, found: Matching, words: Mapping[int, str] | None = None
+    reference: TrackTable, candidate: TrackTable, found: Matching, words: Mapping[int, str] | None = None
 ) -> Confusion:
     """Boxes by reference label and candidate label; only labels that occur.
 
@@ -161,8 +162,8 @@ def confusion(
     theirs = np.concatenate(
         [candidate.class_id[found.candidate], np.full(len(found.missed), nothing), candidate.class_id[found.false]]
     )
-    names = [reference.keys[t] for t in reference.track[np.concatenate([found.reference, found.missed])].tolist()]
-    names += [candidate.keys[t] for t in candidate.track[found.false].tolist()]
+    names = [reference.names[t] for t in reference.track[np.concatenate([found.reference, found.missed])].tolist()]
+    names += [candidate.names[t] for t in candidate.track[found.false].tolist()]
     number = {name: i for i, name in enumerate(dict.fromkeys(names))}
     track = np.array([number[name] for name in names], dtype=np.int64)
     spelled = list(number)
@@ -195,12 +196,12 @@ _Place = tuple[int, int, str]
 class _Places:
     """What the other side has where places of one side's tracks lie."""
 
-    def __init__(self, own: BoxTable, rows: IntColumn, other: BoxTable, partners: IntColumn) -> None:
+    def __init__(self, own: TrackTable, rows: IntColumn, other: TrackTable, partners: IntColumn) -> None:
         self._pairs = PairFinder(own, other)
-        self._number = {key: i for i, key in enumerate(own.keys)}
-        codes = own.frame[rows] * len(own.keys) + own.track[rows]
+        self._number = {key: i for i, key in enumerate(own.names)}
+        codes = own.frame[rows] * len(own.names) + own.track[rows]
         order = np.argsort(codes, kind="stable")
-        self._codes, self._tracks, self._keys = codes[order], other.track[partners][order], other.keys
+        self._codes, self._tracks, self._keys = codes[order], other.track[partners][order], other.names
 
     def at(self, frames: list[int], tracks: list[str]) -> dict[str, Any]:
         """The fields ``partners`` and ``pairs`` of places, one for each frame and key of this side."""
@@ -217,14 +218,14 @@ class _Places:
         ]
 
 
-def _signs(reference: BoxTable, candidate: BoxTable, found: Matching) -> list[_Sign]:
+def _signs(reference: TrackTable, candidate: TrackTable, found: Matching) -> list[_Sign]:
     wide = ~reference.ignore & (reference.boxes[:, 2] - reference.boxes[:, 0] >= LEAST_WIDTH)
     partner = np.full(len(reference), -1)
     partner[found.reference] = found.candidate
     order = np.argsort(reference.track, kind="stable")
-    bounds = np.searchsorted(reference.track[order], np.arange(len(reference.keys) + 1))
+    bounds = np.searchsorted(reference.track[order], np.arange(len(reference.names) + 1))
     signs = []
-    for i, key in enumerate(reference.keys):
+    for i, key in enumerate(reference.names):
         rows = order[bounds[i] : bounds[i + 1]]
         counted = rows[wide[rows]]
         if not len(counted):
@@ -268,27 +269,27 @@ def _uncovered(signs: list[_Sign]) -> list[_Place]:
     return sorted(found)
 
 
-def _false_tracks(candidate: BoxTable, found: Matching, used: set[int]) -> list[tuple[int, str]]:
+def _false_tracks(candidate: TrackTable, found: Matching, used: set[int]) -> list[tuple[int, str]]:
     """Tracks without a match whose every row is false: an excused row excuses its track."""
-    total = np.bincount(candidate.track, minlength=len(candidate.keys))
-    wrong = np.bincount(candidate.track[found.false], minlength=len(candidate.keys))
+    total = np.bincount(candidate.track, minlength=len(candidate.names))
+    wrong = np.bincount(candidate.track[found.false], minlength=len(candidate.names))
     first: dict[int, int] = {}
     for row in found.false.tolist():
         first.setdefault(int(candidate.track[row]), int(candidate.frame[row]))
     return [
-        (frame, candidate.keys[track])
+        (frame, candidate.names[track])
         for track, frame in first.items()
         if track not in used and wrong[track] == total[track]
     ]
 
 
-def _worst(reference: BoxTable, found: Matching) -> Figure:
+def _worst(reference: TrackTable, found: Matching) -> Figure:
     """Mean of Eq. 7 over the matches; the places are the worst of them, the worst first; exact ones are none."""
     differing = np.flatnonzero(found.error > EXACT)
     worst = differing[np.argsort(-found.error[differing], kind="stable")[:MOST]]
     rows = found.reference[worst]
     places = [
-        (f, f, reference.keys[t])
+        (f, f, reference.names[t])
         for f, t in zip(reference.frame[rows].tolist(), reference.track[rows].tolist(), strict=True)
     ]
     value = float(found.error.mean()) if len(found.error) else None
@@ -296,8 +297,8 @@ def _worst(reference: BoxTable, found: Matching) -> Figure:
     return made.model_copy(update={"errors": found.error[worst].tolist()})
 
 
-def _stretches(table: BoxTable, rows: IntColumn) -> list[_Place]:
-    return _runs(table.frame[rows], table.track[rows], table.keys)
+def _stretches(table: TrackTable, rows: IntColumn) -> list[_Place]:
+    return _runs(table.frame[rows], table.track[rows], table.names)
 
 
 def _runs(frame: IntColumn, track: IntColumn, keys: tuple[str, ...] | list[str]) -> list[_Place]:

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.evidence.overlap import overlap
-from app.evidence.tables import BoxTable, FloatColumn
+from app.evidence.tables import FloatColumn
 from app.shapes import Model
+from tsr_engine.geometry.boxes import iou
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["Pair", "PairFinder"]
 
@@ -37,10 +38,10 @@ class PairFinder:
         other: the other side, ordered by frame.
     """
 
-    def __init__(self, own: BoxTable, other: BoxTable) -> None:
+    def __init__(self, own: TrackTable, other: TrackTable) -> None:
         self._own, self._other = own, other
-        self._number = {key: i for i, key in enumerate(own.keys)}
-        codes = own.frame * max(1, len(own.keys)) + own.track
+        self._number = {key: i for i, key in enumerate(own.names)}
+        codes = own.frame * max(1, len(own.names)) + own.track
         self._order = np.argsort(codes, kind="stable")
         self._codes = codes[self._order]
 
@@ -50,15 +51,14 @@ class PairFinder:
         return [self._pair(frame, self._number[track], partner) for frame, track, partner in places]
 
     def _pair(self, frame: int, track: int, partner: str | None) -> Pair:
-        code = frame * len(self._own.keys) + track
+        code = frame * len(self._own.names) + track
         row = int(self._order[np.searchsorted(self._codes, code)])
         box, label = self._own.boxes[row], int(self._own.class_id[row])
         low, high = np.searchsorted(self._other.frame, [frame, frame + 1])
-        inter, mine, theirs = overlap(np.broadcast_to(box, (high - low, 4)), self._other.boxes[low:high])
-        iou = inter / np.maximum(mine + theirs - inter, 1e-9)
-        keys = [self._other.keys[t] for t in self._other.track[low:high].tolist()]
-        best = keys.index(partner) if partner is not None else int(iou.argmax()) if len(iou) else -1
-        if best < 0 or iou[best] == 0:
+        overlap = iou(box, self._other.boxes[low:high])[0]
+        keys = [self._other.names[t] for t in self._other.track[low:high].tolist()]
+        best = keys.index(partner) if partner is not None else int(overlap.argmax()) if len(overlap) else -1
+        if best < 0 or overlap[best] == 0:
             return Pair(box=_sides(box), label=label, other=None, other_box=None, other_label=None, iou=0.0)
         return Pair(
             box=_sides(box),
@@ -66,7 +66,7 @@ class PairFinder:
             other=keys[best],
             other_box=_sides(self._other.boxes[low + best]),
             other_label=int(self._other.class_id[low + best]),
-            iou=round(float(iou[best]), 4),
+            iou=round(float(overlap[best]), 4),
         )
 
 

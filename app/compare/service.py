@@ -6,19 +6,19 @@ from dataclasses import dataclass, field, replace
 
 from app.compare.annotation import corrected_boxes
 from app.compare.figures import FIRST_WORD, Confusion, Figure, confusion, figures
-from app.compare.matching import match
 from app.edits.service import EditService
 from app.edits.track_name import track_name
 from app.errors import Conflict, Invalid
 from app.evidence.service import EvidenceService
-from app.evidence.tables import BoxTable
 from app.ground_truths.service import GroundTruthService
 from app.labels.store import labels_of_video
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
+from tsr_engine.evaluation.matching import match
 from tsr_engine.labels.classes import resolved_labels
 from tsr_engine.labels.model import LabelSet
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["CompareService", "Comparison", "Side"]
 
@@ -64,7 +64,7 @@ class Side:
     kind: str
     video_id: str
     name: str
-    boxes: BoxTable
+    boxes: TrackTable
     first: int
     last: int
     names: dict[str, str] = field(default_factory=dict)
@@ -105,7 +105,7 @@ class CompareService:
             )
         width, height = self._picture(ours.video_id)
         # the engine's boxes may reach over the picture's edge; what people draw and other tools hold does not
-        a, b = (side.boxes.within(first, last).inside(width, height) for side in (ours, theirs))
+        a, b = (side.boxes.within(first, last + 1).inside(width, height) for side in (ours, theirs))
         found = match(a, b, MATCH_IOU)
         return Comparison(
             video_id=ours.video_id,
@@ -153,12 +153,12 @@ class CompareService:
         return Side(kind, place.video_id, f"{title}, corrected", corrected, *span, names)
 
 
-def resolved(table: BoxTable, labels: LabelSet) -> BoxTable:
+def resolved(table: TrackTable, labels: LabelSet) -> TrackTable:
     """The same boxes; labels that were merged are those that stand for them."""
     return replace(table, class_id=resolved_labels(table.class_id, labels))
 
 
-def _view(side: Side, boxes: BoxTable) -> SideView:
+def _view(side: Side, boxes: TrackTable) -> SideView:
     tracks = len(set(boxes.track.tolist()))
     about = {"name": side.name, "kind": side.kind, "names": side.names, "edited": side.edited}
     return SideView(**about, tracks=tracks, boxes=len(boxes))

@@ -31,6 +31,7 @@ from pydantic import (
 )
 
 from app.shapes import PLAIN, Model
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = [
     "NO_CLASS",
@@ -52,8 +53,6 @@ __all__ = [
 
 OPEN_END = 2**31 - 2
 """Last frame of a piece of an engine track that may still grow, because its run goes on."""
-NO_CLASS = -1
-"""Label of a sign that is none of the classes, as a person says; null is no word about it: the engine's stands."""
 _FAR = 1e5
 
 
@@ -73,7 +72,7 @@ Box = Annotated[tuple[_Edge, _Edge, _Edge, _Edge], AfterValidator(_ordered)]
 """x1, y1, x2, y2; 0-based pixel edges."""
 Frame = Annotated[int, Field(ge=0, le=2**31 - 2, strict=True)]
 ClassId = Annotated[int, Field(ge=NO_CLASS, le=2**31 - 1, strict=True)]
-"""Id of a label of the video's set, or ``NO_CLASS``."""
+"""Id of a label of the video's set, or ``NO_CLASS``: none of them. Null is no word about it: the engine's stands."""
 AttributeName = Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
 
 

@@ -28,12 +28,12 @@ from app.edits.views import AdoptConflict, Adopted, Annotation, EditAnswer, LogE
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.evidence.service import EvidenceService
-from app.evidence.tables import BoxTable
 from app.labels.store import labels_of_run
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Edit, Run
 from app.videos.same_file import ChangedFiles
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry", "TracksChanged"]
 
@@ -480,8 +480,8 @@ def _applied(doc: TrackDoc, commands: Sequence[Any], author: str, now: str) -> T
     return doc
 
 
-def _engine_run(table: BoxTable) -> EngineRun:
-    numbers = np.array([int(key[1:]) for key in table.keys], np.int64)
+def _engine_run(table: TrackTable) -> EngineRun:
+    numbers = np.array([int(key[1:]) for key in table.names], np.int64)
     return EngineRun(table.frame, numbers[table.track] if len(table) else table.track, table.boxes, table.class_id)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from app.evidence.tables import IntColumn
-from tsr_engine.evidence.columns import BOX, SOURCES, Columns
+from tsr_engine.evidence.columns import BOX, Columns
+from tsr_engine.track_table import SOURCES
 
 __all__ = ["VIEWS", "clearest_frames"]
 

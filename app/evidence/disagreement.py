@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from app.evidence.overlap import box_pairs
-from app.evidence.tables import BoxTable
 from app.evidence.tracks import TrackFacts
 from app.evidence.uncertainty import Disagreement
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument
 from app.storage.places import is_here
 from tsr_engine.errors import EvidenceError
+from tsr_engine.evaluation.matching import box_pairs
 from tsr_engine.labels.classes import merged_ids
 from tsr_engine.labels.model import LabelSet
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["MATCH_IOU", "Others", "against_run", "overruled"]
 
@@ -38,7 +38,7 @@ class Others:
         boxes: boxes of a run's confirmed tracks, by its name.
     """
 
-    def __init__(self, database: Database, boxes: Callable[[str], BoxTable]) -> None:
+    def __init__(self, database: Database, boxes: Callable[[str], TrackTable]) -> None:
         self._database = database
         self._boxes = boxes
         self._lock = threading.Lock()
@@ -100,14 +100,14 @@ class Others:
 
 
 def against_run(
-    mine: BoxTable, theirs: BoxTable, facts: TrackFacts, name: str, span: tuple[int, int], labels: LabelSet
+    mine: TrackTable, theirs: TrackTable, facts: TrackFacts, name: str, span: tuple[int, int], labels: LabelSet
 ) -> Disagreement:
     """Tracks that another run labels differently, or does not have.
 
     Args:
         mine: boxes of this run.
         theirs: boxes of the other run.
-        facts: this run's tracks, in the order of ``mine.keys``.
+        facts: this run's tracks, in the order of ``mine.names``.
         name: of the other run, for the sentence.
         span: frames that the other run was asked to do, the last excluded; tracks beyond them are not judged.
         labels: set of the video, of which all three have labels.
@@ -116,7 +116,7 @@ def against_run(
     names = {label.id: label.name for label in labels}
     weight, sentence = np.zeros(n), [""] * n
     pairs = box_pairs(mine, theirs, MATCH_IOU)
-    width = max(len(theirs.keys), 1)
+    width = max(len(theirs.names), 1)
     together, frames = np.unique(mine.track[pairs.a] * width + theirs.track[pairs.b], return_counts=True)
     partner = np.full(n, -1)
     for code in together[np.argsort(frames, kind="stable")].tolist():

@@ -23,7 +23,7 @@ from app.evidence.lane import TrackLane, track_lane
 from app.evidence.lanes import LaneColumns, lane_columns
 from app.evidence.overlays import MOST_FRAMES, Overlay, overlays
 from app.evidence.pool import ReaderPool
-from app.evidence.tables import BoxTable, confirmed_boxes, labelled_boxes
+from app.evidence.tables import confirmed_boxes, labelled_boxes
 from app.evidence.tracks import TrackFacts, labelled_facts, no_tracks, track_columns, track_facts
 from app.labels.mapping import RunClasses, classes_in
 from app.settings import Settings
@@ -39,6 +39,7 @@ from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.geometry.boxes import area, clip
 from tsr_engine.params import Params
 from tsr_engine.records import FloatArray, Picture
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["EvidenceService", "RunPlace"]
 
@@ -163,7 +164,7 @@ class EvidenceService:
         with self.reading(place) as reader:
             return flips(reader, tau)
 
-    def boxes(self, run_id: str, unmapped: Callable[[str], int] | None = None) -> BoxTable:
+    def boxes(self, run_id: str, unmapped: Callable[[str], int] | None = None) -> TrackTable:
         """All boxes of the run's confirmed tracks, with labels of the video's set.
 
         Args:

@@ -3,72 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.evidence.columns import BOX, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.geometry.boxes import area, clip
 from tsr_engine.labels.classes import RunClasses
+from tsr_engine.track_table import TrackTable
 
-__all__ = [
-    "BoxTable", "FloatColumn", "IntColumn", "confirmed_boxes", "labelled_boxes", "symmetry_floor_of", "tau_of",
-]  # fmt: skip
+__all__ = ["FloatColumn", "IntColumn", "confirmed_boxes", "labelled_boxes", "symmetry_floor_of", "tau_of"]
 
 IntColumn = NDArray[np.int64]
 FloatColumn = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class BoxTable:
-    """Boxes of the tracks of one video, ordered by frame, then by track.
-
-    Attributes:
-        frame: shape (n,).
-        track: shape (n,), position of the track in ``keys``.
-        boxes: shape (n, 4), px.
-        class_id: shape (n,), -1: unknown.
-        ignore: shape (n,): counts neither as a miss nor as false.
-        source: shape (n,), see ``SOURCES``; -1: made by a person.
-        keys: name of each track.
-    """
-
-    frame: IntColumn
-    track: IntColumn
-    boxes: FloatColumn
-    class_id: IntColumn
-    ignore: NDArray[np.bool_]
-    source: IntColumn
-    keys: tuple[str, ...]
-
-    def __len__(self) -> int:
-        return len(self.frame)
-
-    def within(self, first: int, last: int) -> BoxTable:
-        """The rows of ``first <= frame <= last``."""
-        return self._rows(slice(*np.searchsorted(self.frame, [first, last + 1])))
-
-    def inside(self, width: int, height: int) -> BoxTable:
-        """What lies in a picture of that size, px: boxes are cut at its edges, those beyond are left out."""
-        cut = replace(self, boxes=clip(self.boxes, width, height))
-        return cut._rows(area(cut.boxes) > 0)
-
-    def _rows(self, keep: slice | NDArray[np.bool_]) -> BoxTable:
-        return BoxTable(
-            self.frame[keep],
-            self.track[keep],
-            self.boxes[keep],
-            self.class_id[keep],
-            self.ignore[keep],
-            self.source[keep],
-            self.keys,
-        )
-
-
-def confirmed_boxes(reader: EvidenceReader) -> BoxTable:
-    """All boxes of the confirmed tracks of a run, each with the class fused over its track."""
+def confirmed_boxes(reader: EvidenceReader) -> TrackTable:
+    """All boxes of the confirmed tracks of a run by frame, then by track, each with the class fused over its track."""
     of_track = read_columns(reader, "tracks", "track_id", "class_id", confirmed=True)
     ids, labels = of_track.ints("track_id"), of_track.ints("class_id")
     rows = read_columns(
@@ -78,18 +30,17 @@ def confirmed_boxes(reader: EvidenceReader) -> BoxTable:
     known = np.isfinite(boxes).all(axis=1)
     order = np.flatnonzero(known)[np.lexsort((track[known], rows.ints("frame")[known]))]
     place = np.searchsorted(ids, track[order])
-    return BoxTable(
+    return TrackTable(
         frame=rows.ints("frame")[order],
         track=place,
         boxes=boxes[order],
         class_id=labels[place],
-        ignore=np.zeros(len(place), np.bool_),
         source=rows.sources()[order],
-        keys=tuple(f"m{i}" for i in ids.tolist()),
+        names=tuple(f"m{i}" for i in ids.tolist()),
     )
 
 
-def labelled_boxes(table: BoxTable, classes: RunClasses, unmapped: Callable[[str], int] | None = None) -> BoxTable:
+def labelled_boxes(table: TrackTable, classes: RunClasses, unmapped: Callable[[str], int] | None = None) -> TrackTable:
     """Boxes of a run with labels of a set in place of its class numbers.
 
     Args:

@@ -11,9 +11,10 @@ from app.evidence.clearest import VIEWS, clearest_frames
 from app.evidence.tables import FloatColumn, IntColumn, tau_of
 from app.evidence.uncertainty import Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
-from tsr_engine.evidence.columns import SOURCES, Columns, end_boxes, read_columns, runners_up
+from tsr_engine.evidence.columns import Columns, end_boxes, read_columns, runners_up
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
+from tsr_engine.track_table import SOURCES
 
 __all__ = ["TrackColumns", "TrackFacts", "Words", "labelled_facts", "no_tracks", "track_columns", "track_facts"]
 

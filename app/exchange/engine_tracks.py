@@ -52,8 +52,7 @@ class EngineTracks:
     def __iter__(self) -> Iterator[EngineTrack]:
         ids = list(self.labels)
         for start in range(0, len(ids), _BLOCK):
-            block = ids[start : start + _BLOCK]
-            yield from self._read(block[0], block[-1], block)
+            yield from self._read(ids[start : start + _BLOCK])
 
     def chosen(self, numbers: Collection[int]) -> Iterator[EngineTrack]:
         """Those of some numbers that there are, in order of their numbers."""
@@ -65,11 +64,13 @@ class EngineTracks:
         """One track; None: there is none of that number."""
         if number not in self.labels:
             return None
-        return next(self._read(number, number, [number]))
+        return next(self._read([number]))
 
-    def _read(self, first: int, last: int, wanted: list[int]) -> Iterator[EngineTrack]:
+    def _read(self, wanted: list[int]) -> Iterator[EngineTrack]:
         names = ("track_id", "frame", *BOX, "score")
-        rows = read_columns(self._reader, "track_frames", *names, tracks=(first, last), alive=True, order="track")
+        rows = read_columns(
+            self._reader, "track_frames", *names, tracks=(wanted[0], wanted[-1]), alive=True, order="track"
+        )
         boxes = rows.boxes()
         known = np.isfinite(boxes).all(axis=1)
         track, frames, boxes = rows.ints("track_id")[known], rows.ints("frame")[known], boxes[known]

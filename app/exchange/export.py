@@ -15,7 +15,6 @@ from app.exchange.dataset import Source, VideoFacts, dataset_of
 from app.shapes import PLAIN, Model
 from app.videos.opened import ChangedError
 from tsr_engine.errors import ExportError, UsageError
-from tsr_engine.exchange.dataset import NONE
 from tsr_engine.exchange.export import CROPS, export_dataset
 from tsr_engine.exchange.filters import Filters, NotInSet, filtered, open_left
 from tsr_engine.exchange.formats import ExportOptions, Format
@@ -26,6 +25,7 @@ from tsr_engine.exchange.split import SUBSETS, Split, deal
 from tsr_engine.io.opened_file import VideoSource, open_source
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import LabelSet
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["DEFAULT_STATES", "ExportRequest", "Shares", "check_request", "export_sources", "summary_of"]
 
@@ -228,7 +228,7 @@ def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
     """
     if isinstance(wanted, int):
         found = labels.get(wanted)
-        if found is None and wanted != NONE:
+        if found is None and wanted != NO_CLASS:
             raise UsageError(f"{labels.name} has no label {wanted}. 'tsr labels list' lists them.")
         return frozenset({labels.resolved(wanted)})
     finder, parts, ids = LabelFinder(labels), wanted.split(","), set[int]()
@@ -237,8 +237,8 @@ def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
         for count in range(len(parts), 0, -1):
             word = ",".join(parts[:count]).strip()
             match = finder.find(word)
-            if match is not None or word == str(NONE):
-                ids.add(NONE if match is None else match.label.id)
+            if match is not None or word == str(NO_CLASS):
+                ids.add(NO_CLASS if match is None else match.label.id)
                 break
         else:
             raise UsageError(f"{labels.name} has no label {parts[0].strip()!r}. 'tsr labels list' lists them.")
@@ -248,7 +248,7 @@ def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
 
 def _asks_for_none(wanted: Sequence[str | int] | None) -> bool:
     """Whether signs that are not in the set were chosen by name."""
-    return wanted is not None and any(str(NONE) in str(each).replace(" ", "").split(",") for each in wanted)
+    return wanted is not None and any(str(NO_CLASS) in str(each).replace(" ", "").split(",") for each in wanted)
 
 
 def _filters(request: ExportRequest, labels: LabelSet | None) -> Filters:

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from app.evidence.overlap import box_pairs
-from app.evidence.tables import BoxTable
+from tsr_engine.evaluation.matching import box_pairs
 from tsr_engine.exchange.dataset import Track
+from tsr_engine.exchange.rows import table_of
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["covered_too", "lying_on", "touching"]
 
@@ -26,7 +27,7 @@ def lying_on(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, s
     """
     names = list(shown)
     others = [shown[name] for name in names]
-    theirs, ours = _table(tracks), _table(others)
+    theirs, ours = table_of(tracks), table_of(others)
     if not len(theirs) or not len(ours):
         return {}
     found: dict[int, str] = {}
@@ -54,7 +55,7 @@ def covered_too(
     """
     used = set(names)
     others = [name for name, track in shown.items() if name not in used and track.state != "rejected"]
-    theirs, ours = _table(tracks), _table([shown[name] for name in others])
+    theirs, ours = table_of(tracks), table_of([shown[name] for name in others])
     found: dict[int, list[str]] = {}
     if not len(theirs) or not len(ours):
         return found
@@ -70,7 +71,7 @@ def covered_too(
     return found
 
 
-def _pairs(theirs: BoxTable, ours: BoxTable) -> Iterator[tuple[int, int, int]]:
+def _pairs(theirs: TrackTable, ours: TrackTable) -> Iterator[tuple[int, int, int]]:
     """Places of tracks that lie on each other, and in how many frames; those with most first."""
     pairs = box_pairs(theirs, ours, _IOU)
     both, frames = np.unique(np.column_stack([theirs.track[pairs.a], ours.track[pairs.b]]), axis=0, return_counts=True)
@@ -80,7 +81,7 @@ def _pairs(theirs: BoxTable, ours: BoxTable) -> Iterator[tuple[int, int, int]]:
 
 
 def _covers(track: Track, other: Track) -> bool:
-    pairs = box_pairs(_table([track]), _table([other]), _IOU)
+    pairs = box_pairs(table_of([track]), table_of([other]), _IOU)
     return len(pairs.a) >= _COVERED * len(other.frames)
 
 
@@ -95,14 +96,3 @@ def touching(track: Track, other: Track) -> bool:
     mine, theirs = track.boxes[a], other.boxes[b]
     apart = np.maximum(mine[:, :2], theirs[:, :2]) >= np.minimum(mine[:, 2:], theirs[:, 2:])
     return bool((~apart.any(axis=1)).mean() >= _SHARE)
-
-
-def _table(tracks: Sequence[Track]) -> BoxTable:
-    """The boxes of some tracks, ordered by frame; the place of a track stands for its key."""
-    counts = [len(track.frames) for track in tracks]
-    frame = np.concatenate([np.zeros(0, np.int64), *(track.frames for track in tracks)])
-    boxes = np.concatenate([np.zeros((0, 4)), *(track.boxes for track in tracks)])
-    track = np.repeat(np.arange(len(tracks)), counts)
-    order = np.lexsort((track, frame))
-    nothing = np.zeros(len(order), np.int64)
-    return BoxTable(frame[order], track[order], boxes[order], nothing, nothing > 0, nothing, ())

@@ -14,9 +14,10 @@ from app.edits.effective import AS_ENGINE, effective_track
 from app.evidence.tables import FloatColumn, IntColumn
 from app.exchange.engine_tracks import EngineTrack, EngineTracks, as_it_is, engine_label
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.exchange.dataset import NONE, Track
+from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.filters import part_of
 from tsr_engine.labels.model import AttributeValue
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["boxes_beyond", "run_tracks"]
 
@@ -110,7 +111,7 @@ def _edited(
     if not len(shown.frame):
         return None
     label = engine_label(document, engine_tracks.labels) if document.class_id is None else document.class_id
-    whole = NONE if label is None else label
+    whole = NO_CLASS if label is None else label
     each = np.where(shown.class_id == AS_ENGINE, whole, shown.class_id)
     engine = shown.origin == 0
     score = np.full(len(shown.frame), np.nan)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session, undefer
 
 from app.errors import Invalid, NotFound
-from app.evidence.tables import BoxTable
 from app.storage.database import Database
 from app.storage.ground_truth_rows import Rows, pack, parse, unpack
 from app.storage.models import GroundTruth, Video
+from tsr_engine.evaluation.tracking_rows import truth_table
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["MOST_FRAMES", "GroundTruthService"]
 
@@ -103,20 +105,12 @@ class GroundTruthService:
         rows = self.rows(truth_id)[2]
         return rows[slice(*np.searchsorted(rows[:, 0], [first, last + 1]))]
 
-    def boxes(self, truth_id: str) -> tuple[str, str, BoxTable]:
-        """Video, name, and the rows as boxes; keys are ``t`` and the track's number."""
+    def boxes(self, truth_id: str) -> tuple[str, str, TrackTable]:
+        """Video, name, and the rows as boxes; names of tracks are ``t`` and their number."""
         video_id, name, rows = self.rows(truth_id)
-        ids, track = np.unique(rows[:, 1].astype(np.int64), return_inverse=True)
-        table = BoxTable(
-            frame=rows[:, 0].astype(np.int64),
-            track=track.astype(np.int64),
-            boxes=np.ascontiguousarray(rows[:, 2:6]),
-            class_id=rows[:, 6].astype(np.int64),
-            ignore=rows[:, 8] != 0,
-            source=np.full(len(rows), -1),
-            keys=tuple(f"t{i}" for i in ids.tolist()),
-        )
-        return video_id, name, table
+        table = truth_table(rows)
+        ids, track = np.unique(table.track, return_inverse=True)
+        return video_id, name, replace(table, track=track, names=tuple(f"t{i}" for i in ids.tolist()))
 
     def remove(self, truth_id: str) -> None:
         """Remove one truth.

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
@@ -17,6 +17,7 @@ from app.edits.track_name import track_name
 from app.evidence.tables import confirmed_boxes, labelled_boxes
 from app.storage.ground_truth_rows import unpack
 from app.storage.models import GroundTruth
+from tsr_engine.evaluation.tracking_rows import truth_table
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses, resolved_labels
 from tsr_engine.labels.model import LabelSet
@@ -47,12 +48,12 @@ def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: R
     table = corrected_boxes(found, documents, 0 if last is None else last + 1)
     labels_at = resolved_labels(table.class_id, classes.labels)
     names = _shorts(classes.labels) | {number: word[:12] for word, number in strange.items()}
-    docs = {key: documents.get(key) for key in table.keys}
+    docs = {key: documents.get(key) for key in table.names}
     labels = tuple(
         f"{track_name(key, docs[key])} {names.get(label, '?')}{_review(docs[key])}"
-        for key, label in zip((table.keys[k] for k in table.track.tolist()), labels_at.tolist(), strict=True)
+        for key, label in zip((table.names[k] for k in table.track.tolist()), labels_at.tolist(), strict=True)
     )
-    return BoxRows(table.frame, table.boxes, labels_at, labels)
+    return BoxRows(replace(table, class_id=labels_at), labels)
 
 
 def truth_of(session: Session, video_id: str, truth_id: str | None, labels: LabelSet) -> BoxRows | None:
@@ -75,13 +76,13 @@ def truth_rows(packed: bytes, labels: LabelSet) -> BoxRows:
     """Ground truth as it lies in the database, with labels of a set."""
     from tsr_engine.recording import BoxRows
 
-    rows = unpack(packed)
-    ids, names = resolved_labels(rows[:, 6].astype(np.int64), labels), _shorts(labels)
+    table = truth_table(unpack(packed))
+    ids, names = resolved_labels(table.class_id, labels), _shorts(labels)
     texts = tuple(
-        f"t{int(row[1])} {names.get(label, '?')}{' (ignored)' if row[8] else ''}"
-        for row, label in zip(rows, ids.tolist(), strict=True)
+        f"t{track} {names.get(label, '?')}{' (ignored)' if ignore else ''}"
+        for track, label, ignore in zip(table.track.tolist(), ids.tolist(), table.ignore.tolist(), strict=True)
     )
-    return BoxRows(rows[:, 0].astype(np.int64), np.ascontiguousarray(rows[:, 2:6]), ids, texts)
+    return BoxRows(replace(table, class_id=ids), texts)
 
 
 def _shorts(labels: LabelSet) -> dict[int, str]:

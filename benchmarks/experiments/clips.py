@@ -15,8 +15,9 @@ from benchmarks.experiments.against_paper import number, share, shortfalls, sign
 from benchmarks.experiments.online_changes import online_changes
 from benchmarks.experiments.tracked import CONFIGURATIONS, score
 from tsr_engine.evaluation.tracking import changed_errors, summarise
-from tsr_engine.evaluation.tracking_rows import GroundTruth, read_clip_truth
+from tsr_engine.evaluation.tracking_rows import read_clip_truth
 from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["CHOSEN_ON", "EXPERIMENT", "clip_groups", "read_clips"]
 
@@ -25,7 +26,7 @@ CHOSEN_ON = ("01_076852", "SH4_70b651", "SK3_38cde7")
 """Clips that parameters were chosen on; the others are held out."""
 
 
-def read_clips(folder: Path) -> dict[str, tuple[Path, GroundTruth]]:
+def read_clips(folder: Path) -> dict[str, tuple[Path, TrackTable]]:
     """Annotated clips of a folder by name, each with its truth.
 
     Raises:

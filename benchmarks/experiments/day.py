@@ -15,7 +15,7 @@ from benchmarks.experiments.clips import read_clips
 from benchmarks.review.annotator import Annotator, Work
 from benchmarks.review.desk import Desk, open_desk, open_review
 from benchmarks.review.planted import KINDS, ROUNDS, planted
-from tsr_engine.evaluation.tracking_rows import GroundTruth
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT"]
 
@@ -47,7 +47,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _day(clips: Mapping[str, tuple[Path, GroundTruth]], seed: int, code: Path | None) -> dict[str, Any]:
+def _day(clips: Mapping[str, tuple[Path, TrackTable]], seed: int, code: Path | None) -> dict[str, Any]:
     """The whole day on one version of the tool; ``code``: the checkout of another one."""
     done: list[Work] = []
     left: list[dict[str, float]] = []
@@ -72,7 +72,7 @@ def _day(clips: Mapping[str, tuple[Path, GroundTruth]], seed: int, code: Path | 
     }
 
 
-def _one(desk: Desk, video: Mapping[str, Any], truth: GroundTruth, turn: int, seed: int) -> tuple[str, list[Work]]:
+def _one(desk: Desk, video: Mapping[str, Any], truth: TrackTable, turn: int, seed: int) -> tuple[str, list[Work]]:
     size = int(video["width"]), int(video["height"])
     content, cases = planted(truth, size, int(video["frames"]), turn, seed)
     run = _brought(desk, video, content, "run")

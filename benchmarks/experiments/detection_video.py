@@ -26,12 +26,13 @@ from benchmarks.systems.video import FrameGroundTruth, Seen, counted, followed, 
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
-from tsr_engine.evaluation.tracking_rows import GroundTruth, read_results
+from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread
 from tsr_engine.records import Detections
 from tsr_engine.runs.calibration import aimed
 from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT"]
 
@@ -88,12 +89,12 @@ def _run(data: Data) -> Result:
     )
 
 
-def _signs(truth: GroundTruth) -> int:
+def _signs(truth: TrackTable) -> int:
     wide = truth.boxes[:, 2] - truth.boxes[:, 0] >= MIN_WIDTH
-    return len(np.unique(truth.track_id[~truth.ignore & wide]))
+    return len(np.unique(truth.track[~truth.ignore & wide]))
 
 
-def _watched(video: Path, truth: GroundTruth, times: list[float], kept: Cache) -> _Clip:
+def _watched(video: Path, truth: TrackTable, times: list[float], kept: Cache) -> _Clip:
     """What the detector sees of a clip, by now or as an earlier call kept it; ``times`` gets CPU seconds a frame."""
     params = Params().with_settings([("second_core", False), ("keep_score", -8.0), ("final_overlap", 1.0)])
     components = load_components(params.with_settings([("use_prior", False)]))

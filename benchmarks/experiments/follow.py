@@ -21,12 +21,12 @@ from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
 from benchmarks.following.ways import PEERS, by_peer, by_us, legacy, straight
 from benchmarks.peers.cache import Cache, code, digest_of, file_digest
 from benchmarks.peers.multi import Missing
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.follow import FollowerModels
 from tsr_engine.following import load_follower
 from tsr_engine.io.video import open_video
 from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.records import FloatArray, Picture
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT"]
 
@@ -50,7 +50,7 @@ CLIPS = "clips"
 class _Video:
     group: str
     path: Path
-    truth: GroundTruth
+    truth: TrackTable
     vanish: bool = False
 
     def identity(self) -> list[Any]:
@@ -58,10 +58,10 @@ class _Video:
         return [self.group, file_digest(self.path), truth, self.vanish]
 
 
-def _digest(truth: GroundTruth) -> str:
+def _digest(truth: TrackTable) -> str:
     """What tells one truth from another."""
     digest = hashlib.sha256()
-    for column in (truth.frame, truth.track_id, truth.boxes, truth.visibility):
+    for column in (truth.frame, truth.track, truth.boxes, truth.visibility):
         digest.update(column.tobytes())
     return digest.hexdigest()
 

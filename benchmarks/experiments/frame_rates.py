@@ -17,8 +17,8 @@ from benchmarks.peers.ours import filter_alone
 from benchmarks.peers.seen import Seen, every, look
 from benchmarks.peers.tuning import tune
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Results
 from tsr_engine.params import Params
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT"]
 
@@ -52,7 +52,7 @@ def _run(data: Data) -> Result:
     missing: dict[str, str] = {}
     for step in STEPS:
         left = [every(s, step) for s in seen]
-        rows: dict[str, list[Results]] = {name: [filter_alone(s, p) for s in left] for name, p in ours.items()}
+        rows: dict[str, list[TrackTable]] = {name: [filter_alone(s, p) for s in left] for name, p in ours.items()}
         for peer in PEERS:
             try:
                 tuned_on = [s for s in left if s.video.group in CHOSEN_ON]
@@ -84,7 +84,7 @@ def _group(seen: Seen) -> str:
     return seen.video.group if seen.video.group in (*GROUPS, *CHOSEN_ON) else "approaches"
 
 
-def _figures(seen: Sequence[Seen], rows: Sequence[Results]) -> dict[str, Any]:
+def _figures(seen: Sequence[Seen], rows: Sequence[TrackTable]) -> dict[str, Any]:
     reports = []
     for s, returned in zip(seen, rows, strict=True):
         size = (s.width, s.height)

@@ -29,7 +29,7 @@ def _trials(clips: Path, params: Any, seed: int) -> dict[str, list[tuple[str, Tr
         rows = read_clip_truth(path)
         signs = ~rows.ignore
         truth: dict[int, dict[int, Any]] = {}
-        found_signs = zip(rows.frame[signs].tolist(), rows.track_id[signs].tolist(), rows.boxes[signs], strict=True)
+        found_signs = zip(rows.frame[signs].tolist(), rows.track[signs].tolist(), rows.boxes[signs], strict=True)
         for frame, track, box in found_signs:
             truth.setdefault(frame, {})[track] = box
         with open_video(video) as opened:

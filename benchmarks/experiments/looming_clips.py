@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.experiment import Skip
-from tsr_engine.evaluation.tracking_rows import GroundTruth, read_mot_truth
+from tsr_engine.evaluation.tracking_rows import read_mot_truth
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["EACH", "EACH_OF_A_ROW", "EACH_TUNED", "LoomingClips", "read_looming"]
 
@@ -30,7 +31,7 @@ class LoomingClips:
     """
 
     seed: int
-    videos: dict[str, tuple[Path, GroundTruth]]
+    videos: dict[str, tuple[Path, TrackTable]]
     stress: dict[str, str]
     scenes: frozenset[str]
 

@@ -15,9 +15,9 @@ from typing import Any
 
 from benchmarks.peers.cache import ENGINE, code, file_digest
 from tsr_engine.evaluation.tracking import SignReport, VideoReport
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.params import Params
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["Memory"]
 
@@ -51,7 +51,7 @@ class Memory:
         return None if self._folder is None else self._folder / f"{key}.json"
 
     @staticmethod
-    def key(title: str, video: Path, truth: GroundTruth, params: Params, models: Mapping[str, str]) -> str:
+    def key(title: str, video: Path, truth: TrackTable, params: Params, models: Mapping[str, str]) -> str:
         """Digest of everything that a report depends on."""
         digest = hashlib.sha256()
         for part in (
@@ -62,7 +62,7 @@ class Memory:
             json.dumps(dict(models), sort_keys=True),
         ):
             digest.update(part.encode() + b"\0")
-        for column in (truth.frame, truth.track_id, truth.boxes, truth.class_id, truth.ignore):
+        for column in (truth.frame, truth.track, truth.boxes, truth.class_id, truth.ignore):
             digest.update(column.tobytes())
         return digest.hexdigest()
 

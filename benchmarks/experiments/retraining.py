@@ -15,13 +15,14 @@ from benchmarks.experiments.clips import clip_groups, read_clips
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import GroundTruth, read_results
+from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.io.models import SHIPPED, load_component
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.track_table import TrackTable
 from tsr_engine.training.corrections import Sampling, corrected_scenes
 from tsr_engine.training.exports import OpenedExport
 from tsr_engine.training.heldout import detection_of
@@ -29,7 +30,7 @@ from tsr_engine.training.retrain import Recipe, retrain
 
 __all__ = ["EXPERIMENT"]
 
-Pairs = Mapping[str, tuple[Path, GroundTruth]]
+Pairs = Mapping[str, tuple[Path, TrackTable]]
 
 FIGURES = (
     ("ap50", "AP of single frames, IoU 0.5"),

@@ -18,7 +18,7 @@ from benchmarks.experiments.remembered import Memory
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame, look, pictures
 from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
-from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
+from tsr_engine.evaluation.tracking_rows import result_table
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.params import Params
@@ -31,6 +31,7 @@ from tsr_engine.pipeline import (
     one_blas_thread,
 )
 from tsr_engine.records import Detections, FloatArray
+from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.camera_shift import CameraShift
 
 __all__ = [
@@ -42,12 +43,11 @@ __all__ = [
     "Videos",
     "redrawn",
     "report_of",
-    "results_of",
     "score",
     "track_together",
 ]
 
-Videos = Mapping[str, tuple[Path, GroundTruth]]
+Videos = Mapping[str, tuple[Path, TrackTable]]
 """Name of a video -> file and truth."""
 
 _SHIPPED = Params.preset("default")
@@ -144,7 +144,7 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
 def report_of(seen: Seen, run: Tracked) -> VideoReport:
     """How well a configuration has tracked a video."""
     video = seen.video
-    return evaluate_video(video.name, video.truth, results_of(run.rows), run.frames, size=(seen.width, seen.height))
+    return evaluate_video(video.name, video.truth, result_table(run.rows), run.frames, size=(seen.width, seen.height))
 
 
 def track_together(
@@ -207,13 +207,6 @@ def redrawn(boxes: FloatArray, before: Params, now: Params, width: int, height: 
     """
     drawn = BoxInset.of(now.detector).apply(BoxInset.of(before.detector).undo(boxes))
     return clip(drawn, width, height)
-
-
-def results_of(rows: list[ResultRow]) -> Results:
-    """Result rows as the table that tracking is evaluated on."""
-    return Results.of(
-        (r.frame, r.track_id, np.array([r.x1, r.y1, r.x2, r.y2]), r.class_id, r.score, r.source) for r in rows
-    )
 
 
 def _given(frame: SeenFrame, pixels: FramePixels, params: Params, seen: Seen) -> FrameInput:

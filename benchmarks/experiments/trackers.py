@@ -22,9 +22,9 @@ from benchmarks.peers.ours import follow
 from benchmarks.peers.seen import Annotated, Seen, look
 from benchmarks.peers.tuning import tune
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
-from tsr_engine.evaluation.tracking_rows import Results, in_view
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.pipeline import load_components
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["CHOSEN_ON", "EXPERIMENT", "annotated", "ideal", "run_peers", "tuning_approaches"]
 
@@ -84,7 +84,7 @@ def _run(data: Data) -> Result:
     judged = [s for s in seen if s.video.group not in CHOSEN_ON]
     if not judged:
         raise Skip("the folder `clips` holds none but clips that parameters were chosen on, and no approach was given.")
-    rows: dict[str, list[tuple[Results, float]]] = {name: [] for name in (*PRESETS, LIVE)}
+    rows: dict[str, list[tuple[TrackTable, float]]] = {name: [] for name in (*PRESETS, LIVE)}
     kept = Cache(data.scratch / "peers")
     configurations = {name: (CONFIGURATIONS[name], load_components(CONFIGURATIONS[name])) for name in PRESETS}
     threads = cv2.getNumThreads()
@@ -122,7 +122,7 @@ def _run(data: Data) -> Result:
 
 
 def run_peers(
-    tuned_on: Sequence[Seen], judged: Sequence[Seen], rows: dict[str, list[tuple[Results, float]]], kept: Cache
+    tuned_on: Sequence[Seen], judged: Sequence[Seen], rows: dict[str, list[tuple[TrackTable, float]]], kept: Cache
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Tune and run each peer; those that cannot be run, with the reason."""
     chosen: dict[str, Any] = {}
@@ -147,7 +147,7 @@ def run_peers(
     return chosen, missing
 
 
-def _figures(judged: Sequence[Seen], rows: Mapping[str, list[tuple[Results, float]]]) -> dict[str, Any]:
+def _figures(judged: Sequence[Seen], rows: Mapping[str, list[tuple[TrackTable, float]]]) -> dict[str, Any]:
     """Group -> tracker -> figures. Groups: held-out clips, each stress, all stresses."""
     stresses = sorted({s.video.group for s in judged} - {"held out"})
     clips = ["held out"] if any(s.video.group == "held out" for s in judged) else []
@@ -157,7 +157,7 @@ def _figures(judged: Sequence[Seen], rows: Mapping[str, list[tuple[Results, floa
     for name, found in rows.items():
         reports, sequences = [], []
         for s, (returned, _) in zip(judged, found, strict=True):
-            truth, shown = in_view(s.video.truth, returned, s.width, s.height)
+            truth, shown = (table.cut(s.width, s.height) for table in (s.video.truth, returned))
             reports.append(evaluate_video(s.video.name, truth, shown, len(s.frames)))
             sequences.append(sequence(truth, shown, len(s.frames)))
         ours = ours or reports  # the first is `default`
@@ -187,7 +187,7 @@ def _one(reports: list[VideoReport], sequences: list[dict[str, Any]]) -> dict[st
         return figures | dict.fromkeys(("HOTA", "IDF1", "MOTA"))
 
 
-def ideal(seen: Seen) -> Results:
+def ideal(seen: Seen) -> TrackTable:
     """Every detection on a counted sign with that sign's own id: no tracker that returns detections covers more."""
     truth, rows = seen.video.truth, []
     for frame in seen.frames:
@@ -199,9 +199,9 @@ def ideal(seen: Seen) -> Results:
         for column, row in enumerate(here):
             best = int(overlap[:, column].argmax())
             if overlap[best, column] >= 0.5 and overlap[best].argmax() == column:
-                sign = int(truth.track_id[row])
+                sign = int(truth.track[row])
                 rows.append((frame.ordinal, sign, found.boxes[best], 0, float(found.scores[best]), "detected"))
-    return Results.of(rows)
+    return TrackTable.of_rows(rows)
 
 
 def _tell(result: Result) -> str:

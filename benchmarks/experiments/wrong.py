@@ -11,10 +11,10 @@ import numpy as np
 from benchmarks.contact_sheet import Cell, write_sheet
 from benchmarks.experiments.tracked import Videos, track_together
 from benchmarks.peers.seen import Annotated, Seen, look, pictures
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import FloatArray
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["draw_wrong", "largest"]
 
@@ -61,11 +61,11 @@ def largest(boxes: Mapping[int, FloatArray]) -> tuple[int, FloatArray]:
 
 
 def _boxes(
-    kind: str, note: Mapping[str, Any], seen: Seen, truth: GroundTruth, components: Components, params: Params
+    kind: str, note: Mapping[str, Any], seen: Seen, truth: TrackTable, components: Components, params: Params
 ) -> dict[int, FloatArray]:
     """Frame -> box of a sign, as annotated, or of a track."""
     if kind != "false":
-        own = np.flatnonzero(truth.track_id == note["sign"])
+        own = np.flatnonzero(truth.track == note["sign"])
         whole = own[truth.visibility[own] >= 0.99]
         own = whole if len(whole) else own
         return {int(truth.frame[i]): truth.boxes[i] for i in own}

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.follow import NARROWEST
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.records import FloatArray, Picture
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["POSITIONS", "Sign", "painted", "signs_of"]
 
@@ -49,7 +49,7 @@ class Sign:
         return min(self.clear, key=lambda frame: (abs(frame - wanted), frame))
 
 
-def signs_of(truth: GroundTruth, width: int, height: int) -> list[Sign]:
+def signs_of(truth: TrackTable, width: int, height: int) -> list[Sign]:
     """The signs of a video that are seen for six frames and get 16 px wide, those that other experiments ignore too.
 
     Args:
@@ -61,8 +61,8 @@ def signs_of(truth: GroundTruth, width: int, height: int) -> list[Sign]:
         Those that get widest first.
     """
     found = []
-    for sign in np.unique(truth.track_id).tolist():
-        place = np.flatnonzero(truth.track_id == sign)
+    for sign in np.unique(truth.track).tolist():
+        place = np.flatnonzero(truth.track == sign)
         boxes = clip(truth.boxes[place], width, height)
         rows = {int(k): box for k, box in zip(truth.frame[place], boxes, strict=True)}
         seen = {int(k): float(v) for k, v in zip(truth.frame[place], truth.visibility[place], strict=True)}

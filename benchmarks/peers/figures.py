@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from benchmarks.peers.multi import load
-from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
 from tsr_engine.geometry.boxes import area, intersection, iou
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["NAMES", "sequence", "trackeval_figures"]
 
@@ -22,7 +22,7 @@ MATCH = 0.5
 """IoU of a match, and share of a box inside an ignored one from which that explains it."""
 
 
-def sequence(truth: GroundTruth, results: Results, frames: int) -> dict[str, Any]:
+def sequence(truth: TrackTable, results: TrackTable, frames: int) -> dict[str, Any]:
     """One video in the form that TrackEval's metrics take.
 
     As in the MOTChallenge's own preparation, rows that match an ignored truth better than a counted one are left
@@ -34,15 +34,15 @@ def sequence(truth: GroundTruth, results: Results, frames: int) -> dict[str, Any
         frames: number of frames.
     """
     wanted = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= MIN_WIDTH)
-    signs = {int(s): i for i, s in enumerate(np.unique(truth.track_id[wanted]))}
+    signs = {int(s): i for i, s in enumerate(np.unique(truth.track[wanted]))}
     gt_ids, tracker_ids, similarity = [], [], []
     for frame in range(frames):
         here = np.flatnonzero(truth.frame == frame)
         rows = np.flatnonzero(results.frame == frame)
         counted = here[wanted[here]]
         rows = rows[~_excused(truth, here, wanted, results.boxes[rows])]
-        gt_ids.append(np.array([signs[int(s)] for s in truth.track_id[counted]], dtype=int))
-        tracker_ids.append(results.track_id[rows])
+        gt_ids.append(np.array([signs[int(s)] for s in truth.track[counted]], dtype=int))
+        tracker_ids.append(results.track[rows])
         similarity.append(iou(truth.boxes[counted], results.boxes[rows]))
     tracks = {int(t): i for i, t in enumerate(np.unique(np.concatenate([*tracker_ids, np.zeros(0, int)])))}
     tracker_ids = [np.array([tracks[int(t)] for t in ids], dtype=int) for ids in tracker_ids]
@@ -80,7 +80,7 @@ def trackeval_figures(sequences: Iterable[dict[str, Any]], names: Sequence[str] 
     return figures
 
 
-def _excused(truth: GroundTruth, here: Any, wanted: Any, boxes: Any) -> Any:
+def _excused(truth: TrackTable, here: Any, wanted: Any, boxes: Any) -> Any:
     """Which boxes of a frame are explained by truth that does not count."""
     out = np.zeros(len(boxes), dtype=bool)
     if not len(boxes) or not len(here):

@@ -104,9 +104,9 @@ def find_gaps(seen: Seen, every: int, lengths: Sequence[int] = LENGTHS) -> list[
         lengths: of the gaps, frames.
     """
     truth = seen.video.truth
-    place = {(int(truth.track_id[i]), int(truth.frame[i])): i for i in np.flatnonzero(~truth.ignore)}
+    place = {(int(truth.track[i]), int(truth.frame[i])): i for i in np.flatnonzero(~truth.ignore)}
     gaps = []
-    for sign in np.unique(truth.track_id[~truth.ignore]).tolist():
+    for sign in np.unique(truth.track[~truth.ignore]).tolist():
         last = -every
         for frame in seen.frames:
             k = frame.ordinal

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.seen import Seen
-from tsr_engine.evaluation.tracking_rows import Results
 from tsr_engine.records import Detections
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["LEAST", "PACKAGE", "PEERS", "Missing", "Peer", "confidence", "load", "rows_of", "version"]
 
@@ -103,7 +103,7 @@ def confidence(score: Any) -> Any:
     return 1.0 / (1.0 + np.exp(-np.asarray(score, dtype=np.float64)))
 
 
-def rows_of(peer: Peer, seen: Seen, settings: Mapping[str, float]) -> tuple[Results, float]:
+def rows_of(peer: Peer, seen: Seen, settings: Mapping[str, float]) -> tuple[TrackTable, float]:
     """Run a peer over a video.
 
     Returns:
@@ -135,7 +135,7 @@ def rows_of(peer: Peer, seen: Seen, settings: Mapping[str, float]) -> tuple[Resu
             for box, identity, score in zip(found.xyxy, found.tracker_id, found.confidence, strict=True):
                 if identity >= 0:
                     rows.append((frame.ordinal, int(identity), np.asarray(box), 0, float(score), "detected"))
-    return Results.of(rows), seconds
+    return TrackTable.of_rows(rows), seconds
 
 
 def _handed(detections: Detections, settings: Mapping[str, float]) -> Detections:

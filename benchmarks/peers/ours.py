@@ -8,15 +8,14 @@ from dataclasses import dataclass, field
 from threading import Event
 from typing import Any
 
-import numpy as np
-
 from benchmarks.peers.cache import Cache
 from benchmarks.peers.seen import Seen, SeenFrame, pictures
-from tsr_engine.evaluation.tracking_rows import Results
+from tsr_engine.evaluation.tracking_rows import result_table
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, FrameInput, Models, ResultStream, TrackingCore, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, Picture
+from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.tracker import Tracker
 
 __all__ = ["Followed", "filter_alone", "follow", "frame_input", "identity", "start"]
@@ -32,8 +31,8 @@ class Followed:
         seconds: CPU time of all that follows detection, naming the sign included.
     """
 
-    rows: Results
-    live: Results
+    rows: TrackTable
+    live: TrackTable
     seconds: float
 
     def as_dict(self) -> dict[str, Any]:
@@ -46,7 +45,7 @@ class Followed:
         return cls(_results(record["rows"]), _results(record["live"]), float(record["seconds"]))
 
 
-def filter_alone(seen: Seen, params: Params) -> Results:
+def filter_alone(seen: Seen, params: Params) -> TrackTable:
     """The Kalman filter without gate, online detector and classifier: rows of confirmed tracks, class 0.
 
     No pixel is looked at.
@@ -62,20 +61,20 @@ def filter_alone(seen: Seen, params: Params) -> Results:
             rows.setdefault(t.track_id, []).append((frame.ordinal, t.track_id, t.box, 0, t.score, t.source))
             if t.state == "confirmed":
                 confirmed.add(t.track_id)
-    return Results.of(sorted((row for track in confirmed for row in rows[track]), key=lambda row: row[:2]))
+    return TrackTable.of_rows(sorted((row for track in confirmed for row in rows[track]), key=lambda row: row[:2]))
 
 
 _WARM = Event()
 """Set once a video has gone through in this process: kernels that are compiled or loaded meanwhile are in no time."""
 
 
-def _plain(rows: Results) -> list[list[Any]]:
-    columns = (rows.frame, rows.track_id, rows.boxes, rows.class_id, rows.score)
-    return [list(row) for row in zip(*(column.tolist() for column in columns), rows.source, strict=True)]
+def _plain(rows: TrackTable) -> list[list[Any]]:
+    columns = (rows.frame, rows.track, rows.boxes, rows.class_id, rows.score)
+    return [list(row) for row in zip(*(column.tolist() for column in columns), rows.source_words(), strict=True)]
 
 
-def _results(rows: list[list[Any]]) -> Results:
-    return Results.of((f, t, np.array(box), c, s, source) for f, t, box, c, s, source in rows)
+def _results(rows: list[list[Any]]) -> TrackTable:
+    return TrackTable.of_rows((f, t, box, c, s, source) for f, t, box, c, s, source in rows)
 
 
 @dataclass(slots=True)
@@ -100,11 +99,7 @@ class _Run:
 
     def finish(self) -> Followed:
         self.settled.extend(self.stream.finish())
-        rows = [
-            (r.frame, r.track_id, np.array([r.x1, r.y1, r.x2, r.y2]), r.class_id, r.score, r.source)
-            for r in self.settled
-        ]
-        return Followed(Results.of(rows), Results.of(self.live), self.seconds)
+        return Followed(result_table(self.settled), TrackTable.of_rows(self.live), self.seconds)
 
 
 def start(seen: Seen, params: Params, parts: Models) -> TrackingCore:

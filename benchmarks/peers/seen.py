@@ -13,13 +13,14 @@ import numpy as np
 
 from benchmarks.peers.cache import code, file_digest
 from tsr_engine.errors import TsrError
-from tsr_engine.evaluation.tracking_rows import GroundTruth, thinned
+from tsr_engine.evaluation.tracking_rows import thinned
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import Detections, Picture
 from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["Annotated", "Seen", "SeenFrame", "every", "look", "pictures"]
 
@@ -43,12 +44,12 @@ class Annotated:
     name: str
     group: str
     path: Path
-    truth: GroundTruth
+    truth: TrackTable
 
     def identity(self) -> list[str]:
         """Digests of the file and of its truth."""
         truth = hashlib.sha256()
-        for column in (self.truth.frame, self.truth.track_id, self.truth.boxes, self.truth.ignore):
+        for column in (self.truth.frame, self.truth.track, self.truth.boxes, self.truth.ignore):
             truth.update(column.tobytes())
         return [file_digest(self.path), truth.hexdigest()]
 

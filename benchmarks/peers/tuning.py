@@ -63,7 +63,7 @@ def _search(peer: Peer, clips: Sequence[Seen]) -> Tuned:
     for settings in combinations:
         found = [rows_of(peer, s, settings)[0] for s in clips]
         # Neighbouring settings often come to the very same rows.
-        same = tuple(part.tobytes() for rows in found for part in (rows.frame, rows.track_id, rows.boxes))
+        same = tuple(part.tobytes() for rows in found for part in (rows.frame, rows.track, rows.boxes))
         if same not in known:
             videos = [sequence(s.video.truth, rows, len(s.frames)) for s, rows in zip(clips, found, strict=True)]
             figures = trackeval_figures(videos, ORDER)

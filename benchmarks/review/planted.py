@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.records import FloatArray
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["KINDS", "ROUNDS", "Case", "planted"]
 
@@ -60,7 +60,7 @@ class Case:
 
 
 def planted(
-    truth: GroundTruth, size: tuple[int, int], frames: int, turn: int, seed: int
+    truth: TrackTable, size: tuple[int, int], frames: int, turn: int, seed: int
 ) -> tuple[bytes, dict[int, Case]]:
     """A run as a table of the format ``tracks-csv``, and what is wrong with it.
 
@@ -94,10 +94,10 @@ def planted(
     return "\n".join(lines).encode(), cases
 
 
-def _signs(truth: GroundTruth) -> Iterator[tuple[int, dict[int, FloatArray]]]:
+def _signs(truth: TrackTable) -> Iterator[tuple[int, dict[int, FloatArray]]]:
     """Label and boxes of each sign that is large and long enough to be looked at."""
-    for sign in np.unique(truth.track_id):
-        rows = np.flatnonzero(truth.track_id == sign)
+    for sign in np.unique(truth.track):
+        rows = np.flatnonzero(truth.track == sign)
         widths = truth.boxes[rows, 2] - truth.boxes[rows, 0]
         rows = rows[(widths >= _LEAST_WIDTH / 2)]
         if len(rows) < _LEAST_FRAMES or widths.max() < _LEAST_WIDTH:
@@ -131,7 +131,7 @@ def _rows(number: int, case: Case, size: tuple[int, int], frames: int) -> Iterat
 
 
 def _false_track(
-    number: int, truth: GroundTruth, size: tuple[int, int], frames: int, rng: np.random.Generator
+    number: int, truth: TrackTable, size: tuple[int, int], frames: int, rng: np.random.Generator
 ) -> Iterator[str]:
     start = int(rng.integers(0, max(1, frames - _FALSE_FRAMES)))
     near = truth.boxes[(truth.frame >= start) & (truth.frame < start + _FALSE_FRAMES)]

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.records import Detections, FloatArray
+from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.tracker import Tracker
 
@@ -115,7 +115,7 @@ def followed(frames: Sequence[Seen], params: TrackingParams) -> list[Rows]:
     return out
 
 
-def frame_ground_truths(truth: GroundTruth, ordinals: Sequence[int], min_width: float) -> list[FrameGroundTruth]:
+def frame_ground_truths(truth: TrackTable, ordinals: Sequence[int], min_width: float) -> list[FrameGroundTruth]:
     """Truth frame by frame; signs narrower than ``min_width`` px count neither way."""
     counts = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= min_width)
     return [

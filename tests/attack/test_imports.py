@@ -14,18 +14,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.evidence.overlap import box_pairs
-from app.evidence.tables import BoxTable
 from app.exchange.dataset import LABELS
 from tests.app.toy_home import ToyHome, make_home
 from tests.attack.damage import zipped
 from tests.attack.own_server import Running, command, running
 from tests.patience import TIMES, until, within
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.evaluation.matching import box_pairs
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import ImportLimits, ImportTarget
 from tsr_engine.exchange.load import read_dataset
+from tsr_engine.track_table import TrackTable
 
 FRAMES = 75
 MOST_MB = 600
@@ -162,11 +162,11 @@ def test_caps(tmp_path: Path) -> None:
 def test_laying_many_tracks_onto_many_takes_bounded_memory() -> None:
     """All in one frame: the pairs are as many as the product, and are looked at a piece at a time."""
 
-    def table(count: int, shift: float) -> BoxTable:
+    def table(count: int, shift: float) -> TrackTable:
         places = [(float(10 * (i % 300)) + shift, float(10 * (i // 300))) for i in range(count)]
         boxes = np.array([[x, y, x + 8, y + 8] for x, y in places])
         none = np.zeros(count, np.int64)
-        return BoxTable(none, np.arange(count), boxes, none, none > 0, none, tuple(map(str, range(count))))
+        return TrackTable(none, np.arange(count), boxes)
 
     tracemalloc.start()
     pairs = box_pairs(table(4000, 0), table(4000, 1), 0.5)

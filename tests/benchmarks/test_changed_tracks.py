@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.evidence.tables import BoxTable
 from benchmarks.changed_tracks import judge
-from tsr_engine.evaluation.tracking_rows import GroundTruth
+from tsr_engine.track_table import TrackTable
 
 SIGN = (100.0, 100.0, 140.0, 140.0)
 OFF = (300.0, 300.0, 340.0, 340.0)
@@ -17,33 +16,30 @@ LOOSE = (115.0, 115.0, 155.0, 155.0)
 """IoU of 0.24 with the sign."""
 
 
-def truth(boxes: list[Any], label: int = 14, ignore: bool = False) -> GroundTruth:
+def truth(boxes: list[Any], label: int = 14, ignore: bool = False) -> TrackTable:
     n = len(boxes)
-    return GroundTruth(
+    return TrackTable(
         np.arange(n),
         np.ones(n, np.int64),
         np.array(boxes, float),
         np.full(n, label),
-        np.ones(n),
-        np.full(n, ignore),
+        ignore=np.full(n, ignore),
     )
 
 
-def tracks(*of: list[Any]) -> BoxTable:
+def tracks(*of: list[Any]) -> TrackTable:
     rows = sorted((frame, track, box) for track, boxes in enumerate(of) for frame, box in enumerate(boxes) if box)
     n = len(rows)
-    return BoxTable(
+    return TrackTable(
         np.array([row[0] for row in rows]),
         np.array([row[1] for row in rows]),
         np.array([row[2] for row in rows], float),
         np.zeros(n, np.int64),
-        np.zeros(n, np.bool_),
-        np.zeros(n, np.int64),
-        tuple(f"m{i}" for i in range(len(of))),
+        names=tuple(f"m{i}" for i in range(len(of))),
     )
 
 
-def judged(found: BoxTable, known: GroundTruth, *labels: int) -> tuple[str | None, ...]:
+def judged(found: TrackTable, known: TrackTable, *labels: int) -> tuple[str | None, ...]:
     return judge(found, np.array(labels or [14]), known, (640, 480))
 
 

@@ -17,16 +17,17 @@ from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.against_paper import shortfalls, sign_notes, tables
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.experiments.remembered import Memory
-from benchmarks.experiments.tracked import PAPER_KF, redrawn, results_of, track_together
+from benchmarks.experiments.tracked import PAPER_KF, redrawn, track_together
 from benchmarks.experiments.wrong import draw_wrong, largest
 from benchmarks.peers.seen import Annotated, Seen, look
 from tests import pipeline_toys as toys
 from tsr_engine.evaluation.tracking import SignReport, VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import GroundTruth, read_results
+from tsr_engine.evaluation.tracking_rows import read_results, result_table
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.track_table import TrackTable
 
 
 @pytest.fixture(scope="module")
@@ -34,13 +35,13 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return toys.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", 24)
 
 
-def _truth(frames: int) -> GroundTruth:
+def _truth(frames: int) -> TrackTable:
     rows = [(k, toys.sign_box(k)) for k in range(frames)]
     seen = [(k, box) for k, box in rows if box is not None]
     n = len(seen)
-    return GroundTruth(
+    return TrackTable(
         np.array([k for k, _ in seen]), np.ones(n, np.int64), np.array([box for _, box in seen]),
-        np.zeros(n, np.int64), np.ones(n), np.zeros(n, bool),
+        np.zeros(n, np.int64),
     )  # fmt: skip
 
 
@@ -60,13 +61,13 @@ def test_tracking_together_gives_the_rows_of_a_run_alone(drive: Path, tmp_path: 
     for name, params in rows.items():
         alone = tmp_path / f"{name}.csv"
         track_video(RunRequest(drive, params, csv=alone), toys.components(params))
-        expected, found = read_results(alone), results_of(together[name].rows)
+        expected, found = read_results(alone), result_table(together[name].rows)
         assert together[name].frames == 24
         assert len(found.frame) == len(expected.frame) > 10
         np.testing.assert_array_equal(found.frame, expected.frame)
         np.testing.assert_allclose(found.boxes, expected.boxes, atol=1e-9)
         np.testing.assert_array_equal(found.class_id, expected.class_id)
-        assert found.source == expected.source
+        assert found.source_words() == expected.source_words()
         assert together[name].stages["detect"] > 0
     other = toys.PARAMS.with_settings([("min_width", 30.0)])
     seen = _seen(drive, tmp_path / "kept")
@@ -92,7 +93,7 @@ def test_a_report_is_found_again_only_while_nothing_changed(drive: Path, tmp_pat
     key = Memory.key("drive", drive, truth, toys.PARAMS, {"classifier": "1"})
     assert memory.find(key) is None
     found = track_together(_seen(drive, tmp_path), {"a": toys.PARAMS}, {"a": toys.components(toys.PARAMS)})["a"]
-    report = evaluate_video("drive", truth, results_of(found.rows), found.frames)
+    report = evaluate_video("drive", truth, result_table(found.rows), found.frames)
     assert report.errors
     memory.keep(key, report, {"detect": 0.25})
     assert memory.find(key) == (report, {"detect": 0.25})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,13 +11,13 @@ from benchmarks.experiment import Result
 from benchmarks.experiments.day import EXPERIMENT
 from benchmarks.review.annotator import _steps
 from benchmarks.review.planted import KINDS, ROUNDS, planted
-from tsr_engine.evaluation.tracking_rows import GroundTruth
+from tsr_engine.track_table import TrackTable
 
 SIZE = (640, 360)
 FRAMES = 80
 
 
-def truth() -> GroundTruth:
+def truth() -> TrackTable:
     """Two signs that grow, and one of no label."""
     frame = np.tile(np.arange(5, 45), 3)
     track = np.repeat([1, 2, 3], 40)
@@ -23,7 +25,7 @@ def truth() -> GroundTruth:
     left, top = np.repeat([100.0, 300.0, 480.0], 40), np.full(120, 100.0)
     boxes = np.stack([left, top, left + side, top + side], axis=1)
     label = np.repeat([14, 17, -1], 40)
-    return GroundTruth(frame, track, boxes, label, np.ones(120), np.zeros(120, np.bool_))
+    return TrackTable(frame, track, boxes, label)
 
 
 def rows(content: bytes) -> dict[int, dict[int, list[float]]]:
@@ -58,8 +60,10 @@ def test_each_kind_comes_once_for_two_signs_and_the_run_has_just_these_faults() 
 
 def test_a_box_is_wrong_where_the_sign_is_largest_and_whole() -> None:
     given = truth()
-    given.boxes[given.frame > 40, 0] -= 200  # the first sign is cut by the left edge there
-    given.boxes[:, 0] = np.maximum(given.boxes[:, 0], 0)
+    boxes = given.boxes.copy()
+    boxes[given.frame > 40, 0] -= 200  # the first sign is cut by the left edge there
+    boxes[:, 0] = np.maximum(boxes[:, 0], 0)
+    given = replace(given, boxes=boxes)
     _, cases = planted(given, SIZE, FRAMES, 0, seed=0)
     first = next(case for case in cases.values() if case.label == 14)
     assert first.box_frame == 40

@@ -15,8 +15,8 @@ from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import exports, recordings, retraining
 from tests import pipeline_toys as toys
 from tsr_engine.errors import TsrError
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.io.video import open_video
+from tsr_engine.track_table import TrackTable
 
 
 def _format(**more: Any) -> dict[str, Any]:
@@ -78,19 +78,19 @@ def test_a_first_recording_that_takes_too_long_is_named() -> None:
 
 
 @pytest.fixture(scope="module")
-def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, GroundTruth]:
+def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, TrackTable]:
     """A toy drive with its exact truth, the rows of later frames first."""
     path = toys.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", 12)
     seen = [(k, box) for k in range(12)[::-1] if (box := toys.sign_box(k)) is not None]
     n = len(seen)
-    truth = GroundTruth(
+    truth = TrackTable(
         np.array([k for k, _ in seen]), np.full(n, 7), np.array([box for _, box in seen]),
-        np.full(n, 14), np.ones(n), np.arange(n) == 0,
+        np.full(n, 14), ignore=np.arange(n) == 0,
     )  # fmt: skip
     return path, truth
 
 
-def test_a_corrected_clip_holds_its_annotation(drive: tuple[Path, GroundTruth]) -> None:
+def test_a_corrected_clip_holds_its_annotation(drive: tuple[Path, TrackTable]) -> None:
     path, truth = drive
     video = corrected(path, truth)
     (track,) = video.tracks()
@@ -102,7 +102,7 @@ def test_a_corrected_clip_holds_its_annotation(drive: tuple[Path, GroundTruth]) 
     assert track.ignore.tolist() == [*[False] * (len(truth.frame) - 1), True]
 
 
-def test_a_dim_camera_films_the_same_frames_darker(drive: tuple[Path, GroundTruth], tmp_path: Path) -> None:
+def test_a_dim_camera_films_the_same_frames_darker(drive: tuple[Path, TrackTable], tmp_path: Path) -> None:
     dim = dimmed(drive[0], tmp_path / "dim.mp4")
     with open_video(drive[0]) as bright, open_video(dim) as dark:
         assert (dark.width, dark.height, dark.rate) == (bright.width, bright.height, Fraction(bright.rate))

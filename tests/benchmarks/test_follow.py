@@ -13,20 +13,19 @@ from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, line
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
 from benchmarks.following.ways import PEERS, KltBox, by_peer, by_us, legacy, straight
 from tests.follow.drives import HEIGHT, WIDTH, drive
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.follow import FollowerModels
+from tsr_engine.track_table import TrackTable
 
 
-def truth(boxes: dict[int, Any], visibility: Any = None) -> GroundTruth:
+def truth(boxes: dict[int, Any], visibility: Any = None) -> TrackTable:
     n = len(boxes)
     seen = np.ones(n) if visibility is None else np.array([visibility(k) for k in boxes])
-    return GroundTruth(
+    return TrackTable(
         np.array(list(boxes)),
         np.ones(n, int),
         np.array(list(boxes.values())),
         np.zeros(n, int),
-        seen,
-        np.zeros(n, bool),
+        visibility=seen,
     )
 
 

@@ -16,9 +16,9 @@ from benchmarks.experiments import frame_rates
 from benchmarks.peers.ours import filter_alone
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame, every
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.params import Params
 from tsr_engine.records import Detections
+from tsr_engine.track_table import TrackTable
 
 FRAMES = 30
 
@@ -37,7 +37,7 @@ def _seen() -> Seen:
     )
     boxes = np.array([_box(k) for k in range(FRAMES)])
     n = FRAMES
-    truth = GroundTruth(np.arange(n), np.ones(n, int), boxes, np.zeros(n, int), np.ones(n), np.zeros(n, bool))
+    truth = TrackTable(np.arange(n), np.ones(n, int), boxes, np.zeros(n, int))
     return Seen(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, frames)
 
 

@@ -19,21 +19,20 @@ from benchmarks.peers.multi import LEAST, PEERS, Missing, Peer, confidence, rows
 from benchmarks.peers.ours import Followed
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame
 from tsr_engine.evaluation.tracking import changed_errors, evaluate_video, shared_errors
-from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
 from tsr_engine.records import Detections
+from tsr_engine.track_table import TrackTable
 
 FRAMES = 12
 
 
-def _truth(boxes: list[tuple[int, int, tuple[float, ...], bool]]) -> GroundTruth:
+def _truth(boxes: list[tuple[int, int, tuple[float, ...], bool]]) -> TrackTable:
     n = len(boxes)
-    return GroundTruth(
-        np.array([b[0] for b in boxes]),
-        np.array([b[1] for b in boxes]),
+    return TrackTable(
+        np.array([b[0] for b in boxes], int),
+        np.array([b[1] for b in boxes], int),
         np.array([b[2] for b in boxes], float).reshape(-1, 4),
         np.zeros(n, int),
-        np.ones(n),
-        np.array([b[3] for b in boxes], bool),
+        ignore=np.array([b[3] for b in boxes], bool),
     )
 
 
@@ -41,8 +40,8 @@ def _box(frame: int, left: float = 100.0, side: float = 40.0) -> tuple[float, ..
     return (left + 2 * frame, 50.0, left + 2 * frame + side, 50.0 + side)
 
 
-def _rows(*rows: tuple[int, int, tuple[float, ...]]) -> Results:
-    return Results.of((f, t, np.array(b), 0, 1.0, "detected") for f, t, b in rows)
+def _rows(*rows: tuple[int, int, tuple[float, ...]]) -> TrackTable:
+    return TrackTable.of_rows((f, t, np.array(b), 0, 1.0, "detected") for f, t, b in rows)
 
 
 def _seen(gap: range = range(0), score: float = 2.0) -> Seen:
@@ -87,7 +86,7 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> Peer:
 def test_a_peer_gets_our_boxes_in_order_and_keeps_its_identities(toy: Peer) -> None:
     rows, seconds = rows_of(toy, _seen(range(4, 6)), {"change": 6, "activation_score": 0.0})
     assert rows.frame.tolist() == [0, 1, 2, 3, 6, 7, 8, 9, 10, 11]
-    assert rows.track_id.tolist() == [0] * 4 + [1] * 6
+    assert rows.track.tolist() == [0] * 4 + [1] * 6
     assert rows.boxes[0].tolist() == list(_box(0))
     assert seconds >= 0
 
@@ -142,7 +141,7 @@ def test_results_come_back_exactly() -> None:
     rows = _rows((0, 7, (0.1, 1 / 3, 20.0, 30.0)), (2, 8, _box(2)))
     again = Followed.of(json.loads(json.dumps(Followed(rows, _rows(), 0.25).as_dict())))
     assert again.rows.boxes.tolist() == rows.boxes.tolist()
-    assert (again.rows.track_id.tolist(), again.rows.source) == ([7, 8], ("detected", "detected"))
+    assert (again.rows.track.tolist(), again.rows.source_words()) == ([7, 8], ["detected", "detected"])
     assert (len(again.live.frame), again.seconds) == (0, 0.25)
 
 
@@ -186,7 +185,7 @@ def test_the_bound_takes_each_detection_once() -> None:
     seen = _seen(range(2, 5))
     rows = trackers.ideal(seen)
     assert rows.frame.tolist() == [0, 1, *range(5, FRAMES)]
-    assert set(rows.track_id.tolist()) == {1}
+    assert set(rows.track.tolist()) == {1}
 
 
 @pytest.mark.skipif(importlib.util.find_spec("trackers") is not None, reason="the peers are installed here")
@@ -278,9 +277,11 @@ def test_errors_are_compared_where_both_have_a_box() -> None:
     truth = seen.video.truth
     place = [int(i) for i in np.flatnonzero(~truth.ignore)]
 
-    def rows(kept: list[int], wider: float) -> Results:
+    def rows(kept: list[int], wider: float) -> TrackTable:
         boxes = [truth.boxes[i] + [0.0, 0.0, wider * (truth.boxes[i][2] - truth.boxes[i][0]), 0.0] for i in kept]
-        return Results.of((int(truth.frame[i]), 1, b, 0, 1.0, "detected") for i, b in zip(kept, boxes, strict=True))
+        return TrackTable.of_rows(
+            (int(truth.frame[i]), 1, b, 0, 1.0, "detected") for i, b in zip(kept, boxes, strict=True)
+        )
 
     ours = evaluate_video("v", truth, rows(place, 0.1), FRAMES)
     theirs = evaluate_video("v", truth, rows(place[:3], 0.2), FRAMES)
@@ -331,4 +332,4 @@ def test_each_peer_follows_a_toy(peer: Peer) -> None:
     pytest.importorskip("trackers", reason="the peers are not installed")
     rows, _ = rows_of(peer, _seen(), next(peer.settings()))
     assert len(rows.frame) >= FRAMES - 2
-    assert len(set(rows.track_id.tolist())) == 1
+    assert len(set(rows.track.tolist())) == 1

@@ -21,11 +21,11 @@ from benchmarks.peers.gap import LEAD_IN, Gap, Outcome, Still, carry, find_gaps,
 from benchmarks.peers.generic import OpenCvTracker, maker
 from benchmarks.peers.multi import Missing
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.evidence import ResultRow
 from tsr_engine.params import Params
 from tsr_engine.pipeline import FrameInput
 from tsr_engine.records import Detections, FrameEvidence, TrackFrame
+from tsr_engine.track_table import TrackTable
 
 FRAMES = 40
 
@@ -40,13 +40,11 @@ def _seen(unseen: range = range(0), frames: int = FRAMES) -> Seen:
         n = 0 if k in unseen else 1
         one = np.ones(n)
         made.append(SeenFrame(k, k / 30, Detections(_box(k)[None][:n], one, one, one), (1.0, 0.0)))
-    truth = GroundTruth(
+    truth = TrackTable(
         np.arange(frames),
         np.full(frames, 4),
         np.array([_box(k) for k in range(frames)]),
         np.zeros(frames, int),
-        np.ones(frames),
-        np.zeros(frames, bool),
     )
     return Seen(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(made))
 

@@ -17,9 +17,9 @@ from benchmarks.systems.remembered import plain_seen, read_seen
 from benchmarks.systems.video import FrameGroundTruth, Seen, counted, followed, frame_ground_truths
 from tests.benchmarks.drawn_scenes import drawn_scenes
 from tsr_engine.evaluation.detection import score_detections
-from tsr_engine.evaluation.tracking_rows import GroundTruth
 from tsr_engine.params import Params
 from tsr_engine.records import Detections, Picture
+from tsr_engine.track_table import TrackTable
 
 SIGN = np.array([100.0, 100, 130, 130])
 
@@ -42,7 +42,7 @@ def test_ignored_boxes_excuse_but_do_not_hide_a_sign() -> None:
 
 def test_narrow_signs_are_ignored() -> None:
     rows = np.array([[0.0, 0, 15, 15], [50, 50, 70, 70]])
-    truth = GroundTruth(np.array([4, 4]), np.array([1, 2]), rows, np.zeros(2, int), np.ones(2), np.zeros(2, bool))
+    truth = TrackTable(np.array([4, 4]), np.array([1, 2]), rows, np.zeros(2, int))
     here, none = frame_ground_truths(truth, [4, 5], 16.0)
     np.testing.assert_array_equal(here.boxes, rows[1:])
     np.testing.assert_array_equal(here.ignored, rows[:1])
@@ -175,8 +175,7 @@ def test_a_clip_is_watched_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(detection_video, "_watch", watch)
     monkeypatch.setattr(detection_video, "load_components", lambda _: SimpleNamespace(models={"detector": "a digest"}))
-    nothing = np.zeros(0, int)
-    truth = GroundTruth(nothing, nothing, np.zeros((0, 4)), nothing, np.zeros(0), np.zeros(0, bool))
+    truth = TrackTable.empty()
     for _ in range(2):
         times: list[float] = []
         clip = detection_video._watched(video, truth, times, Cache(tmp_path / "kept"))

@@ -11,31 +11,24 @@ import pytest
 from tsr_engine.errors import InputError
 from tsr_engine.evaluation.plots import plot_errors
 from tsr_engine.evaluation.tracking import BINS, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import (
-    GroundTruth,
-    Results,
-    in_view,
-    read_clip_truth,
-    read_mot_truth,
-    read_results,
-)
+from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_mot_truth, read_results
+from tsr_engine.track_table import TrackTable
 
 SIGN = np.array([100.0, 100.0, 140.0, 140.0])
 
 
-def truth(*rows: tuple[int, int, np.ndarray, int, bool]) -> GroundTruth:
-    return GroundTruth(
+def truth(*rows: tuple[int, int, np.ndarray, int, bool]) -> TrackTable:
+    return TrackTable(
         np.array([r[0] for r in rows]),
         np.array([r[1] for r in rows]),
         np.array([r[2] for r in rows]),
         np.array([r[3] for r in rows]),
-        np.ones(len(rows)),
-        np.array([r[4] for r in rows]),
+        ignore=np.array([r[4] for r in rows]),
     )
 
 
-def results(*rows: tuple[int, int, np.ndarray, int]) -> Results:
-    return Results.of((f, t, b, c, 1.0, "detected") for f, t, b, c in rows)
+def results(*rows: tuple[int, int, np.ndarray, int]) -> TrackTable:
+    return TrackTable.of_rows((f, t, b, c, 1.0, "detected") for f, t, b, c in rows)
 
 
 def right(box: np.ndarray, px: float) -> np.ndarray:
@@ -130,7 +123,7 @@ def test_drift_off_the_sign_shows_in_the_followed_error() -> None:
 
 def test_nothing_found_and_nothing_there() -> None:
     signs = truth((0, 1, SIGN, 14, False))
-    nothing = Results.of([])
+    nothing = TrackTable.of_rows([])
     s = summarise([evaluate_video("v", signs, nothing, 1)])
     assert (s.signs, s.signs_detected, s.detection_rate, s.coverage) == (1, 0, 0.0, 0.0)
     assert s.mean_error is None
@@ -141,7 +134,7 @@ def test_nothing_found_and_nothing_there() -> None:
 
 def test_means_by_source() -> None:
     signs = truth((0, 1, SIGN, 14, False), (1, 1, SIGN, 14, False))
-    rows = Results.of([(0, 1, SIGN, 14, 1.0, "detected"), (1, 1, right(SIGN, 10), 14, 0.5, "predicted")])
+    rows = TrackTable.of_rows([(0, 1, SIGN, 14, 1.0, "detected"), (1, 1, right(SIGN, 10), 14, 0.5, "predicted")])
     s = summarise([evaluate_video("v", signs, rows, 2)])
     assert s.mean_error_by_source == pytest.approx({"detected": 0.0, "predicted": 0.25})
 
@@ -179,7 +172,7 @@ class TestReaders:
         path = tmp_path / "out.csv"
         path.write_text("frame,track_id,x1,y1,x2,y2,class_id,score,source\n2,1,1,2,30,40,14,1.5,relocalised\n")
         r = read_results(path)
-        assert (r.frame.tolist(), r.track_id.tolist(), r.source) == ([2], [1], ("relocalised",))
+        assert (r.frame.tolist(), r.track.tolist(), r.source_words()) == ([2], [1], ["relocalised"])
         assert r.score.tolist() == [1.5]
 
     def test_empty_results(self, tmp_path: Path) -> None:
@@ -217,7 +210,7 @@ def test_boxes_that_reach_over_the_edge_are_compared_within_the_picture() -> Non
     shown = results((0, 1, right(SIGN, 30), 1))
     errors = []
     for box in (beyond, np.minimum(beyond, 160.0)):
-        signs, rows = in_view(truth((0, 1, box, 1, False)), shown, 160, 576)
+        signs, rows = (table.cut(160, 576) for table in (truth((0, 1, box, 1, False)), shown))
         assert rows.boxes[0].tolist() == [130.0, 100.0, 160.0, 140.0]
         same = evaluate_video("v", truth((0, 1, box, 1, False)), shown, 1, size=(160, 576))
         assert same == evaluate_video("v", signs, rows, 1)
@@ -230,9 +223,7 @@ def test_boxes_that_reach_over_the_edge_are_compared_within_the_picture() -> Non
 def test_real_clip_against_its_own_truth(clips: Path) -> None:
     """The truth as a result is perfect, and every sign has one id."""
     t = read_clip_truth(clips / "gt" / "01_076852.csv")
-    n = len(t.frame)
-    perfect = Results(t.frame, t.track_id, t.boxes, t.class_id, np.ones(n), ("detected",) * n)
-    s = summarise([evaluate_video("01", t, perfect, 94)])
+    s = summarise([evaluate_video("01", t, TrackTable(t.frame, t.track, t.boxes, t.class_id), 94)])
     assert (s.signs, s.coverage, s.ids_per_sign, s.false_tracks) == (1, 1.0, 1.0, 0)
     assert s.mean_error == pytest.approx(0.0)
     assert s.classified_of_all == 1.0

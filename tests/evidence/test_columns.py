@@ -12,7 +12,6 @@ import pytest
 
 from tsr_engine.evidence.columns import (
     BOX,
-    SOURCES,
     count,
     end_boxes,
     read_columns,
@@ -24,6 +23,7 @@ from tsr_engine.evidence.header import RunHeader
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.writer import EvidenceWriter
 from tsr_engine.records import FrameEvidence
+from tsr_engine.track_table import SOURCES
 
 FRAMES = 12
 

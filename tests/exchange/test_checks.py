@@ -13,9 +13,11 @@ import pytest
 from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.additions import UnknownLabels
-from tsr_engine.exchange.checks import ImportValidator, check_track, read_json, read_text
+from tsr_engine.exchange.check_track import check_track
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import UNSAID
 from tsr_engine.exchange.formats import ImportLimits
+from tsr_engine.exchange.reading import read_json, read_text
 
 
 @pytest.fixture

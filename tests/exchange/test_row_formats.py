@@ -267,7 +267,7 @@ def test_the_layouts_of_tables_are_those_of_the_engine(tmp_path: Path) -> None:
         options = ExportOptions(switches={"layout": layout})
         export_dataset(dataset, FORMATS["tracks-csv"], tmp_path / layout, options, zipped=False)
     results = read_results(tmp_path / "results" / "drive.csv")
-    assert (results.track_id.tolist(), results.score.tolist()) == ([7, 7], [0.5, 0.25])
+    assert (results.track.tolist(), results.score.tolist()) == ([7, 7], [0.5, 0.25])
     assert read_results(tmp_path / "full" / "drive.csv").boxes[0].tolist() == [10, 20, 30.125, 50]
     assert read_clip_truth(tmp_path / "truth" / "drive.csv").frame.tolist() == [3, 4]
     for layout, uid in (("full", "m7"), ("results", "7"), ("truth", "7")):

@@ -16,6 +16,7 @@ from tsr_engine.evidence import EvidenceReader
 from tsr_engine.recording import LAYERS, BoxRows, RecordingReport, RecordingRequest, write_recording
 from tsr_engine.recording.layers import TAU_COLOUR, TRACK_COLOURS
 from tsr_engine.records import FrameEvidence
+from tsr_engine.track_table import TrackTable
 
 FIRST, STOP = 1, 26
 
@@ -23,7 +24,9 @@ FIRST, STOP = 1, 26
 def rows(frames: list[int], label: str) -> BoxRows:
     n = len(frames)
     boxes = np.arange(n * 4, dtype=float).reshape(n, 4) + np.array([0, 0, 9, 9])
-    return BoxRows(np.array(frames), boxes, np.array([14] * n), tuple(f"{label}{k}" for k in frames))
+    return BoxRows(
+        TrackTable(np.array(frames), np.zeros(n, int), boxes, np.array([14] * n)), tuple(f"{label}{k}" for k in frames)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -99,8 +102,8 @@ def test_corrections_and_truth_come_from_the_caller(back: Any, report: Recording
     given = rows([24, 0, 6, 6, 29], "h")
     boxes = back.boxes("video/corrected")
     assert {k: len(b) for k, b in boxes.items() if len(b)} == {6: 2, 24: 1}, "those outside the range are left out"
-    np.testing.assert_allclose(boxes[24], given.boxes[:1])
-    np.testing.assert_allclose(boxes[6], given.boxes[2:4])
+    np.testing.assert_allclose(boxes[24], given.table.boxes[:1])
+    np.testing.assert_allclose(boxes[6], given.table.boxes[2:4])
     assert back.column("video/corrected", "Boxes2D:labels")[6] == ["h6", "h6"]
     assert back.column("video/corrected", "Boxes2D:class_ids")[24] == [14]
     assert report.boxes["truth"] == 1

@@ -25,11 +25,11 @@ from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.labels.model import MOST_LABELS
 from tsr_engine.records import FrameEvidence
+from tsr_engine.track_table import SOURCES
 
 __all__ = ["make_ready"]
 
 _STATES = {"tentative", "confirmed", "dead"}
-_SOURCES = {"detected", "predicted", "relocalised"}
 _KINDS = {"born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"}
 
 
@@ -117,7 +117,7 @@ def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
     wrong = (frame.width, frame.height) != (facts.width, facts.height)
     wrong |= not np.isfinite(frame.seconds)
     for track in frame.tracks:
-        wrong |= track.state not in _STATES or track.source not in _SOURCES
+        wrong |= track.state not in _STATES or track.source not in SOURCES
         wrong |= not np.isfinite(track.box).all() or not 0 < track.track_id < 10**12
         if (seen := track.recognition) is not None:
             classes = len(seen.votes)

@@ -22,6 +22,7 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import Video, open_video
 from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.io.video_packets import UnfitPackets, check_kind, copy_packets, incomplete, timed_packets, times_of
 from tsr_engine.io.video_probe import open_container, reason
 from tsr_engine.records import Picture
 
@@ -69,10 +70,6 @@ class Clip:
     how: str
 
 
-class _Unfit(Exception):
-    """The packets cannot be taken over; says why."""
-
-
 def picture_digest(picture: Picture) -> str:
     """SHA-256 of a decoded picture's size and BGR bytes, hex."""
     digest = hashlib.sha256(f"{picture.shape[1]}x{picture.shape[0]}\n".encode())
@@ -117,7 +114,7 @@ def cut_clip(
             place, offset = _copy(video, start, stop, folder, allowed)
             clip = Clip(place, offset, _placed(facts, offset), True, "The packets of the video, not encoded anew.")
             _prove(clip, allowed, progress)
-        except _Unfit as error:
+        except UnfitPackets as error:
             cause = str(error)
         except (av.FFmpegError, OSError) as error:
             cause = f"its packets cannot be copied ({reason(error)})"
@@ -132,7 +129,7 @@ def cut_clip(
     clip = Clip(place, start, _placed(facts, start), False, how)
     try:
         _prove(clip, allowed, progress)
-    except _Unfit as error:
+    except UnfitPackets as error:
         raise VideoError(f"The frames {start} to {stop - 1} of {path} cannot be copied: {error}.") from None
     return clip
 
@@ -148,11 +145,11 @@ def _prove(clip: Clip, limits: VideoLimits, progress: Callable[[int], None]) -> 
         seen = 0
         for wanted, frame in zip(clip.frames, video.frames(clip.frames[0].clip), strict=False):
             if picture_digest(frame.picture) != wanted.digest:
-                raise _Unfit(f"frame {wanted.ordinal} decodes to another picture in the copy")
+                raise UnfitPackets(f"frame {wanted.ordinal} decodes to another picture in the copy")
             seen += 1
             progress(count + seen)
     if seen != count:
-        raise _Unfit(f"the copy holds {seen} of {count} frames")
+        raise UnfitPackets(f"the copy holds {seen} of {count} frames")
 
 
 def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits) -> tuple[Path, int]:
@@ -160,23 +157,20 @@ def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits
     table = video.table
     keys = np.flatnonzero(table.key[: start + 1])
     if not len(keys):
-        raise _Unfit("no key frame comes before the first of the frames")
+        raise UnfitPackets("no key frame comes before the first of the frames")
     offset = int(keys[-1])
     if not np.array_equal(table.pts, table.stamps):
-        raise _Unfit("the file stores no presentation times, or not for each picture its own")
+        raise UnfitPackets("the file stores no presentation times, or not for each picture its own")
     wanted = table.pts[offset:stop]
     if len(wanted) != stop - offset:
-        raise _Unfit("the file does not list all of the frames")
+        raise UnfitPackets("the file does not list all of the frames")
     with open_container(video.file, limits) as (container, stream, kind):
-        if kind.demuxer not in ("mov", "matroska"):
-            raise _Unfit(f"packets of {kind.name} files are not copied")
+        check_kind(kind)
         mp4 = kind.demuxer == "mov"
         packets = _packets(container, stream, wanted.tolist())
-        pts = np.sort(np.array([packet.pts for packet in packets], np.int64))
-        if (np.diff(pts) <= 0).any():
-            raise _Unfit("two of its packets have the same presentation time")
         place = folder / f"{CLIP_STEM}.{'mp4' if mp4 else 'mkv'}"
-        _mux(place, stream, packets, pts, mp4)
+        # Nothing that differs from one writing to the next: no dates, no random names.
+        copy_packets(place, stream, packets, times_of(packets), "mp4" if mp4 else "matroska", {"fflags": "+bitexact"})
     return place, offset
 
 
@@ -190,24 +184,20 @@ def _packets(container: Any, stream: Any, wanted: list[int]) -> list[Any]:
         found = _from_here(container, stream, wanted)
         if found:
             return found
-    raise _Unfit("its key frame has no packet of its own")
+    raise UnfitPackets("its key frame has no packet of its own")
 
 
 def _from_here(container: Any, stream: Any, wanted: list[int]) -> list[Any]:
     chosen: list[Any] = []
     missing = set(wanted)
     size = 0
-    for packet in container.demux(stream):
-        if not packet.size:
-            continue
-        if packet.pts is None:
-            raise _Unfit("its packets have no presentation times")
+    for packet in timed_packets(container, stream):
         if not chosen and not (packet.pts == wanted[0] and packet.is_keyframe):
             continue
         if packet.pts < wanted[0]:
             continue  # predicted from pictures that are not in the clip
         if packet.is_discard:
-            raise _Unfit("an edit list hides some of its pictures")
+            raise UnfitPackets("an edit list hides some of its pictures")
         size += packet.size
         if size > MOST_BYTES:
             raise UsageError(f"The clip would have more than {MOST_BYTES >> 30} GiB. Choose fewer frames.")
@@ -216,24 +206,8 @@ def _from_here(container: Any, stream: Any, wanted: list[int]) -> list[Any]:
         if not missing:
             return chosen
     if chosen:
-        raise _Unfit(f"{len(missing)} of its frames have no packet of their own")
+        raise incomplete(len(missing))
     return []
-
-
-def _mux(place: Path, stream: Any, packets: list[Any], pts: Any, mp4: bool) -> None:
-    """Packets as a file without an edit list; decoding times are made anew, so that none is missing."""
-    delay = int(max(int(p) - packet.pts for p, packet in zip(pts, packets, strict=True)))
-    # Nothing that differs from one writing to the next: no dates, no random names.
-    options = {"fflags": "+bitexact"} | ({"use_editlist": "0"} if mp4 else {})
-    with av.open(str(place), "w", format="mp4" if mp4 else "matroska", options=options) as out:
-        copy = out.add_stream_from_template(stream)
-        copy.time_base = stream.time_base
-        begin = int(pts[0])
-        for decoding, packet in zip(pts, packets, strict=True):
-            packet.pts += delay - begin
-            packet.dts = int(decoding) - begin
-            packet.stream = copy
-            out.mux(packet)
 
 
 def _store(video: Video, start: int, stop: int, folder: Path) -> Path:

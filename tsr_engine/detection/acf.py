@@ -63,7 +63,7 @@ class AcfModel:
     calibration: LogOdds
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], settings: Mapping[str, Any]) -> AcfModel:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], settings: Mapping[str, Any]) -> AcfModel:
         """From the arrays and settings of a model component (see :func:`to_arrays`).
 
         Raises:
@@ -121,7 +121,7 @@ class AcfModel:
         return arrays, settings
 
 
-def _ensemble(arrays: Mapping[str, NDArray[Any]], name: str, window: int) -> TreeEnsemble:
+def _ensemble(arrays: Mapping[str, NDArray[np.generic]], name: str, window: int) -> TreeEnsemble:
     return TreeEnsemble(
         arrays[f"{name}_features"].astype(np.int32),
         arrays[f"{name}_thresholds"].astype(np.uint8),

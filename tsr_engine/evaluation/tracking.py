@@ -9,10 +9,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
-from tsr_engine.evaluation.tracking_rows import GroundTruth, Results, in_view
-from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
+from tsr_engine.evaluation.matching import Matching, match
+from tsr_engine.geometry.boxes import non_overlap_each
+from tsr_engine.track_table import BoolArray, TrackTable
 
 BINS = 20
 """Bins of the histogram of Eq. 7 over [0, 1]."""
@@ -105,18 +105,14 @@ class TrackingSummary:
 
 def evaluate_video(
     name: str,
-    truth: GroundTruth,
-    results: Results,
+    truth: TrackTable,
+    results: TrackTable,
     frames: int,
     min_width: float = 20.0,
     match_iou: float = 0.5,
     size: tuple[int, int] | None = None,
 ) -> VideoReport:
-    """Compares one video's rows with its truth.
-
-    In each frame results are assigned to counted truth with the largest total IoU; a sign keeps the id that it had
-    in its last matched frame while that still overlaps enough (as in CLEAR MOT). What is left over is excused where
-    an ignored box explains it: IoU, or intersection over the result's own area, of at least ``match_iou``.
+    """Compares one video's rows with its truth, matched by the rule of :mod:`~.matching`.
 
     Args:
         name: of the video, for the report.
@@ -128,44 +124,26 @@ def evaluate_video(
         size: width and height of the picture, px, to which both are cut; unset: they are compared as they are.
     """
     if size is not None:
-        truth, results = in_view(truth, results, *size)
-    held: dict[int, int] = {}
-    matches: list[tuple[int, int]] = []
-    excused = np.zeros(len(results.frame), dtype=bool)
-    for frame in np.unique(results.frame):
-        rows = np.flatnonzero(results.frame == frame)
-        counted = np.flatnonzero((truth.frame == frame) & ~truth.ignore)
-        ignored = np.flatnonzero((truth.frame == frame) & truth.ignore)
-        for t, r in _match_frame(truth, results, counted, rows, held, match_iou):
-            matches.append((t, r))
-            held[int(truth.track_id[t])] = int(results.track_id[r])
-        if len(ignored):
-            boxes, cover = results.boxes[rows], truth.boxes[ignored]
-            own = intersection(boxes, cover) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
-            excused[rows] = (np.maximum(iou(boxes, cover), own) >= match_iou).any(axis=1)
-    matched_rows = np.zeros(len(results.frame), dtype=bool)
-    matched_rows[[r for _, r in matches]] = True
-    justified = matched_rows | excused
-    ids = {int(i) for i in results.track_id}
-    good = {int(i) for i in results.track_id[justified]}
-    widths = truth.boxes[:, 2] - truth.boxes[:, 0]
-    wanted = ~truth.ignore & (widths >= min_width)
-    found = [(t, r, float(non_overlap(truth.boxes[t], results.boxes[r])[0, 0])) for t, r in matches]
-    wide = [match for match in found if wanted[match[0]]]
-    signs = tuple(
-        _sign_report(int(sign), truth, results, matches, wanted) for sign in np.unique(truth.track_id[wanted])
-    )
+        truth, results = truth.cut(*size), results.cut(*size)
+    truth, results = (table.rows(np.argsort(table.frame, kind="stable")) for table in (truth, results))
+    found = match(truth, results, match_iou)
+    wanted = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= min_width)
+    wide = wanted[found.reference]
+    ids = np.unique(results.track)
+    false = np.setdiff1d(ids, np.delete(results.track, found.false))
+    words = results.source_words()
+    rows = found.reference[wide]
     return VideoReport(
         name,
         frames,
-        signs,
-        tuple((error, results.source[r]) for _, r, error in wide),
-        _followed(truth, results, matches, wanted),
+        tuple(_sign_report(sign, truth, results, found, wanted) for sign in np.unique(truth.track[wanted]).tolist()),
+        tuple(zip(found.error[wide].tolist(), (words[r] for r in found.candidate[wide].tolist()), strict=True)),
+        _followed(truth, results, found, wanted),
         len(ids),
-        tuple(sorted(ids - good)),
-        int((~justified).sum()),
-        tuple((int(truth.frame[t]), int(truth.track_id[t])) for t, *_ in wide),
-        tuple(error for t, _, error in found if not wanted[t]),
+        tuple(false.tolist()),
+        len(found.false),
+        tuple(zip(truth.frame[rows].tolist(), truth.track[rows].tolist(), strict=True)),
+        tuple(found.error[~wide].tolist()),
     )
 
 
@@ -257,60 +235,37 @@ def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -
     return {"n": len(pairs), "ours": means[0], "theirs": means[1], "only_ours": only_ours, "only_theirs": only_theirs}
 
 
-def _match_frame(
-    truth: GroundTruth, results: Results, counted: Any, rows: Any, held: dict[int, int], match_iou: float
-) -> list[tuple[int, int]]:
-    """(truth row, result row) of one frame; pairs of the last frame are kept while they overlap enough."""
-    if not len(counted) or not len(rows):
-        return []
-    overlap = iou(truth.boxes[counted], results.boxes[rows])
-    # A kept pair outweighs any number of new ones.
-    gain = np.where(overlap >= match_iou, overlap, 0.0)
-    for i, t in enumerate(counted):
-        for j, r in enumerate(rows):
-            if gain[i, j] > 0 and held.get(int(truth.track_id[t])) == int(results.track_id[r]):
-                gain[i, j] += 10.0
-    pairs = zip(*linear_sum_assignment(-gain), strict=True)
-    return [(int(counted[i]), int(rows[j])) for i, j in pairs if gain[i, j] > 0]
-
-
-def _sign_report(
-    sign: int, truth: GroundTruth, results: Results, matches: list[tuple[int, int]], wanted: Any
-) -> SignReport:
-    own = sorted(((t, r) for t, r in matches if truth.track_id[t] == sign), key=lambda pair: int(truth.frame[pair[0]]))
-    sequence = [int(results.track_id[r]) for _, r in own]
-    mine = np.flatnonzero(wanted & (truth.track_id == sign))
-    mine = mine[np.argsort(truth.frame[mine], kind="stable")]
-    hit = {t for t, _ in own}
-    covered = [int(t) in hit for t in mine]
-    # Interruptions: covered again after a gap.
-    seen = [i for i, c in enumerate(covered) if c]
-    fragments = sum(1 for a, b in pairwise(seen) if b > a + 1)
+def _sign_report(sign: int, truth: TrackTable, results: TrackTable, found: Matching, wanted: BoolArray) -> SignReport:
+    own = truth.track[found.reference] == sign
+    matched = found.candidate[own]
+    sequence = results.track[matched].tolist()
+    mine = np.flatnonzero(wanted & (truth.track == sign))
+    seen = np.flatnonzero(np.isin(mine, found.reference[own])).tolist()
     return SignReport(
         track_id=sign,
-        class_id=Counter(int(c) for c in truth.class_id[mine]).most_common(1)[0][0],
+        class_id=Counter(truth.class_id[mine].tolist()).most_common(1)[0][0],
         frames=len(mine),
-        covered=sum(covered),
+        covered=len(seen),
         ids=tuple(dict.fromkeys(sequence)),
         switches=sum(1 for a, b in pairwise(sequence) if a != b),
-        fragments=fragments,
-        predicted_class=int(results.class_id[own[-1][1]]) if own else None,
+        # Interruptions: covered again after a gap.
+        fragments=sum(1 for a, b in pairwise(seen) if b > a + 1),
+        predicted_class=int(results.class_id[matched[-1]]) if len(matched) else None,
     )
 
 
-def _followed(truth: GroundTruth, results: Results, matches: list[tuple[int, int]], wanted: Any) -> tuple[float, ...]:
+def _followed(truth: TrackTable, results: TrackTable, found: Matching, wanted: BoolArray) -> tuple[float, ...]:
     """Eq. 7 of each row against the sign that its track matched most often, in the frames where that is wanted."""
     votes: dict[int, Counter[int]] = {}
-    for t, r in matches:
-        votes.setdefault(int(results.track_id[r]), Counter())[int(truth.track_id[t])] += 1
+    for sign, track in zip(truth.track[found.reference].tolist(), results.track[found.candidate].tolist(), strict=True):
+        votes.setdefault(track, Counter())[sign] += 1
     belongs = {track: counter.most_common(1)[0][0] for track, counter in votes.items()}
-    place = {(int(truth.frame[t]), int(truth.track_id[t])): int(t) for t in np.flatnonzero(wanted)}
-    errors = []
-    for r in range(len(results.frame)):
-        key = (int(results.frame[r]), belongs.get(int(results.track_id[r]), -1))
-        if key in place:
-            errors.append(float(non_overlap(truth.boxes[place[key]], results.boxes[r])[0, 0]))
-    return tuple(errors)
+    rows = np.flatnonzero(wanted)
+    place = dict(zip(zip(truth.frame[rows].tolist(), truth.track[rows].tolist(), strict=True), rows, strict=True))
+    keys = zip(results.frame.tolist(), (belongs.get(track) for track in results.track.tolist()), strict=True)
+    pairs = [(place[key], row) for row, key in enumerate(keys) if key in place]
+    a, b = np.array(pairs, np.int64).reshape(-1, 2).T
+    return tuple(non_overlap_each(truth.boxes[a], results.boxes[b]).tolist())
 
 
 def _share(part: float, whole: float) -> float | None:

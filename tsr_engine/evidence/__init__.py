@@ -4,7 +4,7 @@ One folder a run: ``run.json`` (what it was made of) and ``evidence.sqlite`` (wh
 """
 
 from tsr_engine.evidence.compare import differences
-from tsr_engine.evidence.encode import TableEntry, TrackSummary
+from tsr_engine.evidence.encode import StoredTrack, TableEntry
 from tsr_engine.evidence.header import RunHeader, RunState, VideoIdentity, read_header
 from tsr_engine.evidence.reader import RESULT_HEADER, EvidenceReader, ResultRow
 from tsr_engine.evidence.regions import FramePixels, StoredPixels
@@ -22,8 +22,8 @@ __all__ = [
     "RunHeader",
     "RunState",
     "StoredPixels",
+    "StoredTrack",
     "TableEntry",
-    "TrackSummary",
     "VideoIdentity",
     "differences",
     "read_header",

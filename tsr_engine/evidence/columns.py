@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.schema import BY_NAME
 from tsr_engine.records import FloatArray
+from tsr_engine.track_table import SOURCES, BoolArray, IntArray
 
 __all__ = [
     "BOX", "SOURCES", "Columns", "count", "end_boxes", "read_columns", "runners_up", "size_of",
@@ -23,13 +23,8 @@ __all__ = [
 
 BOX = ("x1", "y1", "x2", "y2")
 """The edges of a table's own box."""
-SOURCES = ("detected", "predicted", "relocalised")
-"""Names behind the numbers 0, 1, 2 of :meth:`Columns.sources`."""
-
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 Value = int | float | str | bytes | None
-_CODES = {name: code for code, name in enumerate(SOURCES)}
+_CODES: dict[str, int] = {name: code for code, name in enumerate(SOURCES)}
 _VECTORS = {"votes": "<f8", "probabilities": "<f4", "covariance": "<f8"}
 _OF_TRACKS = ("track_frames", "predictions", "gates", "relocalisations", "recognitions")
 """Tables with at most one row a track and frame."""

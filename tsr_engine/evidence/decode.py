@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.encode import Row
 from tsr_engine.evidence.pixels import decode_pixels
 from tsr_engine.records import (
     Detections,
@@ -25,11 +26,9 @@ from tsr_engine.records import (
     TrackFrame,
 )
 
-Row = tuple[Any, ...]
-
 
 @dataclass(frozen=True, slots=True)
-class FrameRows:
+class StoredFrame:
     """All rows of one frame: its row of ``frames`` and the others by table."""
 
     head: Row
@@ -47,7 +46,7 @@ class EventRow(NamedTuple):
     facts: str
 
 
-def frame_of(rows: FrameRows) -> FrameEvidence:
+def frame_of(rows: StoredFrame) -> FrameEvidence:
     """One frame's evidence.
 
     Raises:

@@ -12,7 +12,9 @@ import numpy as np
 from tsr_engine.evidence.pixels import encode_pixels
 from tsr_engine.records import FrameEvidence, TrackFrame
 
-Rows = dict[str, list[tuple[Any, ...]]]
+Row = tuple[Any, ...]
+"""One row of a table as SQLite takes and gives it; the schema says what is in it."""
+Rows = dict[str, list[Row]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,7 @@ class TableEntry:
 
 
 @dataclass(slots=True)
-class TrackSummary:
+class StoredTrack:
     """One track over all its frames so far."""
 
     track_id: int
@@ -62,7 +64,7 @@ class TrackSummary:
         self.best_score = max(self.best_score, float(track.score))
         self.largest_side = max(self.largest_side, x2 - x1, y2 - y1)
 
-    def row(self) -> tuple[Any, ...]:
+    def row(self) -> Row:
         """The row of the table ``tracks``."""
         return (
             self.track_id,

@@ -14,8 +14,8 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from tsr_engine.errors import EvidenceError
-from tsr_engine.evidence.decode import EventRow, FrameRows, event_of, frame_of, region_of, track_of
-from tsr_engine.evidence.encode import TableEntry, TrackSummary
+from tsr_engine.evidence.decode import EventRow, StoredFrame, event_of, frame_of, region_of, track_of
+from tsr_engine.evidence.encode import Row, StoredTrack, TableEntry
 from tsr_engine.evidence.header import RunHeader, RunState, read_header
 from tsr_engine.evidence.schema import DATABASE, LOCK_FILE
 from tsr_engine.evidence.writer import check_identity
@@ -128,7 +128,7 @@ class EvidenceReader:
                 tables = {name: self._grouped(name, first, behind) for name in _FRAME_TABLES}
                 tables["regions"] = self._grouped("regions", first, behind) if pixels else {}
             for head in heads:
-                rows = FrameRows(head, {name: groups.get(head[0], []) for name, groups in tables.items()})
+                rows = StoredFrame(head, {name: groups.get(head[0], []) for name, groups in tables.items()})
                 yield frame_of(rows)
 
     def frame_table(self, start: int = 0, stop: int | None = None) -> Iterator[tuple[int, TableEntry]]:
@@ -145,7 +145,7 @@ class EvidenceReader:
         if span[0] is None:
             return
         for first, behind in self._blocks(span[0], span[1] + 1):
-            groups: dict[str, dict[int, list[tuple[Any, ...]]]] = {}
+            groups: dict[str, dict[int, list[Row]]] = {}
             with self._snapshot():
                 for name in tables:
                     groups[name] = {}
@@ -154,12 +154,12 @@ class EvidenceReader:
             for frame, (row, *_) in groups["track_frames"].items():
                 yield frame, track_of(row, {name: groups[name].get(frame, []) for name in tables[1:]})
 
-    def tracks(self, start: int | None = None, stop: int | None = None) -> Iterator[TrackSummary]:
+    def tracks(self, start: int | None = None, stop: int | None = None) -> Iterator[StoredTrack]:
         """Summaries in order of identity; with ``start`` and ``stop`` only tracks seen in ``start <= frame < stop``."""
         low, high = -1 if start is None else start, 2**62 if stop is None else stop
         sql = "SELECT * FROM tracks WHERE first_frame < ? AND last_frame >= ? ORDER BY track_id"
         for row in self._query(sql, (high, low)):
-            yield TrackSummary(*row)
+            yield StoredTrack(*row)
 
     def events(
         self, start: int = 0, stop: int | None = None, *, track_id: int | None = None
@@ -205,7 +205,7 @@ class EvidenceReader:
         limit = 2**62 if before is None else before
         return self._value("SELECT max(frame) FROM frames WHERE alive = 0 AND frame < ?", (limit,))
 
-    def query(self, sql: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
+    def query(self, sql: str, values: Sequence[Any] = ()) -> list[Row]:
         """Rows of any question in SQL to the tables of ``docs/evidence.md``; the store cannot be changed through it.
 
         Raises:
@@ -225,23 +225,21 @@ class EvidenceReader:
         for low in range(max(start, first), behind, size):
             yield low, min(low + size, behind)
 
-    def _rows(
-        self, table: str, first: int, behind: int, narrow: str = "", values: tuple[Any, ...] = ()
-    ) -> list[tuple[Any, ...]]:
+    def _rows(self, table: str, first: int, behind: int, narrow: str = "", values: Row = ()) -> list[Row]:
         sql = f"SELECT * FROM {table} WHERE frame >= ? AND frame < ? {narrow} ORDER BY {_ORDER[table]}"  # noqa: S608
         return self._query(sql, (first, behind, *values))
 
-    def _grouped(self, table: str, first: int, behind: int) -> dict[int, list[tuple[Any, ...]]]:
-        groups: dict[int, list[tuple[Any, ...]]] = {}
+    def _grouped(self, table: str, first: int, behind: int) -> dict[int, list[Row]]:
+        groups: dict[int, list[Row]] = {}
         for row in self._rows(table, first, behind):
             groups.setdefault(row[0], []).append(row)
         return groups
 
-    def _value(self, sql: str, values: tuple[Any, ...] = ()) -> int | None:
+    def _value(self, sql: str, values: Row = ()) -> int | None:
         value: int | None = self._query(sql, values)[0][0]
         return value
 
-    def _query(self, sql: str, values: tuple[Any, ...]) -> list[tuple[Any, ...]]:
+    def _query(self, sql: str, values: Row) -> list[Row]:
         with self._reading():
             return self._connection.execute(sql, values).fetchall()
 

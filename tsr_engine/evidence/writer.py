@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 
 from tsr_engine.errors import EvidenceError, StorageError
-from tsr_engine.evidence.encode import Rows, TableEntry, TrackSummary, add_rows
+from tsr_engine.evidence.encode import Rows, StoredTrack, TableEntry, add_rows
 from tsr_engine.evidence.header import RunHeader, RunState, read_header, write_header
 from tsr_engine.evidence.schema import BY_NAME, DATABASE, LOCK_FILE, RUN_FILE, SCHEMA_VERSION, TABLES, create_tables
 from tsr_engine.io.atomic import refuse_inputs
@@ -48,8 +48,8 @@ class EvidenceWriter:
         self._lock = lock
         self._rows: Rows = _no_rows()
         self._pending = 0
-        self._changed: dict[int, TrackSummary] = {}
-        self._open: dict[int, TrackSummary] = {}
+        self._changed: dict[int, StoredTrack] = {}
+        self._open: dict[int, StoredTrack] = {}
         self._closed = False
         self._torn = False
         self._before = before
@@ -249,22 +249,22 @@ class EvidenceWriter:
 
     def _summarise(self, evidence: FrameEvidence) -> None:
         k = int(evidence.ordinal)
-        alive: dict[int, TrackSummary] = {}
+        alive: dict[int, StoredTrack] = {}
         for track in evidence.tracks:
             identity = int(track.track_id)
-            summary = self._open.get(identity) or self._stored(identity) or TrackSummary(identity, k, k)
+            summary = self._open.get(identity) or self._stored(identity) or StoredTrack(identity, k, k)
             summary.extend(k, track)
             self._changed[identity] = summary
             alive[identity] = summary
         # A track that leaves the frame leaves the memory as well.
         self._open = alive
 
-    def _stored(self, track_id: int) -> TrackSummary | None:
+    def _stored(self, track_id: int) -> StoredTrack | None:
         if track_id in self._changed:
             return self._changed[track_id]
         with _storage(self.folder):
             row = self._connection.execute("SELECT * FROM tracks WHERE track_id = ?", (track_id,)).fetchone()
-        return None if row is None else TrackSummary(*row)
+        return None if row is None else StoredTrack(*row)
 
 
 def check_identity(connection: sqlite3.Connection, folder: Path, header: RunHeader) -> None:

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from tsr_engine.counted import counted
-from tsr_engine.exchange.checks import refuse
 from tsr_engine.exchange.dataset import Dataset, Skipped, Track
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.labels.model import AttributeValue
 
 __all__ = [

@@ -19,12 +19,10 @@ from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.labels.model import AttributeValue, LabelSet
 
-__all__ = ["NONE", "REJECTED", "UNSAID", "Dataset", "DatasetVideo", "Skipped", "Track"]
+__all__ = ["REJECTED", "UNSAID", "Dataset", "DatasetVideo", "Skipped", "Track"]
 
-NONE = -1
-"""Label of a sign that is none of the labels, or that nobody has recognised."""
 UNSAID = -2
-"""In rows of a file that comes in: it says nothing about the class. Tracks have ``NONE`` and ``silent`` there."""
+"""In rows of a file that comes in: it says nothing about the class. Tracks have ``NO_CLASS`` and ``silent`` there."""
 REJECTED = "rejected"
 """Review state of a track that is no sign: it teaches what fools the engine, and is never written as a sign."""
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
-from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.track_table import NO_CLASS
 
 EDITED = frozenset({"corrected", "human"})
 """Sources of tracks in which a person had a hand."""
@@ -198,7 +199,7 @@ def _held(track: Track, filters: Filters) -> str | None:
             return f"Their review state is {track.state}."
     if filters.labels is not None and track.label not in filters.labels:
         return "Their label was not chosen."
-    if filters.not_in_set == "leave-out" and track.label == NONE and track.state != REJECTED:
+    if filters.not_in_set == "leave-out" and track.label == NO_CLASS and track.state != REJECTED:
         return "They have no label of the set (not_in_set=leave-out)."
     return None
 
@@ -208,7 +209,7 @@ def _kept(track: Track, filters: Filters, first: int, stop: int) -> Track | None
         return None
     chosen = (track.frames >= first) & (track.frames < stop)
     if filters.not_in_set != "class" and track.state != REJECTED:
-        none = np.full(len(track.frames), track.label == NONE) if track.labels is None else track.labels == NONE
+        none = np.full(len(track.frames), track.label == NO_CLASS) if track.labels is None else track.labels == NO_CLASS
         if filters.not_in_set == "leave-out":
             chosen &= ~none
         elif none.any():
@@ -233,7 +234,7 @@ def _held_back(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> lis
         left = int(inside.sum()) - (0 if kept is None else len(kept.frames))
         unlabelled = 0
         if filters.not_in_set == "leave-out" and track.labels is not None and track.state != REJECTED:
-            unlabelled = int((inside & (track.labels == NONE)).sum())
+            unlabelled = int((inside & (track.labels == NO_CLASS)).sum())
         none += unlabelled
         small += max(left - unlabelled, 0)
     found = [(counted(count, "track"), why) for why, count in sorted(held.items())]

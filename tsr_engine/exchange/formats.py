@@ -9,16 +9,28 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.small_file_store import SmallFileStore
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["BAD_BOXES", "ExportOptions", "Format", "ImportLimits", "ImportTarget", "Switch", "UnknownNames", "Writer"]
+__all__ = [
+    "BAD_BOXES",
+    "ExportOptions",
+    "Format",
+    "ImportLimits",
+    "ImportTarget",
+    "Switch",
+    "UnknownNames",
+    "Writer",
+    "Written",
+]
 
 UnknownNames = Literal["refuse", "add", "skip"]
+Written = tuple[list[Skipped], dict[str, object]]
+"""What a writer left out, and what the manifest should know."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,9 +130,7 @@ class ImportTarget:
 class Writer(Protocol):
     """Writes the files of a data set and says what it left out, and what the manifest should know."""
 
-    def __call__(
-        self, dataset: Dataset, out: OutputSink, options: ExportOptions
-    ) -> tuple[list[Skipped], dict[str, Any]]:
+    def __call__(self, dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
         """Raises ``ExportError`` with one sentence where the format cannot hold the data (variable frame rate...)."""
         ...
 

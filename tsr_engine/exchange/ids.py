@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
-from tsr_engine.exchange.checks import refuse
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["id_of", "real_of", "track_of", "whole_of"]

@@ -8,11 +8,12 @@ from functools import cache
 from typing import Final
 
 from tsr_engine.errors import UsageError
-from tsr_engine.exchange.dataset import NONE, Dataset
+from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.wording import comparable
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["UNKNOWN", "ClassMap", "LabelMatcher", "benchmark_keys", "benchmark_numbers", "class_map", "label_name"]
 
@@ -65,12 +66,12 @@ class LabelMatcher:
         match = self._finder.named(name)
         if match is not None:
             return match.label.id
-        return NONE if comparable(name) == comparable(UNKNOWN) else None
+        return NO_CLASS if comparable(name) == comparable(UNKNOWN) else None
 
 
 def _said_label(name: str, said: int | str, labels: LabelSet) -> int:
-    if said == NONE:
-        return NONE
+    if said == NO_CLASS:
+        return NO_CLASS
     found = labels.by_key(said) if isinstance(said, str) else labels.get(said)
     if found is not None:
         return labels.resolved(found.id)
@@ -78,7 +79,7 @@ def _said_label(name: str, said: int | str, labels: LabelSet) -> int:
         like = [f"'{label.key}'" for label in LabelFinder(labels).suggestions(said)]
         hint = f" Did you mean {' or '.join(like)}?" if like else ""
         raise UsageError(f"{name!r} is to become {said!r}, which is the key of no label of {labels.name}.{hint}")
-    last = max((label.id for label in labels), default=NONE)
+    last = max((label.id for label in labels), default=NO_CLASS)
     raise UsageError(
         f"The label of {name!r} must be a number of {labels.name}, 0 to {last}, its key, or -1 for none. Got {said}."
     )
@@ -136,7 +137,9 @@ def class_map(dataset: Dataset, used_only: bool = False) -> ClassMap:
     labels = tuple(sorted((each for each in dataset.labels if each.id in used | offered), key=lambda each: each.id))
     names = {label.id: label.name for label in labels}
     places = {label.id: place for place, label in enumerate(labels)}
-    return ClassMap(labels, NONE in used, ignore, changes, names | {NONE: UNKNOWN}, places | {NONE: len(labels)})
+    return ClassMap(
+        labels, NO_CLASS in used, ignore, changes, names | {NO_CLASS: UNKNOWN}, places | {NO_CLASS: len(labels)}
+    )
 
 
 @cache

@@ -76,7 +76,7 @@ class LooseBoxes:
         said: Mapping[str, Any] | None = None,
     ) -> None:
         """One box, as ``ImportValidator.box`` takes it; all but its edges is checked when the boxes are settled."""
-        if not self._validator.takes(edges, file, line):
+        if not self._validator.boxes.takes(edges, file, line):
             return
         self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score, said), file))
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
 from tsr_engine.exchange.beside import ManifestFacts, manifest_beside, seen_in
-from tsr_engine.exchange.checks import check_track
+from tsr_engine.exchange.check_track import check_track
 from tsr_engine.exchange.collector import seldom_collected
-from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Track
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import Format, ImportTarget
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.negatives import with_negatives
@@ -24,6 +24,7 @@ from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import FORMATS, switches_of
 from tsr_engine.exchange.small_file_store import SmallFileStore
 from tsr_engine.io.atomic import storage_error
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["check_dataset", "read_dataset", "recognise"]
 
@@ -196,7 +197,7 @@ def _sound(tracks: list[Track], video: DatasetVideo, labels: frozenset[int]) -> 
     boxed = (boxes[:, :2] >= edges[:2]) & (boxes[:, 2:] <= edges[2:]) & (boxes[:, :2] < boxes[:, 2:])
     used = {track.label for track in tracks}
     used.update(*(np.unique(track.labels).tolist() for track in tracks if track.labels is not None))
-    return bool(used - {NONE} <= labels and rising.all() and within.all() and boxed.all())
+    return bool(used - {NO_CLASS} <= labels and rising.all() and within.all() and boxed.all())
 
 
 def _columns(track: Track) -> tuple[NDArray[Any] | None, ...]:

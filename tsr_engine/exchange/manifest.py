@@ -14,16 +14,18 @@ from pydantic import ValidationError
 
 from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError, ImportFormatError
-from tsr_engine.exchange.checks import check_track, read_json
-from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.check_track import check_track
+from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.filters import inside_picture
 from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.negatives import stated
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames
+from tsr_engine.exchange.reading import read_json
 from tsr_engine.exchange.split import Split, lacking, subset_of
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.track_table import NO_CLASS
 from tsr_engine.version import __version__
 
 __all__ = ["MANIFEST", "VERSION", "Manifest", "Survey", "describe", "labels_of", "read_manifest", "survey"]
@@ -94,7 +96,7 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
         ExportError: a track breaks a promise, or two tracks of a video have one name.
     """
     counts: dict[str, dict[str, dict[str, int]]] = {}
-    names = {label.id: label.name for label in dataset.labels} | {NONE: ""}
+    names = {label.id: label.name for label in dataset.labels} | {NO_CLASS: ""}
     annotated: list[NDArray[np.int64]] = []
     negatives: list[tuple[Track, ...]] = []
     tracks = boxes = left_out = cut = outside = 0
@@ -237,7 +239,7 @@ def labels_of(content: Mapping[str, Any]) -> LabelSet:
             key=about.get("key", DEFAULT),
             name=about.get("name", DEFAULT),
             version=about.get("version", 1),
-            next_id=max((label.id for label in labels), default=NONE) + 1,
+            next_id=max((label.id for label in labels), default=NO_CLASS) + 1,
             labels=labels,
         )
     except (KeyError, TypeError, AttributeError, ValidationError):
@@ -287,5 +289,5 @@ def _video(
     }
 
 
-def _dump(value: Any) -> str:
+def _dump(value: object) -> str:
     return json.dumps(value, allow_nan=False, separators=(",", ":"), sort_keys=True)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from tsr_engine.exchange.additions import Declared, Unknown, unknown_refused, with_new_labels
-from tsr_engine.exchange.dataset import NONE, UNSAID, Skipped
+from tsr_engine.exchange.dataset import UNSAID, Skipped
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.exchange.reading import place_of
 from tsr_engine.exchange.track_rows import BOX, TrackRows
 from tsr_engine.labels.model import LabelSet
+from tsr_engine.records import FloatArray
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["LEFT_OUT", "NamesInFile", "Settled"]
 
@@ -124,7 +126,7 @@ class NamesInFile:
 
     def _called(self, name: str) -> str:
         found = self._matcher(name)
-        label = None if found is None or found == NONE else self._target.labels.get(found)
+        label = None if found is None or found == NO_CLASS else self._target.labels.get(found)
         return "no label of the set" if label is None else repr(label.key)
 
     def _strange_used(self, tracks: Iterable[TrackRows]) -> dict[str, Unknown]:
@@ -150,10 +152,10 @@ class NamesInFile:
                 found[name] = replace(each, tracks=each.tracks + 1, boxes=each.boxes + len(own))
         return {name: found[name] for name in self._strange if name in found}
 
-    def _clearness(self, rows: TrackRows) -> np.ndarray[Any, Any]:
+    def _clearness(self, rows: TrackRows) -> FloatArray:
         """How well each box shows its sign: its area, px², less where the sign is hidden or the picture ends."""
         x1, y1, x2, y2 = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4).T
         hidden = (np.frombuffer(rows.flags, dtype=np.int8) & 6) > 0
         cut = (x1 <= 0) | (y1 <= 0) | (x2 >= self._target.video.width) | (y2 >= self._target.video.height)
-        clear: np.ndarray[Any, Any] = (x2 - x1) * (y2 - y1) * np.where(hidden, _HIDDEN, 1) * np.where(cut, _CUT, 1)
+        clear: FloatArray = (x2 - x1) * (y2 - y1) * np.where(hidden, _HIDDEN, 1) * np.where(cut, _CUT, 1)
         return clear

@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.filters import only_tracks
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.labels import label_name
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.labels.model import LabelSet
 
 __all__ = ["signs_alone", "stated", "with_negatives"]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -17,9 +18,14 @@ from typing import IO, Any, BinaryIO, TextIO
 
 from tsr_engine.exchange.zip_writer import ZipWriter
 
-__all__ = ["FolderSink", "OutputSink", "ZipSink"]
+__all__ = ["FolderSink", "OutputSink", "ZipSink", "compact_json"]
 
 _BUFFER = 1 << 17
+
+
+def compact_json(value: object) -> str:
+    """A value as JSON on one line, without spaces."""
+    return json.dumps(value, allow_nan=False, separators=(",", ":"))
 
 
 class OutputSink(ABC):

@@ -59,7 +59,7 @@ class PictureList:
 
     def listed(self, subset: str | None = None) -> Iterator[tuple[int, slice]]:
         """The listed frames of a subset, unset: of all, and where their rows lie."""
-        places = dict(self.rows.by_frame())
+        places = dict(self.rows.table.by_frame())
         nothing = slice(0, 0)
         for frame, side in zip(self.frames.tolist(), self.subset, strict=True):
             if subset is None or side == subset:

@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from tsr_engine.errors import ImportFormatError, ImportProblem
 
-__all__ = ["MAX_JSON_BYTES", "decoded", "open_text", "place_of", "read_json", "read_text", "refuse"]
+__all__ = ["MAX_JSON_BYTES", "decoded", "open_text", "place_of", "read_json", "read_text", "refuse", "too_many"]
 
 MAX_JSON_BYTES = 512 << 20
 """Largest text that is read into memory."""
@@ -19,6 +19,11 @@ MAX_JSON_BYTES = 512 << 20
 def refuse(file: str, line: int | str | None, rule: str, kind: ImportProblem = "broken") -> ImportFormatError:
     """The error for a broken rule: ``FILE, line N: rule``; a text instead of a number names the place in words."""
     return ImportFormatError(f"{place_of(file, line)}: {rule}", kind)
+
+
+def too_many(what: str, most: int, file: str, line: int | str | None = None) -> ImportFormatError:
+    """The error for more of something than one import takes."""
+    return refuse(file, line, f"holds more than {most} {what}, the most that one import takes. Split it.", "too_large")
 
 
 def _too_large(file: str, size: int, limit: int) -> ImportFormatError:

@@ -9,9 +9,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from tsr_engine.errors import ExportError
-from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Track
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.wording import comparable
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["merged_resolved", "relabelled", "united"]
 
@@ -66,7 +67,7 @@ def united(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[LabelSet, tu
         result = LabelSet(
             key=first.key,
             name=" + ".join(labels.name for labels in newest.values())[:200],
-            next_id=max((label.id for label in whole), default=NONE) + 1,
+            next_id=max((label.id for label in whole), default=NO_CLASS) + 1,
             labels=tuple(whole),
         )
     except ValidationError as error:
@@ -79,7 +80,7 @@ def _taken_in(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[int
     """Take the labels of a set into another list; gives the numbers that they have there."""
     known = {label.key.casefold(): label for label in whole}
     numbers: dict[int, int] = {}
-    free = max((label.id for label in whole), default=NONE) + 1
+    free = max((label.id for label in whole), default=NO_CLASS) + 1
     for label in labels:
         if label.merged_into is not None:
             continue

@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 from typing import Final
 
-from tsr_engine.exchange.checks import refuse
 from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.reading import refuse
 
 __all__ = ["refuse_changed_pictures"]
 

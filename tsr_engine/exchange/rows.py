@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,11 @@ from numpy.typing import NDArray
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.exchange.thinning import key_frames
 from tsr_engine.labels.model import AttributeValue
+from tsr_engine.track_table import BoolArray, IntArray, TrackTable
 
-__all__ = ["FrameRows", "PlainRows", "TrackInfo", "rows_by_frame"]
+__all__ = ["FrameRows", "PlainRows", "TrackInfo", "rows_by_frame", "table_of"]
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,39 +33,22 @@ class TrackInfo:
 
 @dataclass(frozen=True, slots=True)
 class FrameRows:
-    """All boxes of a video, sorted by frame, then by the order of the tracks.
+    """All boxes of a video with what their tracks say.
 
     Attributes:
         tracks: by number.
-        frame: shape (n,).
-        track: number of the track, shape (n,).
-        boxes: shape (n, 4), px edges.
-        label: shape (n,), -1: not known.
-        key: a key frame after thinning, shape (n,).
-        occluded: shape (n,).
-        score: NaN: none, shape (n,).
-        ignore: shape (n,).
+        table: the boxes, ordered by frame, then by track; ``key``: a key frame after thinning.
         changing: attributes that change from frame to frame, of each row; None: no track has any.
     """
 
     tracks: list[TrackInfo]
-    frame: NDArray[np.int64]
-    track: NDArray[np.int64]
-    boxes: NDArray[np.float64]
-    label: NDArray[np.int64]
-    key: NDArray[np.bool_]
-    occluded: NDArray[np.bool_]
-    score: NDArray[np.float64]
-    ignore: NDArray[np.bool_]
+    table: TrackTable
     changing: list[dict[str, AttributeValue]] | None = None
 
-    def __len__(self) -> int:
-        return len(self.frame)
-
     @property
-    def frames(self) -> NDArray[np.int64]:
+    def frames(self) -> IntArray:
         """Frames with a box, ascending."""
-        return np.unique(self.frame)
+        return np.unique(self.table.frame)
 
     def said(self, k: int) -> dict[str, AttributeValue]:
         """What the attributes that change say in a row."""
@@ -71,29 +56,14 @@ class FrameRows:
 
     def plain(self) -> PlainRows:
         """The columns as lists: a loop over rows in Python is several times as fast as over arrays."""
-        return PlainRows(
-            self.track.tolist(),
-            self.label.tolist(),
-            self.key.tolist(),
-            self.occluded.tolist(),
-            self.score.tolist(),
-            self.ignore.tolist(),
-        )
-
-    def by_frame(self) -> Iterator[tuple[int, slice]]:
-        """Each frame with a box, and where its rows lie."""
-        if not len(self):
-            return
-        bounds = np.concatenate(([0], np.flatnonzero(np.diff(self.frame)) + 1, [len(self)])).tolist()
-        for at, end in pairwise(bounds):
-            yield int(self.frame[at]), slice(at, end)
+        return PlainRows(*(getattr(self.table, name).tolist() for name in PlainRows._fields))
 
 
 class PlainRows(NamedTuple):
-    """Columns of ``FrameRows`` as lists."""
+    """Columns of a table as lists."""
 
     track: list[int]
-    label: list[int]
+    class_id: list[int]
     key: list[bool]
     occluded: list[bool]
     score: list[float]
@@ -111,32 +81,37 @@ def rows_by_frame(
         rounding: passed to ``key_frames``.
         only: uids of the tracks wanted; None: all.
     """
-    infos: list[TrackInfo] = []
-    parts: list[tuple[NDArray[np.int64], Track, NDArray[np.bool_]]] = []
-    for track in video.tracks():
-        if only is not None and track.uid not in only:
-            continue
-        number = np.full(len(track.frames), len(infos), dtype=np.int64)
-        infos.append(TrackInfo(track.uid, track.label, track.state, track.source, track.notes, track.attributes))
-        parts.append((number, track, key_frames(track, thin_px, rounding=rounding)))
-    number = _joined([n for n, _, _ in parts], np.int64)
-    frame = _joined([t.frames for _, t, _ in parts], np.int64)
+    tracks = [track for track in video.tracks() if only is None or track.uid in only]
+    keys = [key_frames(track, thin_px, rounding=rounding) for track in tracks]
+    table, order = _table(tracks, keys)
+    infos = [TrackInfo(t.uid, t.label, t.state, t.source, t.notes, t.attributes) for t in tracks]
+    return FrameRows(infos, table, _changing(tracks, order.tolist()))
+
+
+def table_of(tracks: Sequence[Track]) -> TrackTable:
+    """The boxes of some tracks, ordered by frame, then by track; the number of a track is its place."""
+    return _table(tracks, [track.key for track in tracks])[0]
+
+
+def _table(tracks: Sequence[Track], keys: Sequence[BoolArray]) -> tuple[TrackTable, IntArray]:
+    """The table, and which row of all tracks, one after the other, each of its rows is."""
+    frame = _joined([t.frames for t in tracks], np.int64)
+    number = np.repeat(np.arange(len(tracks)), [len(t.frames) for t in tracks])
     order = np.lexsort((number, frame))
-    labels = [np.full(len(t.frames), t.label, np.int64) if t.labels is None else t.labels for _, t, _ in parts]
-    ignore = [np.zeros(len(t.frames), np.bool_) if t.ignore is None else t.ignore for _, t, _ in parts]
-    boxes = np.concatenate([t.boxes for _, t, _ in parts]) if parts else np.zeros((0, 4))
-    return FrameRows(
-        infos,
-        frame[order],
-        number[order],
-        boxes[order].astype(np.float64),
-        _joined(labels, np.int64)[order],
-        _joined([k for _, _, k in parts], np.bool_)[order],
-        _joined([t.occluded for _, t, _ in parts], np.bool_)[order],
-        _joined([t.score for _, t, _ in parts], np.float64)[order],
-        _joined(ignore, np.bool_)[order],
-        _changing([track for _, track, _ in parts], order.tolist()),
+    labels = [np.full(len(t.frames), t.label, np.int64) if t.labels is None else t.labels for t in tracks]
+    ignore = [np.zeros(len(t.frames), np.bool_) if t.ignore is None else t.ignore for t in tracks]
+    boxes = np.concatenate([np.zeros((0, 4)), *(t.boxes for t in tracks)])
+    table = TrackTable(
+        frame=frame[order],
+        track=number[order],
+        boxes=boxes[order],
+        class_id=_joined(labels, np.int64)[order],
+        score=_joined([t.score for t in tracks], np.float64)[order],
+        ignore=_joined(ignore, np.bool_)[order],
+        occluded=_joined([t.occluded for t in tracks], np.bool_)[order],
+        key=_joined(keys, np.bool_)[order],
     )
+    return table, order
 
 
 def _changing(tracks: list[Track], order: list[int]) -> list[dict[str, AttributeValue]] | None:
@@ -151,5 +126,5 @@ def _changing(tracks: list[Track], order: list[int]) -> list[dict[str, Attribute
     return [rows[k] for k in order]
 
 
-def _joined(parts: list[Any], dtype: type[np.generic]) -> NDArray[Any]:
-    return np.concatenate(parts).astype(dtype) if parts else np.zeros(0, dtype=dtype)
+def _joined(parts: Sequence[NDArray[Scalar]], dtype: type[Scalar]) -> NDArray[Scalar]:
+    return np.concatenate([np.zeros(0, dtype), *parts])

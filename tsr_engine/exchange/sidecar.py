@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TextIO
 
 from tsr_engine.exchange.attributes import attributes_in, attributes_text
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
-from tsr_engine.exchange.reading import open_text
+from tsr_engine.exchange.reading import open_text, refuse
 from tsr_engine.exchange.rows import FrameRows
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.labels.model import AttributeValue

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError, UsageError
-from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo
+from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["SUBSETS", "Split", "check_leaks", "deal", "lacking", "subset_of", "subsets_of_frames", "video_key"]
 
@@ -120,7 +121,7 @@ def lacking(dataset: Dataset, split: Mapping[tuple[str, str], str]) -> dict[str,
     for video in dataset.videos:
         for track in video.tracks():
             side = subset_of(video, track.uid, split) if split else None
-            if side is not None and track.state != REJECTED and track.label != NONE:
+            if side is not None and track.state != REJECTED and track.label != NO_CLASS:
                 there[side].add(track.label)
     every = set().union(*there.values())
     missing = {side: [label.name for label in dataset.labels if label.id in every - own] for side, own in there.items()}
@@ -208,7 +209,7 @@ def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], l
                 keys.append(key)
                 parent.append(number)
                 boxes.append(0)
-                labels.append(NONE if track.state == REJECTED else track.label)
+                labels.append(NO_CLASS if track.state == REJECTED else track.label)
             # What is no sign goes where the signs of its frames go, and does not count for the shares.
             boxes[number] += 0 if track.state == REJECTED else len(track.frames)
             if rule == "sign":
@@ -225,7 +226,7 @@ def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], l
         group = root(number)
         members.setdefault(group, []).append(key)
         weights[group] = weights.get(group, 0) + boxes[number]
-        kinds.setdefault(group, set()).update({labels[number]} - {NONE})
+        kinds.setdefault(group, set()).update({labels[number]} - {NO_CLASS})
     return list(members.values()), [weights[group] for group in members], [kinds[group] for group in members]
 
 

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 from urllib.parse import unquote, unquote_plus, urlsplit
 
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.names import is_name_of, safe_stem
+from tsr_engine.exchange.reading import refuse
 
 __all__ = ["TASK_SWITCH", "Part", "choose", "is_video", "name_in", "name_similarity"]
 

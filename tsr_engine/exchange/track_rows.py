@@ -6,11 +6,13 @@ import math
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tsr_engine.exchange.dataset import NONE, UNSAID
+from tsr_engine.exchange.dataset import UNSAID
+from tsr_engine.records import FloatArray
+from tsr_engine.track_table import NO_CLASS, BoolArray, IntArray
 
 __all__ = ["BOX", "END", "TrackRows", "common_label", "dense"]
 
@@ -35,21 +37,21 @@ class TrackRows:
     source: str = "imported"
     notes: list[tuple[int, str]] = field(default_factory=list)
     until: int = -1
-    said: dict[int, Mapping[str, Any]] = field(default_factory=dict)
+    said: dict[int, Mapping[str, object]] = field(default_factory=dict)
     """What rows say beside their box, by place."""
-    always: dict[str, Any] = field(default_factory=dict)
+    always: dict[str, object] = field(default_factory=dict)
     """What is said of the whole track."""
 
 
 def dense(
-    frames: np.ndarray[Any, Any],
-    is_box: np.ndarray[Any, Any],
-    edges: np.ndarray[Any, Any],
-    label: np.ndarray[Any, Any],
-    flags: np.ndarray[Any, Any],
-    score: np.ndarray[Any, Any],
+    frames: IntArray,
+    is_box: BoolArray,
+    edges: FloatArray,
+    label: IntArray,
+    flags: NDArray[np.int8],
+    score: FloatArray,
     until: int,
-) -> tuple[np.ndarray[Any, Any], ...]:
+) -> tuple[IntArray, FloatArray, IntArray, NDArray[np.int8], FloatArray]:
     """Every shown frame of a track from its key rows and ends."""
     keys = np.flatnonzero(is_box)
     # How many frames each key row is shown: up to the next row of either kind.
@@ -71,12 +73,12 @@ def dense(
     return dense, boxes, label[owner], new_flags, np.where(drawn, math.nan, score[owner])
 
 
-def common_label(label: np.ndarray[Any, Any]) -> int:
-    """The label that most frames have, as far as the file says one; among equals the smallest class, ``NONE`` last."""
+def common_label(label: IntArray) -> int:
+    """The label that most frames have, as far as the file says one; of equals the smallest class, ``NO_CLASS`` last."""
     if (label == label[0]).all():  # as of most tracks
-        return NONE if label[0] == UNSAID else int(label[0])
+        return NO_CLASS if label[0] == UNSAID else int(label[0])
     values, counts = np.unique(label[label != UNSAID], return_counts=True)
     if not len(values):
-        return NONE
+        return NO_CLASS
     most = values[counts == counts.max()]
-    return int(most[most != NONE][0] if (most != NONE).any() else NONE)
+    return int(most[most != NO_CLASS][0] if (most != NO_CLASS).any() else NO_CLASS)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.reading import refuse
 
 __all__ = ["Edges", "upright"]
 

@@ -14,12 +14,12 @@ import numpy as np
 
 from tsr_engine.counted import counted
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.counting import origin_of
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.picture_names import SHAPES
 from tsr_engine.exchange.picture_rows import Listed, Nameless, Row, rows_of
-from tsr_engine.exchange.reading import place_of
+from tsr_engine.exchange.reading import place_of, refuse
 from tsr_engine.exchange.roboflow import refuse_changed_pictures
 from tsr_engine.exchange.spellings import plain_name
 

@@ -12,7 +12,7 @@ from xml.sax.saxutils import escape, quoteattr
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import XMLParser
 
-from tsr_engine.exchange.checks import refuse
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["DEPTH", "Node", "attribute", "elements", "number", "quoted", "text"]

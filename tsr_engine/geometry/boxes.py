@@ -6,7 +6,7 @@ and size.
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,10 +38,10 @@ def to_xyxy(boxes: ArrayLike) -> FloatArray:
     return np.stack([b[..., 0] - half_w, b[..., 1] - half_h, b[..., 0] + half_w, b[..., 1] + half_h], axis=-1)
 
 
-def area(boxes: ArrayLike) -> Any:
+def area(boxes: ArrayLike) -> FloatArray:
     """Area in px^2, zero for empty or inverted boxes; shape (...)."""
     b = np.asarray(boxes, dtype=np.float64)
-    return np.maximum(0.0, b[..., 2] - b[..., 0]) * np.maximum(0.0, b[..., 3] - b[..., 1])
+    return np.asarray(np.maximum(0.0, b[..., 2] - b[..., 0]) * np.maximum(0.0, b[..., 3] - b[..., 1]))
 
 
 def shorter_side(boxes: ArrayLike) -> FloatArray:
@@ -54,7 +54,7 @@ def intersection(a: ArrayLike, b: ArrayLike) -> FloatArray:
     """Pairwise intersection areas in px^2, shape (n, m)."""
     p = np.asarray(a, dtype=np.float64).reshape(-1, 1, 4)
     q = np.asarray(b, dtype=np.float64).reshape(1, -1, 4)
-    return _common(p, q)
+    return intersection_each(p, q)
 
 
 def iou(a: ArrayLike, b: ArrayLike) -> FloatArray:
@@ -64,25 +64,33 @@ def iou(a: ArrayLike, b: ArrayLike) -> FloatArray:
     return np.asarray(np.divide(inter, union, out=np.zeros_like(inter), where=union > 0))
 
 
-def iou_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
-    """Intersection over union of each box of ``a`` with the one in its place in ``b``, in [0, 1], shape (n,)."""
-    p, q = np.asarray(a, dtype=np.float64).reshape(-1, 4), np.asarray(b, dtype=np.float64).reshape(-1, 4)
-    inter = _common(p, q)
-    union = area(p) + area(q) - inter
-    return np.asarray(np.divide(inter, union, out=np.zeros_like(inter), where=union > 0))
-
-
-def _common(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Intersection areas of boxes whose shapes (..., 4) broadcast."""
+def intersection_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
+    """Intersection area in px^2 of each box of ``a`` with the one in its place in ``b``; shapes (..., 4) broadcast."""
+    p, q = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     w = np.minimum(p[..., 2], q[..., 2]) - np.maximum(p[..., 0], q[..., 0])
     h = np.minimum(p[..., 3], q[..., 3]) - np.maximum(p[..., 1], q[..., 1])
     return np.asarray(np.maximum(0.0, w) * np.maximum(0.0, h))
+
+
+def iou_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
+    """Intersection over union of each box of ``a`` with the one in its place in ``b``, in [0, 1], shape (n,)."""
+    p, q = np.asarray(a, dtype=np.float64).reshape(-1, 4), np.asarray(b, dtype=np.float64).reshape(-1, 4)
+    inter = intersection_each(p, q)
+    union = area(p) + area(q) - inter
+    return np.asarray(np.divide(inter, union, out=np.zeros_like(inter), where=union > 0))
 
 
 def non_overlap(a: ArrayLike, b: ArrayLike) -> FloatArray:
     """Localisation error of Eq. 7, ``1 - inter / max(area)``, in [0, 1], shape (n, m); 0 is perfect."""
     inter = intersection(a, b)
     larger = np.maximum(np.reshape(area(a), (-1, 1)), np.reshape(area(b), (1, -1)))
+    return np.asarray(1.0 - np.divide(inter, larger, out=np.zeros_like(inter), where=larger > 0))
+
+
+def non_overlap_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
+    """Eq. 7 of each box of ``a`` with the one in its place in ``b``, in [0, 1], shape (n,)."""
+    p, q = np.asarray(a, dtype=np.float64).reshape(-1, 4), np.asarray(b, dtype=np.float64).reshape(-1, 4)
+    inter, larger = intersection_each(p, q), np.maximum(area(p), area(q))
     return np.asarray(1.0 - np.divide(inter, larger, out=np.zeros_like(inter), where=larger > 0))
 
 

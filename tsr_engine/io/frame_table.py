@@ -96,7 +96,7 @@ class FrameTable:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> FrameTable:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]]) -> FrameTable:
         """The inverse of ``to_arrays``.
 
         Raises:
@@ -266,9 +266,9 @@ class FrameLedger:
             found = self._starts.rfind(1, 0, k + 1)
         return found if found >= 0 else None
 
-    def corrupt_between(self, first: int, last: int) -> bool:
-        """Whether any of the frames first..last is corrupt."""
-        return any(self._flags.find(flags, first, last + 1) >= 0 for flags in (_CORRUPT, _KEY | _CORRUPT))
+    def corrupt_between(self, start: int, stop: int) -> bool:
+        """Whether any of the frames ``start <= k < stop`` is corrupt."""
+        return any(self._flags.find(flags, start, stop) >= 0 for flags in (_CORRUPT, _KEY | _CORRUPT))
 
     def table(self, ahead: IntArray, key_ahead: BoolArray, times: IntArray | None) -> FrameTable:
         """The confirmed rows, followed by those that the packets promise.

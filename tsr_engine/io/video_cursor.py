@@ -128,7 +128,7 @@ class Cursor:
             if start is None:
                 return
             before = self._ledger.key_at_or_before(start - 1) if start > 0 else start
-            if not self._ledger.corrupt_between(start if before is None else before, last):
+            if not self._ledger.corrupt_between(start if before is None else before, last + 1):
                 yield start
             last = start - 1
 

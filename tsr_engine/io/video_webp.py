@@ -11,7 +11,6 @@ from typing import Any, BinaryIO
 
 import av
 import numpy as np
-from PIL import Image
 
 __all__ = ["WebpFile"]
 
@@ -59,6 +58,8 @@ class WebpFile:
             self.width, self.height = (int.from_bytes(head[at : at + 3], "little") + 1 for at in (24, 27))
             check(self.width, self.height)
             self._packets = list(_pictures(file))
+        from PIL import Image  # other files do without
+
         self._bytes = stream()
         try:
             self._picture: Any = Image.open(self._bytes, formats=["WEBP"])

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 
 from tsr_engine.evidence.reader import ResultRow
 from tsr_engine.records import FrameEvidence, TrackFrame
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["ResultStream", "TrackSummary"]
-
-UNKNOWN_CLASS = -1
 
 
 @dataclass(slots=True)
@@ -22,7 +21,7 @@ class TrackSummary:
     first_frame: int
     last_frame: int
     confirmed: bool = False
-    class_id: int = UNKNOWN_CLASS
+    class_id: int = NO_CLASS
     """Fused class, -1 before the first recognition."""
     share: float = 0.0
     """Share of the votes that the class has, in [0, 1]."""

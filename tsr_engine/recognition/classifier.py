@@ -106,7 +106,7 @@ class SignClassifier:
     @classmethod
     def from_arrays(
         cls,
-        arrays: Mapping[str, NDArray[Any]],
+        arrays: Mapping[str, NDArray[np.generic]],
         temperature: float,
         *,
         paired: bool = False,
@@ -130,7 +130,7 @@ class SignClassifier:
         Raises:
             ModelError: missing or misshapen arrays, or weights for another descriptor.
         """
-        arrays: Mapping[str, NDArray[Any]] = component.arrays
+        arrays: Mapping[str, NDArray[np.generic]] = component.arrays
         params: Mapping[str, Any] = component.params
         found = {key: params.get(key) for key in GEOMETRY}
         if found != GEOMETRY:

@@ -62,7 +62,7 @@ class FeatureMap:
         return int(self.hidden.shape[1])
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], prefix: str = "") -> FeatureMap:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], prefix: str = "") -> FeatureMap:
         """From arrays named as the attributes behind a prefix, of any float type.
 
         Raises:

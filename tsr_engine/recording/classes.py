@@ -24,7 +24,7 @@ _HUES: Final[dict[Category, float]] = {
     "priority": 0.42,
     "other": 0.42,
 }
-_NO_CLASS: Final[Rgb] = (190, 190, 190)
+_UNKNOWN: Final[Rgb] = (190, 190, 190)
 _MOST: Final = 60_000
 """A viewer numbers classes in 16 bits."""
 
@@ -49,8 +49,8 @@ class RecordedClasses:
         self._strange = {number: self.unknown + 1 + place for place, number in enumerate(strange)}
         self.infos: list[tuple[int, str, Rgb]] = [
             *((self._labels[label.id], f"{label.id} {label.name}", _colour(label)) for label in labels),
-            (self.unknown, "unknown", _NO_CLASS),
-            *((place, classes.name(number), _NO_CLASS) for number, place in self._strange.items()),
+            (self.unknown, "unknown", _UNKNOWN),
+            *((place, classes.name(number), _UNKNOWN) for number, place in self._strange.items()),
         ]
         """Number, name and colour of each."""
 

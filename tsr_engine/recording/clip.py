@@ -22,6 +22,7 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, open_source
 from tsr_engine.io.video_decoder import Orientation
 from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.io.video_packets import UnfitPackets, check_kind, copy_packets, incomplete, timed_packets, times_of
 from tsr_engine.io.video_probe import open_container, reason
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.transcode import allowance, encode_frames, encode_packets
@@ -54,10 +55,6 @@ class Clip:
     how: str
 
 
-class _Unfit(Exception):
-    """The packets cannot be taken over; says why."""
-
-
 def cut_clip(
     path: VideoSource,
     frames: Frames,
@@ -85,7 +82,7 @@ def cut_clip(
     try:
         data, wanted, how = _packets(path, frames, allowed, exact)
         return Clip(data, _placed(stamps_of(data), wanted), how)
-    except _Unfit as error:
+    except UnfitPackets as error:
         cause = str(error)
     except (av.FFmpegError, OSError) as error:
         cause = f"its packets cannot be copied ({reason(error)})"
@@ -98,7 +95,7 @@ def cut_clip(
 def _placed(stamps: Ints, wanted: Ints) -> Ints:
     """The times of the wanted pictures, which are given by their rank in the clip."""
     if len(stamps) <= int(wanted[-1]):
-        raise _Unfit(f"the copy holds {len(stamps)} pictures where {int(wanted[-1]) + 1} were expected")
+        raise UnfitPackets(f"the copy holds {len(stamps)} pictures where {int(wanted[-1]) + 1} were expected")
     found: Ints = np.sort(stamps)[wanted]
     return found
 
@@ -106,24 +103,21 @@ def _placed(stamps: Ints, wanted: Ints) -> Ints:
 def _packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool) -> tuple[bytes, Ints, str]:
     """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and where they come from."""
     if (frames.pts < 0).any():
-        raise _Unfit("the run does not know its presentation times")
+        raise UnfitPackets("the run does not know its presentation times")
     with open_source(path) as file, open_container(file, limits) as (container, stream, kind):
         codec = str(stream.codec_context.codec.name)
         codec = {"libdav1d": "av1", "libaom-av1": "av1", "libvpx-vp9": "vp9"}.get(codec, codec)
         if kind.address == "position":
-            raise _Unfit("AVI files store no presentation times")
-        if kind.demuxer not in ("mov", "matroska"):
-            raise _Unfit(f"packets of {kind.name} files are not copied")
+            raise UnfitPackets("AVI files store no presentation times")
+        check_kind(kind)
         if codec not in STORABLE:
-            raise _Unfit(f"viewers do not play {codec}")
+            raise UnfitPackets(f"viewers do not play {codec}")
         if _orientation(container, stream) != Orientation():
-            raise _Unfit("the picture is stored rotated")
+            raise UnfitPackets("the picture is stored rotated")
         chosen = _choose(container, stream, frames.pts)
         size = sum(packet.size for packet in chosen)
         _check_size(path, size)
-        pts = np.sort(np.array([packet.pts for packet in chosen], np.int64))
-        if (np.diff(pts) <= 0).any():
-            raise _Unfit("two of its packets have the same presentation time")
+        pts = times_of(chosen)
         budget = allowance(len(frames), frames.width, frames.height)
         if size > budget and not exact:
             small = encode_packets(stream, chosen, frames.pts, budget)
@@ -132,8 +126,10 @@ def _packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool
                     f"Encoded anew as H.264 in {len(small) / 1e6:.1f} MB, because its packets take {size / 1e6:.1f} MB."
                 )
                 return small, np.arange(len(frames)), how
+        target = BytesIO()
+        copy_packets(target, stream, chosen, pts, "mp4")
         how = f"The packets of the video ({codec}), not encoded anew."
-        return _mux(stream, chosen, pts), np.searchsorted(pts, frames.pts), how
+        return target.getvalue(), np.searchsorted(pts, frames.pts), how
 
 
 def _check_size(path: VideoSource, size: int) -> None:
@@ -164,7 +160,7 @@ def _choose(container: Any, stream: Any, wanted: Ints) -> list[Any]:
     container.seek(-(2**40), stream=stream, backward=True)
     chosen = _from_here(container, stream, wanted)
     if not chosen:
-        raise _Unfit("no key frame comes before the first of the frames")
+        raise UnfitPackets("no key frame comes before the first of the frames")
     return chosen
 
 
@@ -173,11 +169,7 @@ def _from_here(container: Any, stream: Any, wanted: Ints) -> list[Any]:
     chosen: list[Any] = []
     missing = set(wanted.tolist())
     key: Any = None
-    for packet in container.demux(stream):
-        if not packet.size:
-            continue
-        if packet.pts is None:
-            raise _Unfit("its packets have no presentation times")
+    for packet in timed_packets(container, stream):
         if packet.is_keyframe:
             key = packet
             if packet.pts <= wanted[0] and len(missing) == len(wanted):
@@ -195,20 +187,4 @@ def _from_here(container: Any, stream: Any, wanted: Ints) -> list[Any]:
             return chosen
     if not chosen:
         return []
-    raise _Unfit(f"{len(missing)} of its frames have no packet of their own")
-
-
-def _mux(stream: Any, packets: list[Any], pts: Ints) -> bytes:
-    """Packets as an MP4 file without an edit list; decoding times are made anew, so that none is missing."""
-    delay = int(max(int(p) - packet.pts for p, packet in zip(pts, packets, strict=True)))
-    target = BytesIO()
-    with av.open(target, "w", format="mp4", options={"use_editlist": "0"}) as out:
-        copy = out.add_stream_from_template(stream)
-        copy.time_base = stream.time_base
-        start = int(pts[0])
-        for decoding, packet in zip(pts, packets, strict=True):
-            packet.pts += delay - start
-            packet.dts = int(decoding) - start
-            packet.stream = copy
-            out.mux(packet)
-    return target.getvalue()
+    raise incomplete(len(missing))

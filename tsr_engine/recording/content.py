@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tsr_engine.track_table import TrackTable
 
 __all__ = ["BoxRows", "Frames", "Lines", "Moments", "Series"]
 
@@ -57,43 +59,36 @@ class BoxRows:
     """Boxes of one layer.
 
     Attributes:
-        frame: ordinal of each box, shape (n,).
-        boxes: edges ``x1, y1, x2, y2``, px, shape (n, 4).
-        class_id: shape (n,), -1: none; of the run, its class numbers; of what people have said, ids of the label set;
-            in the recording, as that numbers labels.
+        table: the boxes; classes of the run are its class numbers, those of what people have said ids of the label set,
+            and in the recording they are as that numbers labels.
         labels: one text a box.
     """
 
-    frame: Ints
-    boxes: Floats
-    class_id: Ints
+    table: TrackTable
     labels: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        n = len(self.frame)
-        shapes = (self.frame.shape, self.boxes.shape, self.class_id.shape, (len(self.labels),))
-        if shapes != ((n,), (n, 4), (n,), (n,)):
-            raise ValueError(f"BoxRows must have {n} frames, boxes (n, 4), classes and labels. Got {shapes} instead.")
+        if len(self.labels) != len(self.table):
+            raise ValueError(f"BoxRows must have {len(self.table)} labels. Got {len(self.labels)} instead.")
 
     def __len__(self) -> int:
-        return len(self.frame)
+        return len(self.table)
+
+    def with_classes(self, class_id: Ints) -> BoxRows:
+        """The same boxes with other classes, shape (n,)."""
+        return replace(self, table=replace(self.table, class_id=class_id))
 
     def within(self, frames: Frames) -> BoxRows:
         """The rows with finite boxes in some frames, ordered by frame."""
-        first = frames.first
-        keep = (self.frame >= first) & (self.frame < first + len(frames)) & np.isfinite(self.boxes).all(axis=1)
+        table, first = self.table, frames.first
+        keep = (table.frame >= first) & (table.frame < first + len(frames)) & np.isfinite(table.boxes).all(axis=1)
         order = np.flatnonzero(keep)
-        order = order[np.argsort(self.frame[order], kind="stable")]
-        return BoxRows(
-            self.frame[order],
-            np.ascontiguousarray(self.boxes[order]),
-            self.class_id[order],
-            tuple(self.labels[i] for i in order.tolist()),
-        )
+        order = order[np.argsort(table.frame[order], kind="stable")]
+        return BoxRows(table.rows(order), tuple(self.labels[i] for i in order.tolist()))
 
     def counts(self, frames: Frames) -> Ints:
         """Number of boxes in each frame, with its zeros."""
-        found: Ints = np.bincount(self.frame - frames.first, minlength=len(frames)).astype(np.int64)
+        found: Ints = np.bincount(self.table.frame - frames.first, minlength=len(frames)).astype(np.int64)
         return found
 
 

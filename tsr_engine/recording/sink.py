@@ -112,11 +112,11 @@ class Sink:
     def boxes(self, layer: Layer, frames: Frames, rows: BoxRows, labelled: bool) -> None:
         """Boxes of a layer; a frame without any is said to be empty. Unlabelled ones tell theirs to the pointer."""
         rr = self._rr
-        centres = (rows.boxes[:, :2] + rows.boxes[:, 2:]) / 2
-        halves = (rows.boxes[:, 2:] - rows.boxes[:, :2]) / 2
+        boxes = rows.table.boxes
+        centres, halves = (boxes[:, :2] + boxes[:, 2:]) / 2, (boxes[:, 2:] - boxes[:, :2]) / 2
         counts = rows.counts(frames)
         columns: dict[str, Any] = {"centers": centres, "half_sizes": halves, "labels": list(rows.labels)}
-        columns["class_ids"] = rows.class_id.astype(np.uint16)
+        columns["class_ids"] = rows.table.class_id.astype(np.uint16)
         self._columns(layer.entity, frames, frames.ordinal, rr.Boxes2D.columns(**columns).partition(counts))
         style: dict[str, Any] = {"radii": [-layer.radius], "show_labels": labelled}
         if layer.colour is not None:

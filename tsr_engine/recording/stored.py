@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from tsr_engine.errors import UsageError
-from tsr_engine.evidence.columns import BOX, Columns, IntArray, read_columns
+from tsr_engine.evidence.columns import BOX, Columns, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.recording.classes import RecordedClasses
 from tsr_engine.recording.content import BoxRows, Frames, Lines, Moments, Series
 from tsr_engine.records import FloatArray
+from tsr_engine.track_table import IntArray, TrackTable
 
 __all__ = ["LEADING", "box_layers", "events", "frames_of", "track_lines"]
 
@@ -66,7 +67,10 @@ def box_layers(reader: EvidenceReader, frames: Frames, classes: RecordedClasses)
     verdicts = map(_verdict, _figures(found, "gates.l_positive"), found.values("gates.confident"))
     predictions = _boxes(found, [f"{of} {verdict}".rstrip() for of, verdict in zip(ids, verdicts, strict=True)])
     yield "predictions", predictions
-    yield "innovation", replace(predictions, boxes=_one_sigma(found), labels=tuple(f"{of} 1 sigma" for of in ids))
+    yield (
+        "innovation",
+        BoxRows(replace(predictions.table, boxes=_one_sigma(found)), tuple(f"{of} 1 sigma" for of in ids)),
+    )
 
     figures = ("decision", "probability", "runner_up_decision", "windows")
     edges = [f"{of}{edge}" for of in ("search_", "", "runner_up_") for edge in BOX]
@@ -82,7 +86,7 @@ def box_layers(reader: EvidenceReader, frames: Frames, classes: RecordedClasses)
     names = [*BOX, "frame", "track_id", "state", "source", "recognitions.class_id", "recognitions.share"]
     found = read_columns(reader, "track_frames", *names, frames=span, alive=True)
     seen = found.ints("recognitions.class_id")
-    yield "results", replace(_boxes(found, _results(found, seen, classes)), class_id=seen)
+    yield "results", _boxes(found, _results(found, seen, classes)).with_classes(seen)
 
 
 def events(reader: EvidenceReader, frames: Frames) -> Moments:
@@ -172,7 +176,8 @@ def _one(at: IntArray, column: FloatArray, name: str) -> Series:
 
 def _boxes(rows: Columns, labels: list[str], prefix: str = "") -> BoxRows:
     """Boxes without a class."""
-    return BoxRows(rows.ints("frame"), rows.boxes(prefix), np.full(len(rows), -1), tuple(labels))
+    no_track = np.full(len(rows), -1)  # the texts name the tracks
+    return BoxRows(TrackTable(rows.ints("frame"), no_track, rows.boxes(prefix)), tuple(labels))
 
 
 def _ids(rows: Columns) -> list[str]:

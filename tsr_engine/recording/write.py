@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -143,12 +143,12 @@ def write_recording(
         picture = beside.submit(_picture, request, reader.header.video, called, frames)
         classes = RecordedClasses(request.classes or classes_of_keys(reader.header.labels, shipped_set(DEFAULT)))
         layers = {
-            name: replace(rows, class_id=classes.of_classes(rows.class_id)).within(frames)
+            name: rows.with_classes(classes.of_classes(rows.table.class_id)).within(frames)
             for name, rows in box_layers(reader, frames, classes)
         }
         for name, rows in (("corrected", request.corrected), ("truth", request.truth)):
             if rows is not None:
-                layers[name] = replace(rows, class_id=classes.of_labels(rows.class_id)).within(frames)
+                layers[name] = rows.with_classes(classes.of_labels(rows.table.class_id)).within(frames)
         lines = _ordered(list(track_lines(reader, frames, classes)), request.focus_track)
         moments = events(reader, frames)
         progress(1, 4)
@@ -185,7 +185,8 @@ class _Content:
         for name in ("corrected", "truth"):
             rows = self.layers.get(name)
             if rows is not None:
-                digest.update(name.encode() + rows.frame.tobytes() + rows.boxes.tobytes() + rows.class_id.tobytes())
+                columns = rows.table.frame, rows.table.boxes, rows.table.class_id
+                digest.update(name.encode() + b"".join(column.tobytes() for column in columns))
                 digest.update("\0".join(rows.labels).encode())
         return digest.hexdigest()
 

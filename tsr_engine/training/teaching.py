@@ -14,10 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsr_engine.counted import counted
-from tsr_engine.exchange.dataset import NONE, REJECTED, Track
+from tsr_engine.exchange.dataset import REJECTED, Track
 from tsr_engine.exchange.relabel import relabelled
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
+from tsr_engine.track_table import NO_CLASS
 from tsr_engine.training.corrections import verdict, video_name
 from tsr_engine.training.exports import OpenedExport
 
@@ -46,7 +47,7 @@ def taught(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> list[
         videos = []
         for place, (video, own) in enumerate(zip(export.dataset.videos, tracks[number], strict=True)):
             kept = tuple(
-                replace(track, label=NONE, labels=None, state="needs_work")
+                replace(track, label=NO_CLASS, labels=None, state="needs_work")
                 if (number, place, track.uid) in mute
                 else _as_classes(track, classes, lacking)
                 for track in own
@@ -64,9 +65,9 @@ def _as_classes(track: Track, classes: RunClasses, lacking: Counter[str]) -> Tra
     says = verdict(track)
     if label is not None and says == "sign":
         if label.teach == "background":
-            return replace(track, state=REJECTED, label=NONE, labels=None)
+            return replace(track, state=REJECTED, label=NO_CLASS, labels=None)
         if label.teach == "ignore":
-            return replace(track, label=NONE, labels=None)
+            return replace(track, label=NO_CLASS, labels=None)
         if classes.to_class(label.id) is None:
             lacking[label.name] += 1
     return relabelled(track, {each: _number(each, classes) for each in {track.label, *_own(track)}})
@@ -77,10 +78,10 @@ def _own(track: Track) -> set[int]:
 
 
 def _number(label_id: int, classes: RunClasses) -> int:
-    """The model's class of a label that it is taught as a sign; ``NONE``: it is not."""
+    """The model's class of a label that it is taught as a sign; ``NO_CLASS``: it is not."""
     label = classes.labels.get(classes.labels.resolved(label_id))
     number = None if label is None or label.teach != "sign" else classes.to_class(label_id)
-    return NONE if number is None else number
+    return NO_CLASS if number is None else number
 
 
 def _lacking(export: OpenedExport, lacking: Counter[str]) -> Iterator[str]:

@@ -16,7 +16,7 @@ from app.exchange.stored import home_source
 from tests.app.exchange.exchange_desk import Desk
 from tsr_engine.bundle import open_bundle
 from tsr_engine.evaluation.tracking import evaluate_video
-from tsr_engine.evaluation.tracking_rows import Results
+from tsr_engine.track_table import TrackTable
 
 
 def reviewed(desk: Desk) -> ReviewedDrive | None:
@@ -37,8 +37,8 @@ def test_what_people_have_decided_is_the_truth(desk: Desk) -> None:
     assert found is not None
     tracks = desk.tracks()
     assert found.decided == 2
-    ignored = {int(t) for t in found.truth.track_id[found.truth.ignore]}
-    counted = {int(t) for t in found.truth.track_id[~found.truth.ignore]}
+    ignored = {int(t) for t in found.truth.track[found.truth.ignore]}
+    counted = {int(t) for t in found.truth.track[~found.truth.ignore]}
     assert (len(counted), len(ignored)) == (1, len(tracks) - 2)
     mine = found.truth.boxes[~found.truth.ignore]
     assert np.allclose(mine, tracks["m1"].boxes)
@@ -54,22 +54,18 @@ def test_places_that_got_worse(desk: Desk) -> None:
     assert drive is not None
     rows = drive.results
     sign = int(
-        rows.track_id[
+        rows.track[
             np.flatnonzero(np.isclose(rows.boxes[:, 0], drive.truth.boxes[~drive.truth.ignore][0, 0], atol=0.01))[0]
         ]
     )
-    kept = rows.track_id != sign
-    lost = Results(
-        rows.frame[kept], rows.track_id[kept], rows.boxes[kept], rows.class_id[kept], rows.score[kept],
-        tuple(np.array(rows.source)[kept]),
-    )  # fmt: skip
-    misread = replace(rows, class_id=np.where(rows.track_id == sign, 40, rows.class_id))
+    lost = rows.rows(rows.track != sign)
+    misread = replace(rows, class_id=np.where(rows.track == sign, 40, rows.class_id))
     moved = replace(
-        rows, boxes=np.where((rows.track_id == sign)[:, None], rows.boxes + np.array([400, 0, 400, 0]), rows.boxes)
+        rows, boxes=np.where((rows.track == sign)[:, None], rows.boxes + np.array([400, 0, 400, 0]), rows.boxes)
     )
     before = evaluate_video("toy", drive.truth, rows, 75)
 
-    def kinds(results: Results) -> list[str]:
+    def kinds(results: TrackTable) -> list[str]:
         after = evaluate_video("toy", drive.truth, results, 75)
         return [place.kind for place in worse_places([drive], [before], [after], [results])]
 

@@ -5,24 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from app.compare.figures import confusion, figures
-from app.compare.matching import match
 from app.compare.pairs import Pair
-from app.evidence.tables import BoxTable
+from tsr_engine.evaluation.matching import match
+from tsr_engine.track_table import TrackTable
 
 
-def table(rows: list[tuple[int, int, tuple[float, float, float, float], int]], keys: tuple[str, ...]) -> BoxTable:
+def table(rows: list[tuple[int, int, tuple[float, float, float, float], int]], keys: tuple[str, ...]) -> TrackTable:
     """Rows of frame, track, box and label, in order of frames."""
     frame, track, boxes, labels = zip(*rows, strict=True)
-    n = len(rows)
-    return BoxTable(
-        np.array(frame),
-        np.array(track),
-        np.array(boxes, np.float64),
-        np.array(labels),
-        np.zeros(n, np.bool_),
-        np.zeros(n, np.int64),
-        keys,
-    )
+    return TrackTable(np.array(frame), np.array(track), np.array(boxes), np.array(labels), names=keys)
 
 
 TRUTH = table(

@@ -12,9 +12,9 @@ from app.compare.service import CompareService
 from app.edits.documents import NO_CLASS, OPEN_END, KeyFrame, Segment, TrackDoc
 from app.edits.service import EditService
 from app.errors import Invalid, NotFound
-from app.evidence.tables import BoxTable
 from app.ground_truths.service import GroundTruthService
 from app.storage.models import GroundTruth, TrackDocument
+from tsr_engine.track_table import TrackTable
 
 
 def service(home: Any) -> CompareService:
@@ -24,21 +24,22 @@ def service(home: Any) -> CompareService:
     )
 
 
-def machine() -> BoxTable:
+def machine() -> TrackTable:
     """Tracks m1 in frames 0..9 and m2 in frames 5..14."""
     frame = np.concatenate([np.arange(10), np.arange(5, 15)])
     track = np.repeat([0, 1], 10)
     boxes = np.stack([frame, frame, frame + 20.0, frame + 20.0], axis=1) + 100.0 * track[:, None]
     order = np.lexsort((track, frame))
     label = np.where(track == 0, 14, 13)
-    plain = np.zeros(20, np.int64)
-    return BoxTable(frame[order], track[order], boxes[order], label[order], plain.astype(bool), plain, ("m1", "m2"))
+    return TrackTable(
+        frame[order], track[order], boxes[order], label[order], source=np.zeros(20, np.int64), names=("m1", "m2")
+    )
 
 
-def held(table: BoxTable, key: str) -> dict[int, list[float]]:
-    if key not in table.keys:
+def held(table: TrackTable, key: str) -> dict[int, list[float]]:
+    if key not in table.names:
         return {}
-    rows = np.flatnonzero(table.track == table.keys.index(key))
+    rows = np.flatnonzero(table.track == table.names.index(key))
     return dict(zip(table.frame[rows].tolist(), table.boxes[rows].tolist(), strict=True))
 
 
@@ -75,7 +76,7 @@ def test_corrections_are_merged_into_the_engine() -> None:
     )
     gone = TrackDoc(key="m2", gone=True, merged_into="m1")
     found = corrected_boxes(machine(), {"m1": merged, "m2": gone, "habcdef": drawn}, 15)
-    assert found.keys == ("m1", "m2", "habcdef")
+    assert found.names == ("m1", "m2", "habcdef")
     boxes = held(found, "m1")
     assert sorted(boxes) == [0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 12, 13, 14]
     assert boxes[3] == [0, 0, 5, 5]
@@ -116,7 +117,7 @@ def test_a_far_key_frame_of_an_older_version_holds_nobody_up(toy_homes: Any, tmp
 def test_a_correction_shows_against_the_run(toy_homes: Any, tmp_path: Any) -> None:
     home = toy_homes.make_home(tmp_path)
     try:
-        track = home.evidence.boxes(home.run_id).keys[0]
+        track = home.evidence.boxes(home.run_id).names[0]
         span = home.evidence.span(home.run_id, int(track[1:]))
         document = TrackDoc(
             key=track, revision=1, gone=True, segments=(Segment(track=int(track[1:]), first=span[0], last=span[1]),)

@@ -10,21 +10,19 @@ from hypothesis import strategies as st
 from app.compare.annotation import corrected_boxes
 from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
 from app.edits.effective import box_at
-from app.evidence.tables import BoxTable
 from tests.app.edits.edit_toys import SPANS, beginning, machine, some_documents
+from tsr_engine.track_table import TrackTable
 
 LABELS = {1: 14, 2: 13, 3: 1}
 LAST = 76
 
 
-def table() -> BoxTable:
+def table() -> TrackTable:
     """The toy tracks as a run's boxes."""
     rows = [(f, t - 1, box, LABELS[t]) for f in range(LAST) for t in SPANS if (box := machine(t, f)) is not None]
     frame, track, label = (np.array([row[i] for row in rows], np.int64) for i in (0, 1, 3))
     boxes = np.array([row[2] for row in rows], np.float64)
-    return BoxTable(
-        frame, track, boxes, label, np.zeros(len(rows), bool), frame % 3, tuple(f"m{track}" for track in SPANS)
-    )
+    return TrackTable(frame, track, boxes, label, source=frame % 3, names=tuple(f"m{track}" for track in SPANS))
 
 
 @settings(max_examples=150, deadline=None)
@@ -34,7 +32,7 @@ def test_corrected_boxes_are_what_the_page_shows(seed: int, length: int) -> None
     touched = {key: doc for key, doc in docs.items() if doc != beginning().get(key)}
     found = corrected_boxes(table(), touched, LAST)
     got = {
-        (found.keys[track], frame): (tuple(box), label)
+        (found.names[track], frame): (tuple(box), label)
         for track, frame, box, label in zip(
             found.track.tolist(), found.frame.tolist(), found.boxes.tolist(), found.class_id.tolist(), strict=True
         )
@@ -59,7 +57,7 @@ def test_key_frames_beyond_the_end_cost_nothing_and_change_nothing_before_it(far
     piece = Segment(track=3, first=50, last=OPEN_END)
     doc = TrackDoc(key="hfar0001", segments=(piece,), keys={str(frame): key for frame, key in keys.items()})
     found = corrected_boxes(table(), {doc.key: doc}, LAST)
-    mine = found.track == found.keys.index(doc.key)
+    mine = found.track == found.names.index(doc.key)
     want = {frame: shown.box for frame in range(LAST) if (shown := box_at(doc, frame, machine)) is not None}
     assert dict(zip(found.frame[mine].tolist(), map(tuple, found.boxes[mine].tolist()), strict=True)) == want
     assert sorted(want) == list(range(5, LAST))

@@ -12,9 +12,9 @@ from pydantic import TypeAdapter
 
 from app.edits.commands import Command, Undo
 from app.errors import Conflict
-from app.evidence.tables import BoxTable
 from app.storage.models import Run
 from tests.app.edits.edit_desk import Desk
+from tsr_engine.track_table import TrackTable
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 MANY = 8
@@ -81,7 +81,7 @@ def test_adoption_and_edits_at_once(desk: Desk) -> None:
     rows = [(f, t) for t, (a, b) in desk.evidence.spans.items() for f in range(a, b + 1)]
     frame, track = np.array(rows).T
     boxes = np.stack([100.0 * track, 0.0 * track, 100.0 * track + 20, 0.0 * track + 20], 1)
-    table = BoxTable(frame, track - 1, boxes, frame * 0, frame < 0, frame * 0, ("m1", "m2", "m3"))
+    table = TrackTable(frame, track - 1, boxes, frame * 0, names=("m1", "m2", "m3"))
     desk.evidence.boxes = lambda _run: table  # type: ignore[attr-defined]
     for key in ("m1", "m2", "m3"):
         desk.service.apply(desk.run, f"op-from-{key}", "ann", relabel(7, key), {key: 0})

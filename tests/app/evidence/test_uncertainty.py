@@ -127,16 +127,7 @@ def test_another_run_that_says_something_else(home: Any) -> None:
     assert other.weight[0] == 1.0
     assert other.sentence[0] == "Run 2 calls it 'ice or snow'."
     assert other.weight[1:].tolist() == [0.0] * (len(facts.id) - 1)
-    first = mine.track == 0
-    without = replace(
-        mine,
-        frame=mine.frame[first],
-        track=mine.track[first],
-        boxes=mine.boxes[first],
-        class_id=mine.class_id[first],
-        ignore=mine.ignore[first],
-        source=mine.source[first],
-    )
+    without = mine.rows(mine.track == 0)
     lost = against_run(mine, without, facts, "Run 2", (0, 75), GTSRB)
     assert lost.weight.tolist() == [0.0] + [0.5] * (len(facts.id) - 1)
     assert lost.sentence[1] == "Run 2 has no such track."

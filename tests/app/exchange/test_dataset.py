@@ -26,7 +26,7 @@ def test_an_untouched_run_goes_out_as_the_engine_left_it(untouched: Desk) -> Non
     np.testing.assert_allclose(np.diff(video.times), 0.04)
     boxes = desk.server.context.evidence.boxes(desk.run_id)
     tracks = desk.tracks()
-    assert list(tracks) == list(boxes.keys) == ["m1", "m2"]
+    assert list(tracks) == list(boxes.names) == ["m1", "m2"]
     for number, track in enumerate(tracks.values()):
         mine = boxes.track == number
         np.testing.assert_array_equal(track.frames, boxes.frame[mine])
@@ -43,7 +43,7 @@ def test_a_corrected_run_goes_out_as_the_compare_screen_sees_it(desk: Desk) -> N
     tracks = desk.tracks()
     context = desk.server.context
     wanted = corrected_boxes(context.evidence.boxes(desk.run_id), context.edits.documents(desk.run_id), 75)
-    for place, key in enumerate(wanted.keys):
+    for place, key in enumerate(wanted.names):
         if key == "m2":  # rejected: nothing there, but it can be exported by its state
             continue
         mine = wanted.track == place

@@ -21,7 +21,7 @@ def test_the_bundled_truth_reads_as_the_engine_reads_it() -> None:
     for clip in SHIPPED:
         rows = parse(clip.truth.read_bytes(), 300)
         truth = read_clip_truth(clip.truth)
-        order = np.lexsort((truth.track_id, truth.frame))
+        order = np.lexsort((truth.track, truth.frame))
         assert np.array_equal(rows[:, 2:6], truth.boxes[order])
         assert np.array_equal(rows[:, 6], truth.class_id[order])
         assert np.array_equal(rows[:, 8] != 0, truth.ignore[order])
@@ -86,7 +86,7 @@ def test_import_replace_read_remove(home: Any) -> None:
     again = ground_truths.put(home.video_id, "mine", (HEAD + GOOD).encode())
     assert [t.id for t in ground_truths.of_video(home.video_id)] == [again.id]
     video, name, boxes = ground_truths.boxes(again.id)
-    assert (video, name, boxes.keys, boxes.boxes.tolist()) == (home.video_id, "mine", ("t1",), [[10, 20, 30, 40]])
+    assert (video, name, boxes.names, boxes.boxes.tolist()) == (home.video_id, "mine", ("t1",), [[10, 20, 30, 40]])
     ground_truths.remove(again.id)
     for call in (lambda: ground_truths.remove(again.id), lambda: ground_truths.rows(again.id)):
         with pytest.raises(NotFound):

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.detection.patch import cut_patch
+from tsr_engine.geometry import box_steps
 from tsr_engine.recognition.descriptor import MARGIN, SIDE, describe_patches
 from tsr_engine.recognition.features import FeatureMap, linear
 from tsr_engine.records import FloatArray, Picture
@@ -85,7 +86,7 @@ class BoxRefinement:
         return out
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> BoxRefinement:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]]) -> BoxRefinement:
         """From a model component's arrays ``outline_*`` (see :meth:`to_arrays`).
 
         Raises:
@@ -120,15 +121,9 @@ def move_edges(boxes: FloatArray, steps: FloatArray) -> FloatArray:
         steps: shape (n, 4): displacement of the middle in widths and heights, natural logarithm of the factors on width
             and height. Held to 0.3 either way.
     """
-    steps = np.clip(steps, -_FARTHEST, _FARTHEST)
-    size = boxes[:, 2:] - boxes[:, :2]
-    middle = (boxes[:, :2] + boxes[:, 2:]) / 2 + steps[:, :2] * size
-    half = size * np.exp(steps[:, 2:]) / 2
-    return np.concatenate([middle - half, middle + half], axis=1)
+    return box_steps.move(boxes, steps, box_steps.size_of(boxes), _FARTHEST)
 
 
 def steps_between(boxes: FloatArray, truth: FloatArray) -> FloatArray:
     """The steps that :func:`move_edges` needs to carry boxes (n, 4) to the truth (n, 4); shape (n, 4)."""
-    size, wanted = boxes[:, 2:] - boxes[:, :2], truth[:, 2:] - truth[:, :2]
-    shift = ((truth[:, :2] + truth[:, 2:]) - (boxes[:, :2] + boxes[:, 2:])) / 2 / size
-    return np.concatenate([shift, np.log(wanted / size)], axis=1)
+    return box_steps.steps_between(boxes, truth, box_steps.size_of(boxes))

@@ -56,7 +56,7 @@ class SignVerifier:
         return out
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> SignVerifier:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]]) -> SignVerifier:
         """From a model component's arrays ``likeness_*`` (see :meth:`to_arrays`).
 
         Raises:

@@ -19,6 +19,7 @@ from tsr_engine.channels.quantise import channel_bytes
 from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.trees import TreeEnsemble
+from tsr_engine.geometry import box_steps
 from tsr_engine.products import product
 from tsr_engine.records import FloatArray, Picture
 
@@ -87,23 +88,9 @@ def strip_channels(strip: Picture, side: int) -> NDArray[np.uint8]:
 
 def move(boxes: FloatArray, steps: FloatArray) -> FloatArray:
     """Boxes moved and reshaped: (dx, dy) in sides of the box's mean, width and height as logarithms against it."""
-    side = np.sqrt(np.maximum(1.0, (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])))
-    steps = np.clip(steps, -0.4, 0.4)
-    cx = (boxes[:, 0] + boxes[:, 2]) / 2 + steps[:, 0] * side
-    cy = (boxes[:, 1] + boxes[:, 3]) / 2 + steps[:, 1] * side
-    half_w, half_h = np.exp(steps[:, 2]) * side / 2, np.exp(steps[:, 3]) * side / 2
-    return np.stack([cx - half_w, cy - half_h, cx + half_w, cy + half_h], axis=-1)
+    return box_steps.move(boxes, steps, box_steps.mean_side(boxes), 0.4)
 
 
 def steps_to(boxes: FloatArray, truth: FloatArray) -> FloatArray:
     """The steps that :func:`move` needs to carry boxes (n, 4) to the truth (n, 4); shape (n, 4)."""
-    side = np.sqrt(np.maximum(1.0, (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])))
-    return np.stack(
-        [
-            ((truth[:, 0] + truth[:, 2]) - (boxes[:, 0] + boxes[:, 2])) / 2 / side,
-            ((truth[:, 1] + truth[:, 3]) - (boxes[:, 1] + boxes[:, 3])) / 2 / side,
-            np.log((truth[:, 2] - truth[:, 0]) / side),
-            np.log((truth[:, 3] - truth[:, 1]) / side),
-        ],
-        axis=-1,
-    )
+    return box_steps.steps_between(boxes, truth, box_steps.mean_side(boxes))

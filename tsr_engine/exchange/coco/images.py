@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.ids import id_of, real_of, whole_of
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.picture_rows import Listed
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 
 __all__ = ["Head", "Image", "head_of", "no_list", "take_images"]

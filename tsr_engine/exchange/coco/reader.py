@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.coco.images import Head, head_of, no_list, take_images
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.files_below import json_files
@@ -17,6 +17,7 @@ from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_rows import Listed
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.turned import Edges, upright
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 
@@ -106,7 +107,7 @@ class _Annotations:
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
             "said": attributes_in(said_in(said, _OWN), self._name, where),
         }
-        edges = self._validator.edges(lambda: self._edges(note["bbox"], said.get("rotation"), image.scale, where))
+        edges = self._validator.boxes.edges(lambda: self._edges(note["bbox"], said.get("rotation"), image.scale, where))
         number = self._validator.label(label, self._name, where)
         uid = str(said.get("uid", "")) or self._track(note, said, where)
         if not uid:
@@ -211,7 +212,7 @@ class _Results:
         score = result.get("score")
         self._loose.add(
             frame,
-            self._validator.edges(lambda: _scaled(_edges(result.get("bbox"), self._name, where), scale)),
+            self._validator.boxes.edges(lambda: _scaled(_edges(result.get("bbox"), self._name, where), scale)),
             label,
             file=self._name,
             line=where,

@@ -5,20 +5,19 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tsr_engine.exchange.attributes import inner, written
 from tsr_engine.exchange.checks import SIZE_SWITCH
 from tsr_engine.exchange.coco.reader import read_coco
-from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.files_below import json_files
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
-from tsr_engine.exchange.output_sink import OutputSink
+from tsr_engine.exchange.output_sink import OutputSink, compact_json
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import rounded
@@ -29,7 +28,7 @@ _DECIMALS = 4
 _TRUTH = ("false", "true")
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
@@ -41,10 +40,10 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
             categories = [
                 {"id": at, "name": name, "supercategory": ""} for at, name in enumerate(labels.names, start=1)
             ]
-            file.write(",\n".join(map(_dump, categories)) + '],\n"images":[')
+            file.write(",\n".join(map(compact_json, categories)) + '],\n"images":[')
             comma = "\n"
             for part in lists:
-                about = f'{_dump(part.video.name)},"video_sha256":{_dump(part.video.sha256)}'
+                about = f'{compact_json(part.video.name)},"video_sha256":{compact_json(part.video.sha256)}'
                 for frame, _ in part.listed(subset):
                     file.write(comma + _image(part, frame, suffix, about))
                     comma = ",\n"
@@ -82,9 +81,9 @@ def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
 def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) -> Iterator[str]:
     """The text of each annotation; ``before`` have been written in the files before."""
     rows = part.rows.plain()
-    numbers = {label: labels.place(label) + 1 for label in set(rows.label)}
+    numbers = {label: labels.place(label) + 1 for label in set(rows.class_id)}
     heads = [
-        _dump(
+        compact_json(
             {
                 "uid": info.uid,
                 "state": info.state,
@@ -95,7 +94,7 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) 
         )[1:]
         for info in part.rows.tracks
     ]
-    edges = rounded(part.rows.boxes, _DECIMALS, part.video.width, part.video.height)
+    edges = rounded(part.rows.table.boxes, _DECIMALS, part.video.width, part.video.height)
     edges[:, 2:] = np.round(edges[:, 2:] - edges[:, :2], _DECIMALS)
     boxes = edges.tolist()
     for frame, at in part.listed(subset):
@@ -104,7 +103,7 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) 
             score = rows.score[k]
             yield (
                 f'{{"id":{before},"image_id":{part.first_frame + frame + 1},'
-                f'"category_id":{numbers[rows.label[k]]},'
+                f'"category_id":{numbers[rows.class_id[k]]},'
                 f'"bbox":[{",".join(map(repr, boxes[k]))}],'
                 f'"area":{round(boxes[k][2] * boxes[k][3], 4)},"segmentation":[],"iscrowd":{rows.ignore[k]:d},'
                 f'"attributes":{{"occluded":{_TRUTH[rows.occluded[k]]},"rotation":0.0,'
@@ -114,10 +113,6 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) 
                 + heads[rows.track[k]]
                 + "}"
             )
-
-
-def _dump(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, separators=(",", ":"))
 
 
 def _sniff(path: Path) -> bool:

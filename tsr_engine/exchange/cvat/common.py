@@ -15,10 +15,11 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.additions import Declared
 from tsr_engine.exchange.attributes import as_text, restored, written
 from tsr_engine.exchange.beside import is_called
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap
 from tsr_engine.exchange.names import safe_stem
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import name_similarity
 from tsr_engine.exchange.turned import upright
@@ -223,7 +224,7 @@ def box_edges(
     Raises:
         ImportFormatError: an edge is missing or no number, or the turn is not finite.
     """
-    return validator.edges(lambda: _edges(node, file, validator, scale))
+    return validator.boxes.edges(lambda: _edges(node, file, validator, scale))
 
 
 def _edges(

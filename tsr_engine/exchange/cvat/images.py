@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.attributes import ours_in, said_in
-from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
+from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator
 from tsr_engine.exchange.cvat.common import (
     OWN_NAMES,
     SHAPES,
@@ -33,6 +33,7 @@ from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, picture_lists, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
@@ -66,7 +67,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
         for part in lists:
             video, rows = part.video, part.rows
             heads = _heads(rows)
-            boxes = rounded(rows.boxes, _DECIMALS, video.width, video.height).tolist()
+            boxes = rounded(rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
             for (frame, at), side in zip(part.listed(), part.subset, strict=True):
                 subset = f' subset="{side}"' if options.split else ""
                 file.write(
@@ -95,16 +96,16 @@ def _heads(rows: FrameRows) -> list[str]:
 
 
 def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: ClassMap) -> str:
-    info = rows.tracks[rows.track[k]]
+    info = rows.tracks[rows.table.track[k]]
     x1, y1, x2, y2 = edges
-    score = float(rows.score[k])
-    attributes = heads[rows.track[k]] + written_attributes(rows.said(k))
+    score = float(rows.table.score[k])
+    attributes = heads[rows.table.track[k]] + written_attributes(rows.said(k))
     attributes += f'<attribute name="score">{score:.6g}</attribute>' if score == score else ""
-    attributes += attribute_line("ignore", "true") if rows.ignore[k] else ""
+    attributes += attribute_line("ignore", "true") if rows.table.ignore[k] else ""
     source = "auto" if info.source == "engine" else "manual"
     return (
-        f'  <box label={quoted(labels.name(int(rows.label[k])))} source="{source}" '
-        f'occluded="{int(rows.occluded[k])}" xtl="{x1:.2f}" ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" '
+        f'  <box label={quoted(labels.name(int(rows.table.class_id[k])))} source="{source}" '
+        f'occluded="{int(rows.table.occluded[k])}" xtl="{x1:.2f}" ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" '
         f'z_order="0">{attributes}</box>\n'
     )
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.subject import Part, choose
 from tsr_engine.exchange.xml import Node
 from tsr_engine.io.plain_numbers import real_number, whole_number

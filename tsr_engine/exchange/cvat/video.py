@@ -16,7 +16,7 @@ import numpy as np
 
 from tsr_engine.counted import counted
 from tsr_engine.exchange.attributes import at_row, ours_in, said_in
-from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator, refuse
+from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator
 from tsr_engine.exchange.cvat.common import (
     OWN_NAMES,
     SHAPES,
@@ -40,6 +40,7 @@ from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.pictures import WrittenPicture, frames_of, wanted_frames, write_pictures
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH

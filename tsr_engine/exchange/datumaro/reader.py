@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ImportTarget
@@ -17,6 +17,7 @@ from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.json_stream import heads, members
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_rows import Listed
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.turned import Edges, upright
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 
@@ -142,7 +143,7 @@ def _annotation(
     taken = validator.box(
         uid,
         frame,
-        validator.edges(lambda: _edges(note.get("bbox"), said.get("rotation"), scale, validator, file, where)),
+        validator.boxes.edges(lambda: _edges(note.get("bbox"), said.get("rotation"), scale, validator, file, where)),
         validator.label(names[label], file, where),
         file=file,
         line=where,

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from tsr_engine.exchange.attributes import inner, written
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.datumaro.reader import read_datumaro, sniff_datumaro
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
@@ -27,7 +26,7 @@ _IMAGE = 2
 """Datumaro's number for still pictures."""
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
@@ -90,7 +89,7 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
         )[1:-1]
         for place, info in enumerate(rows.tracks)
     ]
-    boxes = rounded(rows.boxes, _DECIMALS, video.width, video.height)
+    boxes = rounded(rows.table.boxes, _DECIMALS, video.width, video.height)
     boxes[:, 2:] = np.round(boxes[:, 2:] - boxes[:, :2], _DECIMALS)
     edges = boxes.tolist()
     truth = ("false", "true")
@@ -98,15 +97,15 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
         name = part.stem(frame)
         out: list[str] = []
         for number, k in enumerate(range(at.start, at.stop)):
-            score = float(rows.score[k])
+            score = float(rows.table.score[k])
             out.append(
-                f'{{"id":{number},"type":"bbox","attributes":{{"occluded":{truth[int(rows.occluded[k])]},'
-                f'"keyframe":{truth[int(rows.key[k])]},"outside":false,'
+                f'{{"id":{number},"type":"bbox","attributes":{{"occluded":{truth[int(rows.table.occluded[k])]},'
+                f'"keyframe":{truth[int(rows.table.key[k])]},"outside":false,'
                 + (f'"score":{score:.9g},' if score == score else "")
-                + ('"ignore":true,' if rows.ignore[k] else "")
+                + ('"ignore":true,' if rows.table.ignore[k] else "")
                 + inner({written(name): value for name, value in rows.said(k).items()})
-                + f"{heads[rows.track[k]]}}},"
-                f'"group":0,"label_id":{labels.place(int(rows.label[k]))},"z_order":0,'
+                + f"{heads[rows.table.track[k]]}}},"
+                f'"group":0,"label_id":{labels.place(int(rows.table.class_id[k]))},"z_order":0,'
                 f'"bbox":[{",".join(map(repr, edges[k]))}]}}'
             )
         extra = "" if video.times is None else f',"time":{float(video.times[frame]):.6f}'

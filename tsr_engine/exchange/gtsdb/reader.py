@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tsr_engine.exchange.beside import is_wrapper, stated_by_manifest
-from tsr_engine.exchange.checks import ImportValidator, read_text, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
@@ -13,6 +13,7 @@ from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.picture_rows import Listed, names_in
+from tsr_engine.exchange.reading import read_text, refuse
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.io.plain_numbers import whole_number
 
@@ -78,7 +79,7 @@ def _read_row(
     label = _whole(cells[5], cells, file, line)
     if not 0 <= label < len(benchmark_keys()):
         raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
-    edges = validator.edges(lambda: _edges(cells, 1 if corners == "inclusive" else 0, file, line))
+    edges = validator.boxes.edges(lambda: _edges(cells, 1 if corners == "inclusive" else 0, file, line))
     loose.add(frame, edges, validator.label(benchmark_keys()[label], file, line), file=file, line=line)
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.gtsdb.reader import LIST, TRUTH, read_gtsdb, sniff_gtsdb
 from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.linking import LINK_SWITCH
@@ -18,7 +16,7 @@ from tsr_engine.exchange.rounding import whole_pixels
 __all__ = ["FORMAT"]
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     suffix = options.switches.get("image", "jpg")
     corners = options.switches.get("corners", "inclusive")
     numbers = benchmark_numbers(dataset.labels)
@@ -30,7 +28,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
         with out.text(home + TRUTH, encoding="ascii") as truth, out.text(home + LIST, encoding="ascii") as listed:
             for part in lists:
                 rows = part.rows
-                boxes = whole_pixels(rows.boxes, part.video.width, part.video.height)
+                boxes = whole_pixels(rows.table.boxes, part.video.width, part.video.height)
                 if corners == "inclusive":
                     boxes[:, 2:] -= 1
                 edges = boxes.tolist()
@@ -38,8 +36,8 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
                     name = _name(part, frame, suffix)
                     listed.write(f"{name}\n")
                     for k in range(at.start, at.stop):
-                        label = int(rows.label[k])
-                        if rows.ignore[k]:
+                        label = int(rows.table.class_id[k])
+                        if rows.table.ignore[k]:
                             ignored += 1
                         elif label not in numbers:
                             unknown += 1

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from tsr_engine.exchange.beside import is_wrapper
-from tsr_engine.exchange.checks import ImportValidator, read_text, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
+from tsr_engine.exchange.reading import read_text, refuse
 from tsr_engine.exchange.sidecar import read_side
 from tsr_engine.exchange.subject import Part, choose
 from tsr_engine.io.gtsrb import table_rows

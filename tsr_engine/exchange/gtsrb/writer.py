@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, TextIO
+from typing import TextIO
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.gtsrb.reader import OWN, SIDE, read_crops, sniff_crops
 from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.output_sink import OutputSink
@@ -63,7 +63,7 @@ def border_of(side: int) -> int:
     return max(LEAST_BORDER, int(BORDER * side + 0.5))
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     writer = _Writer(dataset, out, options)
     with out.text(SIDE, errors="replace") as side:
         side.write(csv_text([*OWN, *COLUMNS, ATTRIBUTES]) + "\n")
@@ -107,10 +107,10 @@ class _Writer:
         chosen = self._choose(rows)
         numbers = [self._number(info.label) for info in rows.tracks]
         subsets = [subset_of(video, info.uid, self._options.split) or "" for info in rows.tracks]
-        boxes = whole_pixels(rows.boxes, video.width, video.height)
+        boxes = whole_pixels(rows.table.boxes, video.width, video.height)
         running = [0] * len(rows.tracks)
         reported = SideText(rows)
-        places = {frame: at for frame, at in rows.by_frame() if chosen[at].any()}
+        places = {frame: at for frame, at in rows.table.by_frame() if chosen[at].any()}
         frames = np.array(list(places), dtype=np.int64)
         for frame in stream_frames(video, frames):
             digest = picture_sha256(frame)
@@ -118,7 +118,7 @@ class _Writer:
             for k in range(at.start, at.stop):
                 if not chosen[k]:
                     continue
-                number = int(rows.track[k])
+                number = int(rows.table.track[k])
                 name = f"{numbers[number]:05d}_{running[number]:05d}.{self._suffix}"
                 running[number] += 1
                 x1, y1, x2, y2 = (int(edge) for edge in boxes[k])
@@ -148,11 +148,11 @@ class _Writer:
 
     def _choose(self, rows: FrameRows) -> NDArray[np.bool_]:
         """Which boxes are cut out: none to ignore, and of each track as many as asked for, evenly."""
-        chosen = ~rows.ignore
-        self.ignored += int(rows.ignore.sum())
+        chosen = ~rows.table.ignore
+        self.ignored += int(rows.table.ignore.sum())
         if self._most is not None:
             for number in range(len(rows.tracks)):
-                own = np.flatnonzero(chosen & (rows.track == number))
+                own = np.flatnonzero(chosen & (rows.table.track == number))
                 if len(own) > self._most:
                     keep = np.linspace(0, len(own) - 1, self._most).round().astype(np.int64)
                     chosen[np.delete(own, keep)] = False

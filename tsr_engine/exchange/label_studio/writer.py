@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +10,13 @@ import numpy as np
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.filters import unignored
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.label_studio.controls import CONFIG, controls, results
 from tsr_engine.exchange.label_studio.reader import read_label_studio, sniff_label_studio
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
-from tsr_engine.exchange.output_sink import OutputSink
+from tsr_engine.exchange.output_sink import OutputSink, compact_json
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.thinning import key_frames, runs_of
@@ -29,7 +28,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 6
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     if options.pictures != "none":
         raise ExportError("Label Studio shows the video itself. Export without pictures.")
     for video in dataset.videos:
@@ -53,7 +52,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
                     if subset is not None and subset_of(video, track.uid, options.split) != subset:
                         continue
                     region, count = _region(track, video, rate, labels, options)
-                    texts = [region, *map(_dump, results(track, labels))]
+                    texts = [region, *map(compact_json, results(track, labels))]
                     file.write(comma + ",".join(f"\n{text}" for text in texts))
                     comma = ","
                     keys += count
@@ -104,7 +103,7 @@ def _task_head(video: DatasetVideo, called: str, rate: float, subset: str | None
         data["subset"] = subset
     kind = options.switches.get("as", "predictions")
     head = {"model_version": f"tsr-{__version__}"} if kind == "predictions" else {"was_cancelled": False}
-    return f'{{"data":{_dump(data)},"{kind}":[{_dump(head)[:-1]},"result":['
+    return f'{{"data":{compact_json(data)},"{kind}":[{compact_json(head)[:-1]},"result":['
 
 
 def _region(
@@ -158,11 +157,7 @@ def _region(
     scored = track.score[np.isfinite(track.score)]
     if len(scored):
         region["score"] = round(float(scored.mean()), 6)
-    return _dump(region), len(sequence)
-
-
-def _dump(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, separators=(",", ":"))
+    return compact_json(region), len(sequence)
 
 
 FORMAT = Format(

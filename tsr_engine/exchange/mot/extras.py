@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import UNSAID
 from tsr_engine.exchange.mot.columns import HIDDEN, VISDRONE, Columns, Row
+from tsr_engine.exchange.reading import refuse
 
 __all__ = ["NAMES", "Extras"]
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.beside import is_called, is_wrapper, stated_by_manifest
-from tsr_engine.exchange.checks import ImportValidator, read_text, refuse
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
@@ -24,6 +24,7 @@ from tsr_engine.exchange.mot.columns import Columns, Row, Rows, columns_of
 from tsr_engine.exchange.mot.extras import NAMES, Extras
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
+from tsr_engine.exchange.reading import read_text, refuse
 from tsr_engine.exchange.sidecar import ATTRIBUTES, read_rows, real
 from tsr_engine.exchange.subject import name_similarity
 from tsr_engine.io.plain_numbers import real_number
@@ -166,7 +167,7 @@ def _read_sequence(
         number = values[1]
         if not (math.isfinite(number) and number == int(number)):
             raise refuse(file, line, f"the track id must be a whole number. Got {number:g}.")
-        edges = validator.edges(partial(_edges, values, broken.get(line), counting.place, scale, file, line))
+        edges = validator.boxes.edges(partial(_edges, values, broken.get(line), counting.place, scale, file, line))
         label, score, ignore, occluded = extras(values, line)
         if number < 0 or (number == 0 and not zero):
             loose.add(frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded)

@@ -10,7 +10,7 @@ import numpy as np
 from tsr_engine.exchange.attributes import attributes_text
 from tsr_engine.exchange.checks import SIZE_SWITCH
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.mot.columns import COLUMNS_SWITCH, SCORES_SWITCH
@@ -32,7 +32,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 2
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else [""]
     origin = int(options.switches.get("origin", "0"))
@@ -83,25 +83,26 @@ def _write_sequence(
 ) -> None:
     ids = track_numbers(info.uid for info in rows.tracks)
     track = [ids[info.uid] for info in rows.tracks]
-    edges = rounded(rows.boxes, _DECIMALS, video.width, video.height)
+    boxes = rows.table
+    edges = rounded(boxes.boxes, _DECIMALS, video.width, video.height)
     edges[:, 2:] -= edges[:, :2]
     edges[:, :2] += origin
     with (
         out.text(f"{home}gt/gt.txt", encoding="ascii") as truth,
         out.text(f"{home}gt/{SIDE}", errors="replace") as side,
     ):
-        scored = np.isfinite(rows.score)
+        scored = np.isfinite(boxes.score)
         detections: list[str] = []
         for k, (frame, number, (x, y, w, h)) in enumerate(
-            zip(rows.frame.tolist(), rows.track.tolist(), edges.tolist(), strict=True)
+            zip(boxes.frame.tolist(), boxes.track.tolist(), edges.tolist(), strict=True)
         ):
             box = f"{x:.2f},{y:.2f},{w:.2f},{h:.2f}"
-            label = labels.place(int(rows.label[k])) + 1
+            label = labels.place(int(boxes.class_id[k])) + 1
             truth.write(
-                f"{frame + 1},{track[number]},{box},{int(not rows.ignore[k])},{label},{int(not rows.occluded[k])}\n"
+                f"{frame + 1},{track[number]},{box},{int(not boxes.ignore[k])},{label},{int(not boxes.occluded[k])}\n"
             )
             if scored[k]:
-                detections.append(f"{frame + 1},-1,{box},{rows.score[k]:.6g},-1,-1,-1\n")
+                detections.append(f"{frame + 1},-1,{box},{boxes.score[k]:.6g},-1,-1,-1\n")
         table = csv.writer(side, lineterminator="\n")
         table.writerow([*SIDE_COLUMNS, ATTRIBUTES])
         for number, info in enumerate(rows.tracks):

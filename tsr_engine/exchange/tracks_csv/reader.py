@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.beside import is_called, stated_by_manifest
-from tsr_engine.exchange.checks import ImportValidator, refuse
-from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo
+from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.dataset import UNSAID, Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
@@ -20,6 +20,7 @@ from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.sidecar import header_of, read_rows
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import Part, choose
@@ -29,20 +30,18 @@ from tsr_engine.exchange.table_columns import (
     Columns,
     class_in,
     columns_of,
-    edges_of,
     is_id_column,
     normal,
     with_video,
 )
+from tsr_engine.exchange.tracks_csv.cells import differ, edges_in, flag_in, real_in, score_in, uid_in
 from tsr_engine.io.plain_numbers import real_number
-from tsr_engine.records import Source
+from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["OWN_NUMBERS", "own_files", "read_tracks_csv", "sniff_tracks_csv", "whole_box"]
+__all__ = ["OWN_NUMBERS", "own_files", "read_tracks_csv", "sniff_tracks_csv"]
 
 OWN_NUMBERS = "Rows without a class name took their class number as the tool's"
 _SOURCES = frozenset({"engine", "corrected", "human", "truth", "imported"})
-_LOG_ODDS = frozenset(get_args(Source))
-"""What a row of ``tsr track --csv`` may have as its source."""
 _TEXT = frozenset({"uid", "note"})
 _OPTIONAL = frozenset({"track", "score", "visibility", "occluded", "ignore", "key"})
 """Cells that may say in words that there is nothing."""
@@ -174,27 +173,27 @@ class _Table:
         file, validator = self._name, self._validator
         frame = self._origin.frame(said["frame"], file, line)
         for other in self._columns.frames:
-            if _differ(cells[other], said["frame"]):
+            if differ(cells[other], said["frame"]):
                 first, second = self._columns.named["frame"], cells[other].strip()[:40]
                 rule = f"{first} says {said['frame'][:40]} and {other} {second}. Keep one of the columns."
                 raise refuse(file, line, rule)
         if "w" not in said:
             self._check_size(cells, line)
-        edges = validator.edges(lambda: _edges(said, self._columns.own, file, line))
-        visibility = _real(said, "visibility", file, line) if said.get("visibility") else 1.0
+        edges = validator.boxes.edges(lambda: edges_in(said, self._columns.own, file, line))
+        visibility = real_in(said, "visibility", file, line) if said.get("visibility") else 1.0
         if not -1 <= visibility <= 1:
             raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
         given: dict[str, Any] = {
             "file": file,
             "line": line,
-            "key": _flag(said, "key", file, line, True),
-            "occluded": _flag(said, "occluded", file, line, 0 <= visibility < _OCCLUDED),
-            "ignore": _flag(said, "ignore", file, line, False),
-            "score": _score(said, file, line),
+            "key": flag_in(said, "key", file, line, True),
+            "occluded": flag_in(said, "occluded", file, line, 0 <= visibility < _OCCLUDED),
+            "ignore": flag_in(said, "ignore", file, line, False),
+            "score": score_in(said, file, line),
             "said": attributes_in(said.get("attributes"), file, line),
         }
         label = self._label(cells, line)
-        uid = _uid(said, file, line)
+        uid = uid_in(said, file, line)
         if not uid:
             self._loose.add(frame, edges, label, **given)
             return
@@ -232,8 +231,8 @@ class _Table:
             number = real_number(cell)
         except ValueError:
             return self._validator.label(cell, self._name, line)
-        if number == NONE:
-            return NONE
+        if number == NO_CLASS:
+            return NO_CLASS
         if not any(is_id_column(column) for column, each in given.items() if each == cell):
             return self._validator.label(cell, self._name, line)
         if not math.isfinite(number) or number != int(number):
@@ -244,95 +243,10 @@ class _Table:
         return self._validator.label(name, self._name, line, number=True)
 
 
-def _differ(one: str, other: str) -> bool:
-    """Whether two cells are different numbers."""
-    try:
-        return real_number(one) != real_number(other)
-    except ValueError:
-        return False
-
-
 def _delimiter(path: Path) -> str:
     with path.open("rb") as stream:
         start = stream.readline(1 << 12)
     return max((",", ";", "\t"), key=lambda mark: start.count(mark.encode()))
-
-
-def _edges(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[float, float, float, float]:
-    if "x1" in said:
-        x1, y1, x2, y2 = (_real(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
-        edges = (x1, y1, x2, y2)
-    elif "w" in said:
-        centred = "cx" in said
-        x, y = (_real(said, name, file, line) for name in (("cx", "cy") if centred else ("x", "y")))
-        w, h = (_real(said, name, file, line) for name in ("w", "h"))
-        x, y = (x - w / 2, y - h / 2) if centred else (x, y)
-        edges = (x, y, x + w, y + h)
-    else:
-        name = "box" if "box" in said else "bbox"
-        found = edges_of(said[name], sized=name == "bbox")
-        if found is None:
-            raise refuse(file, line, f"{name} must be four numbers, with or without names. Got {said[name][:60]!r}.")
-        edges = found
-    return edges if own else whole_box(edges, file, line)
-
-
-def whole_box(
-    edges: tuple[float, float, float, float], file: str, line: int | str
-) -> tuple[float, float, float, float]:
-    """A box in px; shares of the picture would be a box within its first pixel.
-
-    Raises:
-        ImportFormatError: it lies within the first pixel.
-    """
-    if all(0 <= edge <= 1 for edge in edges):
-        rule = "the box lies within one pixel: its edges are shares of the picture. Write px (normalize=False)."
-        raise refuse(file, line, rule)
-    return edges
-
-
-def _uid(said: Mapping[str, str], file: str, line: int) -> str:
-    """Name of the track; empty: none."""
-    if said.get("uid"):
-        return said["uid"]
-    cell = said.get("track", "")
-    try:
-        number = real_number(cell) if cell else -1.0
-    except ValueError:
-        return cell
-    if not math.isfinite(number) or number != int(number):
-        raise refuse(file, line, f"track_id must be a whole number or a name. Got {cell[:40]!r}.")
-    return str(int(number)) if number >= 0 else ""
-
-
-def _score(said: Mapping[str, str], file: str, line: int) -> float:
-    """In [0, 1], NaN where there is none. The table of `tsr track`, known by its sources, has log-odds."""
-    if not said.get("score"):
-        return math.nan
-    value = _real(said, "score", file, line)
-    if said.get("source") in _LOG_ODDS:
-        return 1.0 / (1.0 + math.exp(-min(max(value, -500.0), 500.0)))
-    return value
-
-
-def _flag(said: Mapping[str, str], name: str, file: str, line: int, default: bool) -> bool:
-    cell = said.get(name, "").lower()
-    if not cell:
-        return default
-    if cell not in ("0", "1", "true", "false", "0.0", "1.0"):
-        raise refuse(file, line, f"{name} must be 0 or 1. Got {cell[:40]!r}.")
-    return cell in ("1", "true", "1.0")
-
-
-def _real(said: Mapping[str, str], name: str, file: str, line: int) -> float:
-    cell = said[name]
-    try:
-        value = real_number(cell)
-    except ValueError:
-        raise refuse(file, line, f"{name} must be a number. Got {cell[:40]!r}.") from None
-    if not math.isfinite(value):
-        raise refuse(file, line, f"{name} must be finite. Got {cell[:40]!r}. Correct it.")
-    return value
 
 
 def sniff_tracks_csv(path: Path) -> bool:

@@ -11,8 +11,8 @@ import numpy as np
 
 from tsr_engine.evidence.reader import RESULT_HEADER
 from tsr_engine.exchange.attributes import attributes_text, without
-from tsr_engine.exchange.dataset import NONE, Dataset, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.names import video_names
@@ -24,6 +24,7 @@ from tsr_engine.exchange.sidecar import ATTRIBUTES
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv.reader import read_tracks_csv, sniff_tracks_csv
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["FORMAT", "file_names"]
 
@@ -42,13 +43,13 @@ def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[li
     ]
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     layout = options.switches.get("layout", "full")
     guard = options.switches.get("formulas", "plain") == "quoted"
     header = {"full": [*_RESULTS, *_MORE], "results": _RESULTS, "truth": list(_TRUTH)}[layout]
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     done = 0
-    names = {label.id: label.name for label in dataset.labels} | {NONE: ""}
+    names = {label.id: label.name for label in dataset.labels} | {NO_CLASS: ""}
     for video, files in zip(dataset.videos, file_names(dataset, options, ".csv"), strict=True):
         for subset, name in files:
             only = {track.uid for track in video.tracks() if subset_of(video, track.uid, options.split) == subset}
@@ -71,16 +72,17 @@ def _write_rows(table: Any, rows: FrameRows, labels: Mapping[int, str], layout: 
     ids = track_numbers(info.uid for info in rows.tracks)
     number = [ids[info.uid] for info in rows.tracks]
     # The short layouts are what other commands read and compare; the full one gives back what went in.
-    boxes = rows.boxes if layout == "full" else np.round(rows.boxes, 2)
+    boxes = rows.table.boxes if layout == "full" else np.round(rows.table.boxes, 2)
     first: set[int] = set()
-    for k, (frame, at, edges) in enumerate(zip(rows.frame.tolist(), rows.track.tolist(), boxes.tolist(), strict=True)):
+    places = zip(rows.table.frame.tolist(), rows.table.track.tolist(), boxes.tolist(), strict=True)
+    for k, (frame, at, edges) in enumerate(places):
         info = rows.tracks[at]
-        label = int(rows.label[k])
+        label = int(rows.table.class_id[k])
         head = [frame, number[at], *edges, label]
         if layout == "truth":
-            table.writerow([*head, int(not rows.occluded[k]), int(rows.ignore[k])])
+            table.writerow([*head, int(not rows.table.occluded[k]), int(rows.table.ignore[k])])
             continue
-        score = float(rows.score[k])
+        score = float(rows.table.score[k])
         if layout == "results":
             # No empty cells here: the commands that read this layout want a number.
             table.writerow([*head, f"{score:.4f}" if score == score else "0.0000", info.source])
@@ -89,7 +91,7 @@ def _write_rows(table: Any, rows: FrameRows, labels: Mapping[int, str], layout: 
         first.add(at)
         text = [labels[label], info.uid]
         cells = [_guarded(cell) for cell in text] if guard else text
-        flags = [int(rows.key[k]), int(rows.occluded[k]), int(rows.ignore[k])]
+        flags = [int(rows.table.key[k]), int(rows.table.occluded[k]), int(rows.table.ignore[k])]
         table.writerow(
             [
                 *head,

@@ -11,19 +11,22 @@ from typing import Any
 
 from tsr_engine.counted import counted
 from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.checks import ImportValidator, refuse
-from tsr_engine.exchange.dataset import NONE, REJECTED, UNSAID, Dataset
+from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.dataset import REJECTED, UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.json_stream import heads
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import Part, choose
 from tsr_engine.exchange.table_columns import CLASSES, NAMES, class_in, edges_of, is_id_column, normal
-from tsr_engine.exchange.tracks_csv.reader import OWN_NUMBERS, own_files, whole_box
+from tsr_engine.exchange.tracks_csv.cells import whole_box
+from tsr_engine.exchange.tracks_csv.reader import OWN_NUMBERS, own_files
 from tsr_engine.exchange.tracks_json.rows import FRAME_KEY, Entry, entries, first_of, inner_of
 from tsr_engine.io.plain_numbers import real_number, whole_number
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["read_tracks_json", "sniff_tracks_json"]
 
@@ -217,7 +220,7 @@ class _File:
             "score": math.nan if score is None else self._number(score, "score", where),
             "said": attributes_in(box.get("attributes"), self._name, where),
         }
-        edges = self._validator.edges(lambda: self._box_edges(box, where))
+        edges = self._validator.boxes.edges(lambda: self._box_edges(box, where))
         label = self._label(box, where, UNSAID if track is None else track[1])
         uid = self._id(box, where) if track is None else track[0]
         if uid:
@@ -261,8 +264,8 @@ class _File:
             number = whole_number(cell)
         except ValueError:
             return self._validator.label(cell, self._name, where)
-        if number == NONE:
-            return NONE
+        if number == NO_CLASS:
+            return NO_CLASS
         holding = [name for name, value in cells.items() if value == cell]
         named = not any(is_id_column(name) or not isinstance(given[name], str) for name in holding)
         if self._classes is not None:

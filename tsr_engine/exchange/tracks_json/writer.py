@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
 from tsr_engine.exchange.attributes import at_row
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.exchange.formats import ExportOptions, Format
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.formats import ExportOptions, Format, Written
 from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
-from tsr_engine.exchange.output_sink import OutputSink
+from tsr_engine.exchange.output_sink import OutputSink, compact_json
 from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv.writer import file_names
 from tsr_engine.exchange.tracks_json.reader import read_tracks_json, sniff_tracks_json
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["FORMAT"]
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     done = 0
     classes = class_map(dataset, options.used_labels)
-    names = {label.id: label.name for label in dataset.labels} | {NONE: UNKNOWN}
+    names = {label.id: label.name for label in dataset.labels} | {NO_CLASS: UNKNOWN}
     for video, files in zip(dataset.videos, file_names(dataset, options, ".json"), strict=True):
         for subset, name in files:
             with out.text(name) as file:
@@ -59,7 +59,7 @@ def _head(video: DatasetVideo, labels: ClassMap) -> str:
         },
         "classes": [label.name for label in labels.labels],
     }
-    return _dump(head)[:-1] + ',\n"tracks":['
+    return compact_json(head)[:-1] + ',\n"tracks":['
 
 
 def _track(track: Track, labels: Mapping[int, str]) -> str:
@@ -91,11 +91,7 @@ def _track(track: Track, labels: Mapping[int, str]) -> str:
         **({"attributes": dict(track.attributes)} if track.attributes else {}),
         "boxes": boxes,
     }
-    return _dump(about)
-
-
-def _dump(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, separators=(",", ":"))
+    return compact_json(about)
 
 
 FORMAT = Format(

@@ -12,12 +12,14 @@ from typing import NamedTuple
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import ours_in, said_in
 from tsr_engine.exchange.beside import stated_by_manifest
-from tsr_engine.exchange.checks import NO_BOX, ImportValidator, refuse
+from tsr_engine.exchange.box_rules import NO_BOX
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_rows import Listed, names_in
+from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
 from tsr_engine.exchange.turned import Edges
 from tsr_engine.exchange.voc.small_xml import SMALL, XmlNode, small_elements
@@ -93,7 +95,7 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
     for each, frame in taken:
         wide, high = validator.scale(*each.size, each.file, each.size_line) if any(each.size) else (1.0, 1.0)
         for found in each.objects:
-            corners = validator.edges(partial(_corners, found))
+            corners = validator.boxes.edges(partial(_corners, found))
             if corners is NO_BOX:
                 continue
             x1, y1, x2, y2 = corners

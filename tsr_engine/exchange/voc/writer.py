@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.exchange.attributes import as_text, written
 from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.files_below import is_rubbish
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import UNKNOWN, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
@@ -23,6 +22,7 @@ from tsr_engine.exchange.rows import PlainRows
 from tsr_engine.exchange.voc.reader import annotations_in, read_voc
 from tsr_engine.exchange.xml import text
 from tsr_engine.labels.model import AttributeValue
+from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["FORMAT"]
 
@@ -31,10 +31,10 @@ _BOX = "<bndbox><xmin>{0}</xmin><ymin>{0}</ymin><xmax>{0}</xmax><ymax>{0}</ymax>
 _KEY = tuple(f"<attribute><name>keyframe</name><value>{word}</value></attribute>" for word in ("false", "true"))
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
-    names = {label.id: text(label.name) for label in labels.labels} | {NONE: text(UNKNOWN)}
+    names = {label.id: text(label.name) for label in labels.labels} | {NO_CLASS: text(UNKNOWN)}
     devkit = options.switches.get("coordinates", "cvat") == "devkit"
     lists = picture_lists(dataset, options, rounding=1.0 if devkit else 0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
@@ -57,7 +57,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
         out.put(f"ImageSets/Main/{subset}.txt", listed.encode("ascii"))
     skipped = _write_label_map(out, labels.names)
     pictures = write_files(lists, out, options, lambda part, frame, _: f"JPEGImages/{part.stem(frame)}.{suffix}")
-    reported = {
+    reported: dict[str, object] = {
         "coordinates": "devkit" if devkit else "cvat",
         "origin": 1 if devkit else 0,
         "corners": "pixels from 1, both inclusive, whole" if devkit else "edges from 0, lower right one exclusive",
@@ -79,12 +79,12 @@ def _corners(part: PictureList, devkit: bool) -> list[str]:
     """The element of each row's corners."""
     video = part.video
     if devkit:
-        whole = whole_pixels(part.rows.boxes, video.width, video.height)
+        whole = whole_pixels(part.rows.table.boxes, video.width, video.height)
         whole[:, :2] += 1
         pattern, rows = _BOX.format("%d"), whole.tolist()
     else:
         pattern = _BOX.format(f"%.{_DECIMALS}f")
-        rows = rounded(part.rows.boxes, _DECIMALS, video.width, video.height).tolist()
+        rows = rounded(part.rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
     return [pattern % tuple(row) for row in rows]
 
 
@@ -134,7 +134,7 @@ def _picture(
         said = f"<attribute><name>score</name><value>{score:.9g}</value></attribute>" if score == score else ""
         said += _attributes(changing(k))
         out.append(
-            f"<object><name>{names[rows.label[k]]}</name><truncated>0</truncated>"
+            f"<object><name>{names[rows.class_id[k]]}</name><truncated>0</truncated>"
             f"<occluded>{rows.occluded[k]:d}</occluded><difficult>{rows.ignore[k]:d}</difficult>\n"
             f"{boxes[k]}\n<attributes>{_KEY[rows.key[k]]}{said}{heads[rows.track[k]]}</attributes></object>\n"
         )

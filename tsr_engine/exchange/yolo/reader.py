@@ -15,7 +15,8 @@ from pathlib import Path
 
 from tsr_engine.counted import counted
 from tsr_engine.exchange.beside import seen_in
-from tsr_engine.exchange.checks import MAX_JSON_BYTES, NO_BOX, ImportValidator, read_text, refuse
+from tsr_engine.exchange.box_rules import NO_BOX
+from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
@@ -23,7 +24,7 @@ from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.line_ends import tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.picture_rows import Listed, names_in
-from tsr_engine.exchange.reading import decoded
+from tsr_engine.exchange.reading import MAX_JSON_BYTES, decoded, read_text, refuse
 from tsr_engine.exchange.sidecar import SideRow, read_side
 from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
@@ -165,7 +166,7 @@ def _lines(
         cells = content.split()
         if not cells:
             continue
-        values = validator.edges(partial(_values, cells, file, line))
+        values = validator.boxes.edges(partial(_values, cells, file, line))
         if values is NO_BOX:
             continue
         number = values[0]

@@ -13,7 +13,8 @@ from itertools import repeat
 from math import inf
 
 from tsr_engine.counted import counted
-from tsr_engine.exchange.checks import ImportValidator, refuse
+from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.reading import refuse
 
 __all__ = ["YoloLine", "YoloRow", "boxed"]
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.dataset import Dataset, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.output_sink import OutputSink
@@ -24,7 +23,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 8
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     with_ignored = options.switches.get("ignored", "leave-out") == "box"
@@ -38,7 +37,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
             for part in lists:
                 lines = _lines(part, labels)
                 reported = SideText(part.rows)
-                ignore = [False] * len(part.rows) if with_ignored else part.rows.ignore.tolist()
+                ignore = [False] * len(part.rows.table) if with_ignored else part.rows.table.ignore.tolist()
                 for frame, at in part.listed(subset if options.split else "default"):
                     chosen = [k for k in range(at.start, at.stop) if not ignore[k]]
                     left_out += at.stop - at.start - len(chosen)
@@ -81,13 +80,13 @@ def _lines(part: PictureList, labels: ClassMap) -> list[str]:
     """The line of each row, with its end."""
     rows, video = part.rows, part.video
     size = np.array([video.width, video.height], dtype=np.float64)
-    low, high = rows.boxes[:, :2] / size, rows.boxes[:, 2:] / size
+    low, high = rows.table.boxes[:, :2] / size, rows.table.boxes[:, 2:] / size
     # A side that would be written as 0 is no box to any reader.
     sides = np.maximum(high - low, 10.0**-_DECIMALS)
     values = np.concatenate([(low + high) / 2, sides], axis=1).tolist()
     return [
         f"{labels.place(label)} {cx:.8f} {cy:.8f} {w:.8f} {h:.8f}\n"
-        for label, (cx, cy, w, h) in zip(rows.label.tolist(), values, strict=True)
+        for label, (cx, cy, w, h) in zip(rows.table.class_id.tolist(), values, strict=True)
     ]
 
 

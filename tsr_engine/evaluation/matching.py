@@ -1,4 +1,4 @@
-"""Matches boxes of a candidate and a reference by the rule of ``tsr_engine.evaluation.tracking``.
+"""Matches boxes of a candidate with those of a reference: what tracking is measured by, and what comparisons show.
 
 In each frame candidate boxes are assigned to counted reference boxes with the largest total IoU; a sign keeps the
 track that it had in its last matched frame while that still overlaps enough (as in CLEAR MOT). What is left over is
@@ -11,17 +11,38 @@ only the others one by one, so that a drive of an hour takes a second.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.evidence.overlap import Pairs, box_pairs, overlap
-from app.evidence.tables import BoxTable, FloatColumn, IntColumn
+from tsr_engine.geometry.boxes import area, intersection_each, iou_each, non_overlap_each
+from tsr_engine.records import FloatArray
+from tsr_engine.track_table import BoolArray, IntArray, TrackTable
 
-__all__ = ["Matching", "match"]
+__all__ = ["Matching", "Pairs", "box_pairs", "match"]
 
-_KEPT = 10.0
+_KEPT: Final = 10.0
 """A kept pair outweighs any number of new ones."""
+_TOUCHING: Final = 1e-12
+"""Least IoU of boxes that overlap at all."""
+_AT_ONCE: Final = 1 << 20
+"""Pairs that are looked at together, so that their memory is bounded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs:
+    """Pairs of rows of one frame each, by frame.
+
+    Attributes:
+        a: shape (n,), row of the first table.
+        b: shape (n,), row of the second.
+        iou: shape (n,), in [0, 1].
+    """
+
+    a: IntArray
+    b: IntArray
+    iou: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,23 +59,52 @@ class Matching:
         judged: number of candidate rows that are not excused.
     """
 
-    reference: IntColumn
-    candidate: IntColumn
-    error: FloatColumn
-    missed: IntColumn
-    false: IntColumn
+    reference: IntArray
+    candidate: IntArray
+    error: FloatArray
+    missed: IntArray
+    false: IntArray
     counted: int
     judged: int
 
 
-def match(reference: BoxTable, candidate: BoxTable, least: float = 0.5) -> Matching:
+def box_pairs(first: TrackTable, second: TrackTable, least: float) -> Pairs:
+    """All pairs of one frame with an IoU of at least ``least``; both tables are ordered by frame.
+
+    Pairs of one frame are as many as the product of its boxes, so they are looked at a piece at a time.
+    """
+    low = np.searchsorted(second.frame, first.frame, side="left")
+    count = np.searchsorted(second.frame, first.frame, side="right") - low
+    ends = (
+        np.searchsorted(np.cumsum(count), np.arange(_AT_ONCE, int(count.sum()) + _AT_ONCE, _AT_ONCE), side="left") + 1
+    )
+    bounds = np.unique(np.concatenate([[0], np.minimum(ends, len(first)), [len(first)]]))
+    pieces = [_pairs_of(first, second, low, count, slice(a, b), least) for a, b in pairwise(bounds.tolist())]
+    return (
+        Pairs(*(np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("a", "b", "iou")))
+        if pieces
+        else Pairs(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+    )
+
+
+def _pairs_of(
+    first: TrackTable, second: TrackTable, low: IntArray, count: IntArray, rows: slice, least: float
+) -> Pairs:
+    """Those of some rows of the first table."""
+    low, count = low[rows], count[rows]
+    a = np.repeat(np.arange(rows.start, rows.stop), count)
+    inside = np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)
+    b = np.repeat(low, count) + inside
+    iou = iou_each(first.boxes[a], second.boxes[b])
+    keep = iou >= least
+    return Pairs(a[keep], b[keep], iou[keep])
+
+
+def match(reference: TrackTable, candidate: TrackTable, least: float = 0.5) -> Matching:
     """Match two tables over the frames that they hold; both are ordered by frame."""
-    pairs = box_pairs(reference, candidate, least)
+    pairs = box_pairs(reference, candidate, max(least, _TOUCHING))
     counted = ~reference.ignore[pairs.a]
     r, c = _assign(reference, candidate, Pairs(pairs.a[counted], pairs.b[counted], pairs.iou[counted]))
-    inter, area_r, area_c = overlap(reference.boxes[r], candidate.boxes[c])
-    larger = np.maximum(area_r, area_c)
-    error = 1.0 - np.divide(inter, larger, out=np.zeros_like(inter), where=larger > 0)
     hit = np.zeros(len(reference), np.bool_)
     hit[r] = True
     matched = np.zeros(len(candidate), np.bool_)
@@ -63,7 +113,7 @@ def match(reference: BoxTable, candidate: BoxTable, least: float = 0.5) -> Match
     return Matching(
         reference=r,
         candidate=c,
-        error=error,
+        error=non_overlap_each(reference.boxes[r], candidate.boxes[c]),
         missed=np.flatnonzero(~hit & ~reference.ignore),
         false=np.flatnonzero(~matched & ~excused),
         counted=int((~reference.ignore).sum()),
@@ -71,7 +121,7 @@ def match(reference: BoxTable, candidate: BoxTable, least: float = 0.5) -> Match
     )
 
 
-def _assign(reference: BoxTable, candidate: BoxTable, pairs: Pairs) -> tuple[IntColumn, IntColumn]:
+def _assign(reference: TrackTable, candidate: TrackTable, pairs: Pairs) -> tuple[IntArray, IntArray]:
     frame = reference.frame[pairs.a]
     lone = (np.bincount(pairs.a, minlength=1)[pairs.a] == 1) & (np.bincount(pairs.b, minlength=1)[pairs.b] == 1)
     crowded = np.unique(frame[~lone])
@@ -94,7 +144,7 @@ def _assign(reference: BoxTable, candidate: BoxTable, pairs: Pairs) -> tuple[Int
     return pairs.a[keep], pairs.b[keep]
 
 
-def _best(pairs: Pairs, rows: slice, sign: list[int], track: list[int], held: dict[int, int]) -> NDArray[np.bool_]:
+def _best(pairs: Pairs, rows: slice, sign: list[int], track: list[int], held: dict[int, int]) -> BoolArray:
     """Which of one frame's pairs are the assignment with the largest total."""
     from scipy.optimize import linear_sum_assignment  # large, and most comparisons never need it
 
@@ -105,18 +155,19 @@ def _best(pairs: Pairs, rows: slice, sign: list[int], track: list[int], held: di
     gain[i, j] = pairs.iou[rows] + _KEPT * np.array(kept)
     chosen = np.zeros(gain.shape, np.bool_)
     chosen[linear_sum_assignment(-gain)] = True
-    picked: NDArray[np.bool_] = chosen[i, j]
+    picked: BoolArray = chosen[i, j]
     return picked
 
 
-def _excused(reference: BoxTable, candidate: BoxTable, least: float) -> NDArray[np.bool_]:
+def _excused(reference: TrackTable, candidate: TrackTable, least: float) -> BoolArray:
     """Candidate rows that lie on an ignored box: by IoU, or by the share of their own area."""
     excused = np.zeros(len(candidate), np.bool_)
     if not reference.ignore.any():
         return excused
-    near = box_pairs(reference, candidate, 1e-12)
+    near = box_pairs(reference, candidate, _TOUCHING)
     keep = reference.ignore[near.a]
     a, b, iou = near.a[keep], near.b[keep], near.iou[keep]
-    inter, _, own = overlap(reference.boxes[a], candidate.boxes[b])
-    excused[b[np.maximum(iou, inter / np.maximum(own, 1e-9)) >= least]] = True
+    boxes = candidate.boxes[b]
+    share = intersection_each(reference.boxes[a], boxes) / np.maximum(area(boxes), 1e-9)
+    excused[b[np.maximum(iou, share) >= least]] = True
     return excused

@@ -1,4 +1,4 @@
-"""Matching and figures, against the engine's own slower evaluation and against cases done by hand."""
+"""Figures of a comparison, against those of the evaluation and against cases done by hand."""
 
 from __future__ import annotations
 
@@ -12,38 +12,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.compare.figures import OF_CANDIDATE, confusion, figures
-from app.compare.matching import match
-from app.evidence.tables import BoxTable
+from tsr_engine.evaluation.matching import match
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import GroundTruth, Results
+from tsr_engine.track_table import TrackTable
 
 Row = tuple[int, int, float, float, float, int, bool]
 """Frame, track, left, top, side, class, ignore."""
 
 
-def table(rows: Sequence[Row], letter: str) -> BoxTable:
+def table(rows: Sequence[Row], letter: str) -> TrackTable:
     ordered = sorted(rows, key=lambda row: row[:2])
     tracks = sorted({row[1] for row in ordered})
     boxes = np.array([[x, y, x + s, y + s] for _, _, x, y, s, _, _ in ordered], np.float64).reshape(-1, 4)
-    return BoxTable(
+    return TrackTable(
         frame=np.array([row[0] for row in ordered], np.int64),
         track=np.array([tracks.index(row[1]) for row in ordered], np.int64),
         boxes=boxes,
         class_id=np.array([row[5] for row in ordered], np.int64),
         ignore=np.array([row[6] for row in ordered], np.bool_),
-        source=np.zeros(len(ordered), np.int64),
-        keys=tuple(f"{letter}{track}" for track in tracks),
+        names=tuple(f"{letter}{track}" for track in tracks),
     )
-
-
-def as_truth(boxes: BoxTable) -> GroundTruth:
-    n = len(boxes)
-    return GroundTruth(boxes.frame, boxes.track, boxes.boxes, boxes.class_id, np.ones(n), boxes.ignore)
-
-
-def as_results(boxes: BoxTable) -> Results:
-    n = len(boxes)
-    return Results(boxes.frame, boxes.track, boxes.boxes, boxes.class_id, np.ones(n), ("detected",) * n)
 
 
 place = st.tuples(
@@ -63,7 +51,7 @@ def rows_of(drawn: list[tuple[int, ...]], ignore: bool) -> list[Row]:
 def test_figures_equal_those_of_the_engine(one: list[tuple[int, ...]], two: list[tuple[int, ...]]) -> None:
     reference, candidate = table(rows_of(one, True), "t"), table(rows_of(two, False), "m")
     found = match(reference, candidate)
-    report = evaluate_video("x", as_truth(reference), as_results(candidate), 8)
+    report = evaluate_video("x", reference, candidate, 8)
     summary = summarise([report])
     got = figures(reference, candidate, found)
     assert len(found.reference) == len(report.errors) + len(report.narrow_errors)

@@ -1,0 +1,105 @@
+"""What counts as a box in a file: four finite numbers with an area, cut at the edge of the picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TypeVar, cast
+
+from tsr_engine.counted import counted
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import Skipped
+from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget
+from tsr_engine.exchange.reading import place_of, refuse
+
+__all__ = ["NO_BOX", "BoxRules", "Edges"]
+
+Edges = tuple[float, float, float, float]
+Numbers = TypeVar("Numbers", bound=tuple[float, ...])
+
+NO_BOX: Edges = (math.nan, math.nan, math.nan, math.nan)
+"""What ``BoxRules.edges`` gives for a box that is left out; told by its identity."""
+_ROUNDED = 0.011
+"""px: files with rounded numbers overshoot by half of their last digit."""
+
+
+class BoxRules:
+    """Refuses or leaves out what is no box, and remembers how many.
+
+    Args:
+        target: the picture, and whether boxes without area are left out.
+    """
+
+    def __init__(self, target: ImportTarget) -> None:
+        self._target = target
+        self._outside, self._first_outside = 0, ""
+        self._bad, self._first_bad = 0, ""
+
+    def edges(self, read: Callable[[], Numbers]) -> Numbers:
+        """The edges, or other numbers of a box, that ``read`` finds; ``NO_BOX`` where the box is left out instead.
+
+        Raises:
+            ImportFormatError: that of ``read``, with what else a person can do.
+        """
+        try:
+            return read()
+        except ImportFormatError as error:
+            self._leave_out(error)
+            return cast(Numbers, NO_BOX)
+
+    def takes(self, edges: Edges, file: str, line: int | str | None = None) -> bool:
+        """Whether edges are those of a box; False: it is left out.
+
+        Raises:
+            ImportFormatError: they are not, unless the switch ``bad_boxes`` says ``skip``.
+        """
+        if edges is NO_BOX:
+            return False
+        x1, y1, x2, y2 = edges
+        # NaN fails every comparison.
+        if -math.inf < x1 < x2 < math.inf and -math.inf < y1 < y2 < math.inf:
+            return True
+        if not all(map(math.isfinite, edges)):
+            rule = f"box {_text(edges)} must have four finite numbers. Correct it."
+        else:
+            rule = f"box {_text(edges)} must have a positive width and height. Correct it, or delete the row."
+        self._leave_out(refuse(file, line, rule))
+        return False
+
+    def _leave_out(self, error: ImportFormatError) -> None:
+        if self._target.switches.get(BAD_BOXES.name) != "skip":
+            way_out = f"Or import with {BAD_BOXES.name}=skip, which leaves such boxes out."
+            raise ImportFormatError(f"{error} {way_out}", error.kind) from None
+        self._bad += 1
+        self._first_bad = self._first_bad or str(error)
+
+    def inside(self, uid: str, edges: Edges, file: str, line: int | str | None) -> tuple[Edges, bool] | None:
+        """A box cut at the edges of the picture, and whether that is worth saying; None: it lies wholly outside."""
+        video = self._target.video
+        x1, y1, x2, y2 = edges
+        if x1 >= 0 and y1 >= 0 and x2 <= video.width and y2 <= video.height:
+            return edges, False
+        cut = (max(x1, 0.0), max(y1, 0.0), min(x2, float(video.width)), min(y2, float(video.height)))
+        if cut[0] >= cut[2] or cut[1] >= cut[3]:
+            self._outside += 1
+            self._first_outside = self._first_outside or f"{place_of(file, line)}, track {uid}: {_text(edges)}"
+            return None
+        return cut, max(cut[0] - x1, cut[1] - y1, x2 - cut[2], y2 - cut[3]) > _ROUNDED
+
+    def skipped(self) -> list[Skipped]:
+        """What was left out, each kind with its first box."""
+        found: list[Skipped] = []
+        if self._outside:
+            reason = f"They lie outside of the picture; the first: {self._first_outside}."
+            found.append(Skipped(counted(self._outside, "box", "boxes"), reason))
+        if self._bad:
+            reason = (
+                "They have no area, or coordinates that are missing or no numbers "
+                f"({BAD_BOXES.name}=skip); the first: {self._first_bad}"
+            )
+            found.append(Skipped(counted(self._bad, "box", "boxes"), reason))
+        return found
+
+
+def _text(edges: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{edge:g}" for edge in edges) + ")"

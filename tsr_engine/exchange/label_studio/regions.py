@@ -1,0 +1,199 @@
+"""Reads the regions of a task: boxes at key frames, with times and numbers that must go together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.dataset import UNSAID
+from tsr_engine.exchange.notes import notes_from_text
+from tsr_engine.exchange.reading import refuse
+
+__all__ = ["Times", "as_list", "drawn_on", "is_rectangle", "read_region"]
+
+
+def drawn_on(region: Any) -> str:
+    """Name of what a region is drawn on; empty: it does not say."""
+    name = region.get("to_name") if isinstance(region, dict) else None
+    return name if isinstance(name, str) else ""
+
+
+def is_rectangle(region: Any) -> bool:
+    """Whether it is a box that moves through a video."""
+    return isinstance(region, dict) and region.get("type") == "videorectangle"
+
+
+def as_list(value: Any) -> list[Any]:
+    """The value if it is a list, else none."""
+    return value if isinstance(value, list) else []
+
+
+class Times:
+    """Holds the times of key frames against their numbers, which Label Studio makes of them at its own rate."""
+
+    def __init__(self, validator: ImportValidator, file: str, where: str) -> None:
+        self._validator = validator
+        self._file = file
+        self._where = where
+        self._rate = float(validator.target.video.rate or 0)
+        self._seen = 0
+        self._wrong: list[str] = []
+        self._first = ""
+        self._early = 0
+
+    def look(self, frame: int, time: Any, spot: str) -> None:
+        """One key frame: its time is that of its number from 1, or of its ordinal."""
+        if type(time) not in (int, float):
+            return
+        self._seen += 1
+        self._early += abs(time * self._rate - frame) < 0.25
+        # Half a frame on either side: times are rounded, and some are those of the player.
+        if not frame - 0.5 <= time * self._rate <= frame + 1.5:
+            self._wrong.append(spot)
+            self._first = self._first or f"frame {frame + 1} is at {time:g} s"
+
+    def settle(self, fps: Any) -> None:
+        """Tell of what contradicts.
+
+        Raises:
+            ImportFormatError: most times are those of other frames.
+        """
+        video, rate = self._validator.target.video, f"{self._rate:g} frames/s"
+        if len(self._wrong) * 2 > self._seen:
+            raise refuse(
+                self._file,
+                self._wrong[0],
+                f"{self._first}, but {video.name} has {rate}: it is another video, or Label Studio counted at another "
+                'rate. Set framerate="$fps" in the labelling configuration.',
+            )
+        if self._early * 2 > self._seen:
+            reported = "key frames were taken by their number, from 1; their times begin at 0"
+            self._validator.repair(f"{self._file}, {self._where}: {reported}.")
+        for spot in self._wrong:
+            self._validator.count(
+                "Key frames were taken by their number; their time is that of another", self._file, spot
+            )
+        if type(fps) in (int, float) and abs(fps - self._rate) > 0.01 * self._rate:
+            self._validator.repair(f"{self._file}, {self._where}: says {fps:g} frames/s, {video.name} has {rate}.")
+
+
+def read_region(
+    region: dict[str, Any],
+    labels: list[Any],
+    said: Mapping[str, Any],
+    times: Times,
+    validator: ImportValidator,
+    file: str,
+    where: str,
+) -> None:
+    """Hand the boxes of a region to the validator.
+
+    Args:
+        region: a video rectangle.
+        labels: what is said of its label apart from it.
+        said: answers to questions about it.
+        times: are told of its key frames.
+        validator: takes the boxes.
+        file: for messages.
+        where: for messages.
+
+    Raises:
+        ImportFormatError: a broken rule.
+    """
+    value = region.get("value")
+    if not isinstance(value, dict) or not isinstance(value.get("sequence"), list):
+        raise refuse(file, where, "must have a value with a sequence. Export as JSON again.")
+    _check_count(value.get("framesCount"), validator, file, where)
+    names = as_list(value.get("labels")) or labels
+    label = validator.label(str(names[0]), file, where) if names else UNSAID
+    if len(names) != 1:
+        kind = "Regions of several labels have the first one" if names else "Regions have no label"
+        validator.count(kind, file, where)
+    meta = _meta(region)
+    uid = validator.unique((meta.get("uid") or [str(region.get("id", ""))])[0].strip() or where, file, where)
+    video = validator.target.video
+    enabled_at: dict[int, bool] = {}
+    for place, key in enumerate(value["sequence"]):
+        spot = f"{where}, key frame {place + 1}"
+        if not isinstance(key, dict):
+            raise refuse(file, spot, "must be an object. Correct it.")
+        frame = validator.frame(key.get("frame", ""), file, spot, origin=1)
+        times.look(frame, key.get("time"), spot)
+        edges = validator.boxes.edges(partial(_edges, key, validator, file, spot))
+        if validator.box(uid, frame, edges, label, file=file, line=spot):
+            enabled_at[frame] = key.get("enabled", True) is not False
+    for frame, enabled in enabled_at.items():
+        if not enabled and frame + 1 not in enabled_at:
+            validator.end(uid, frame + 1)
+    if enabled_at and not any(isinstance(key, dict) and "enabled" in key for key in value["sequence"]):
+        validator.count(
+            "Regions without enabled do not say where they end; they were shown to the last frame", file, where
+        )
+    validator.describe(
+        uid,
+        state=(meta.get("state") or ["open"])[0],
+        source=(meta.get("source") or ["imported"])[0],
+        notes=notes_from_text("\n".join(meta.get("note", [])), min(enabled_at, default=0)),
+        said=said,
+        # Enabled at its last key frame, a region stays to the end of the video.
+        until=video.frames - 1 if enabled_at and enabled_at[max(enabled_at)] else -1,
+    )
+
+
+def _edges(key: dict[str, Any], validator: ImportValidator, file: str, where: str) -> tuple[float, float, float, float]:
+    video = validator.target.video
+    x, y, width, height = (
+        _number(key, name, file, where) / 100 * side
+        for name, side in (("x", video.width), ("y", video.height), ("width", video.width), ("height", video.height))
+    )
+    turn = _number(key, "rotation", file, where) if key.get("rotation") else 0.0
+    if turn % 360 and math.isfinite(turn):
+        x, y, width, height = _upright(x, y, width, height, turn)
+        validator.count("Turned boxes were replaced by the upright boxes around them", file, where)
+    return x, y, x + width, y + height
+
+
+def _check_count(count: Any, validator: ImportValidator, file: str, where: str) -> None:
+    video = validator.target.video
+    # Label Studio rounds the duration, so it may be off by one.
+    if type(count) in (int, float) and abs(count - video.frames) > 1:
+        raise refuse(
+            file,
+            where,
+            f"was drawn on {count:g} frames, {video.name} has {video.frames}: it is another video, or Label Studio "
+            'counted at another rate. Set framerate="$fps" in the labelling configuration.',
+        )
+
+
+def _meta(region: dict[str, Any]) -> dict[str, list[str]]:
+    """What ``meta.text`` says, lines ``name=value`` by name; others are notes."""
+    meta = region.get("meta")
+    lines = meta.get("text") if isinstance(meta, dict) else None
+    out: dict[str, list[str]] = {}
+    for line in [lines] if isinstance(lines, str) else as_list(lines):
+        name, equals, value = str(line).partition("=")
+        known = bool(equals) and name in ("uid", "state", "source", "note")
+        out.setdefault(name if known else "note", []).append(value if known else str(line))
+    return out
+
+
+def _number(key: dict[str, Any], name: str, file: str, where: str) -> float:
+    value = key.get(name)
+    if type(value) not in (int, float):
+        raise refuse(file, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except OverflowError:
+        raise refuse(file, where, f"{name} is too large. Correct it.") from None
+
+
+def _upright(x: float, y: float, width: float, height: float, turn: float) -> tuple[float, float, float, float]:
+    """The upright box around a box that is turned about its upper left corner, by degrees clockwise."""
+    cos, sin = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]
+    xs = [x + a * cos - b * sin for a, b in corners]
+    ys = [y + a * sin + b * cos for a, b in corners]
+    return min(xs), min(ys), max(xs) - min(xs), max(ys) - min(ys)

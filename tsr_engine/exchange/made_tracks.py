@@ -1,0 +1,133 @@
+"""Tracks from the rows that a file holds of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from tsr_engine.exchange.added_attributes import Said
+from tsr_engine.exchange.dataset import UNSAID, Track
+from tsr_engine.exchange.formats import ImportLimits
+from tsr_engine.exchange.names_in_file import LEFT_OUT
+from tsr_engine.exchange.reading import refuse, too_many
+from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, dense
+from tsr_engine.track_table import NO_CLASS, IntArray
+
+__all__ = ["TrackMaker"]
+
+_SAME_PX = 1e-6
+
+
+class Count(Protocol):
+    """Takes note of something that was put right: what, file and line."""
+
+    def __call__(self, what: str, file: str, line: int | str | None = None) -> None: ...
+
+
+class TrackMaker:
+    """Makes the tracks of one file.
+
+    Args:
+        file: for messages.
+        limits: most boxes, those between key frames with them.
+        interpolate: draw straight lines from each box to the track's next one.
+        ids: labels as ``NamesInFile`` has settled them, by what rows hold.
+        count: told of each row that was there twice.
+    """
+
+    def __init__(
+        self, file: str, limits: ImportLimits, interpolate: bool, ids: Mapping[int, int], count: Count
+    ) -> None:
+        self._file, self._limits, self._interpolate, self._ids, self._count = file, limits, interpolate, ids, count
+        self._boxes = 0
+        self.said: dict[int, Sequence[Said]] = {}
+        """What rows say beside their boxes, by the place of their track among those that were made."""
+
+    def make(self, uid: str, rows: TrackRows, place: int) -> Track | None:
+        """The track of some rows, and in ``said`` at its ``place`` what they say; None: nothing is shown of it.
+
+        Raises:
+            ImportFormatError: it has two different boxes in one frame, or is too long.
+        """
+        frames = np.frombuffer(rows.frame, dtype=np.int64)
+        kind = np.frombuffer(rows.kind, dtype=np.int8)
+        # A box and an end in one frame: the box is shown, the end says nothing.
+        order = np.lexsort((kind, frames)) if len(frames) > 1 else np.zeros(len(frames), np.int64)
+        take = order
+        if len(order) > 1 and (np.diff(frames[order]) == 0).any():
+            take = self._without_twins(uid, rows, order)
+        frames, kind = frames[take], kind[take]
+        edges = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4)[take]
+        label = np.frombuffer(rows.label, dtype=np.int64)[take]
+        if self._ids:
+            label = np.array([self._ids.get(each, each) for each in label.tolist()], np.int64)
+            left = label != LEFT_OUT
+            take, frames, kind, edges, label = take[left], frames[left], kind[left], edges[left], label[left]
+        flags = np.frombuffer(rows.flags, dtype=np.int8)[take]
+        score = np.frombuffer(rows.score, dtype=np.float64)[take]
+        is_box = kind == BOX
+        if not is_box.any():
+            return None
+        if self._interpolate:
+            self._boxes += max(int(frames[-1]), rows.until) + 1 - int(frames[0])
+            if self._boxes > self._limits.boxes:
+                raise too_many("boxes, with those between its key frames,", self._limits.boxes, self._file)
+            at = np.arange(len(frames))
+            frames, edges, at, flags, score = dense(frames, is_box, edges, at, flags, score, rows.until)
+        else:
+            at = np.flatnonzero(is_box)
+            frames, edges, flags, score = frames[is_box], edges[is_box], flags[is_box], score[is_box]
+        label = label[at]
+        if rows.said or rows.always:
+            self.said[place] = _said(rows, take[at])
+        common, silent, label = common_label(label), label == UNSAID, np.maximum(label, NO_CLASS)
+        ignore = (flags & 4) > 0
+        return Track(
+            uid=uid,
+            label=common,
+            frames=frames.copy(),
+            boxes=edges.copy(),
+            key=(flags & 1) > 0,
+            occluded=(flags & 2) > 0,
+            score=score.copy(),
+            labels=None if (label == common).all() else label,
+            ignore=ignore if ignore.any() else None,
+            silent=silent if silent.any() else None,
+            state=rows.state,
+            source=rows.source,
+            notes=tuple(rows.notes),
+        )
+
+    def _without_twins(self, uid: str, rows: TrackRows, order: IntArray) -> IntArray:
+        take: list[int] = []
+        for place in order.tolist():
+            before = take[-1] if take else -1
+            if before < 0 or rows.frame[before] != rows.frame[place]:
+                take.append(place)
+                continue
+            if rows.kind[place] == END:
+                continue
+            line = rows.place[place] if rows.place[place] >= 0 else None
+            ours, other = rows.edges[4 * place : 4 * place + 4], rows.edges[4 * before : 4 * before + 4]
+            if max(abs(a - b) for a, b in zip(ours, other, strict=True)) > _SAME_PX or (
+                rows.label[place] != rows.label[before]
+            ):
+                raise refuse(
+                    self._file,
+                    line,
+                    f"track {uid!r} has a second, different box in frame {rows.frame[place]}; a track has one box a "
+                    "frame. Give the other sign its own id, or delete one.",
+                )
+            self._count("Boxes that were there twice were taken once", self._file, line)
+        return np.array(take, dtype=np.int64)
+
+
+def _said(rows: TrackRows, places: IntArray) -> list[Said]:
+    """What is said in each frame of a track; one object for all frames of one row."""
+    known: dict[int, Said] = {}
+    for place in set(places.tolist()):
+        own = rows.said.get(place)
+        known[place] = own if own is not None and not rows.always else {**rows.always, **(own or {})} or None
+    return [known[place] for place in places.tolist()]

@@ -1,0 +1,109 @@
+"""What the cells of a row say: numbers, flags, a box, the name of a track, a score."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import get_args
+
+from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.table_columns import edges_of
+from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.records import Source
+
+__all__ = ["differ", "edges_in", "flag_in", "real_in", "score_in", "uid_in", "whole_box"]
+
+_LOG_ODDS = frozenset(get_args(Source))
+"""What a row of ``tsr track --csv`` may have as its source."""
+
+
+def differ(one: str, other: str) -> bool:
+    """Whether two cells are different numbers."""
+    try:
+        return real_number(one) != real_number(other)
+    except ValueError:
+        return False
+
+
+def edges_in(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[float, float, float, float]:
+    """The edges of the box, px.
+
+    Raises:
+        ImportFormatError: a cell is no number; unless the table is the tool's ``own``, it lies within the first pixel.
+    """
+    if "x1" in said:
+        x1, y1, x2, y2 = (real_in(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
+        edges = (x1, y1, x2, y2)
+    elif "w" in said:
+        centred = "cx" in said
+        x, y = (real_in(said, name, file, line) for name in (("cx", "cy") if centred else ("x", "y")))
+        w, h = (real_in(said, name, file, line) for name in ("w", "h"))
+        x, y = (x - w / 2, y - h / 2) if centred else (x, y)
+        edges = (x, y, x + w, y + h)
+    else:
+        name = "box" if "box" in said else "bbox"
+        found = edges_of(said[name], sized=name == "bbox")
+        if found is None:
+            raise refuse(file, line, f"{name} must be four numbers, with or without names. Got {said[name][:60]!r}.")
+        edges = found
+    return edges if own else whole_box(edges, file, line)
+
+
+def whole_box(
+    edges: tuple[float, float, float, float], file: str, line: int | str
+) -> tuple[float, float, float, float]:
+    """A box in px; shares of the picture would be a box within its first pixel.
+
+    Raises:
+        ImportFormatError: it lies within the first pixel.
+    """
+    if all(0 <= edge <= 1 for edge in edges):
+        rule = "the box lies within one pixel: its edges are shares of the picture. Write px (normalize=False)."
+        raise refuse(file, line, rule)
+    return edges
+
+
+def uid_in(said: Mapping[str, str], file: str, line: int) -> str:
+    """Name of the track; empty: none."""
+    if said.get("uid"):
+        return said["uid"]
+    cell = said.get("track", "")
+    try:
+        number = real_number(cell) if cell else -1.0
+    except ValueError:
+        return cell
+    if not math.isfinite(number) or number != int(number):
+        raise refuse(file, line, f"track_id must be a whole number or a name. Got {cell[:40]!r}.")
+    return str(int(number)) if number >= 0 else ""
+
+
+def score_in(said: Mapping[str, str], file: str, line: int) -> float:
+    """In [0, 1], NaN where there is none. The table of `tsr track`, known by its sources, has log-odds."""
+    if not said.get("score"):
+        return math.nan
+    value = real_in(said, "score", file, line)
+    if said.get("source") in _LOG_ODDS:
+        return 1.0 / (1.0 + math.exp(-min(max(value, -500.0), 500.0)))
+    return value
+
+
+def flag_in(said: Mapping[str, str], name: str, file: str, line: int, default: bool) -> bool:
+    """A cell that says 0 or 1; empty: ``default``."""
+    cell = said.get(name, "").lower()
+    if not cell:
+        return default
+    if cell not in ("0", "1", "true", "false", "0.0", "1.0"):
+        raise refuse(file, line, f"{name} must be 0 or 1. Got {cell[:40]!r}.")
+    return cell in ("1", "true", "1.0")
+
+
+def real_in(said: Mapping[str, str], name: str, file: str, line: int) -> float:
+    """A cell that is a finite number."""
+    cell = said[name]
+    try:
+        value = real_number(cell)
+    except ValueError:
+        raise refuse(file, line, f"{name} must be a number. Got {cell[:40]!r}.") from None
+    if not math.isfinite(value):
+        raise refuse(file, line, f"{name} must be finite. Got {cell[:40]!r}. Correct it.")
+    return value

@@ -1,0 +1,41 @@
+"""From a box to a better one: the steps that regressions of boxes learn and answer with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsr_engine.records import FloatArray
+
+__all__ = ["mean_side", "move", "size_of", "steps_between"]
+
+
+def size_of(boxes: FloatArray) -> FloatArray:
+    """Width and height of boxes (n, 4), px, shape (n, 2)."""
+    return np.asarray(boxes[:, 2:] - boxes[:, :2])
+
+
+def mean_side(boxes: FloatArray) -> FloatArray:
+    """Geometric mean of width and height of boxes (n, 4), px, at least 1, shape (n, 1)."""
+    return np.asarray(np.sqrt(np.maximum(1.0, np.prod(size_of(boxes), axis=1, keepdims=True))))
+
+
+def move(boxes: FloatArray, steps: FloatArray, unit: FloatArray, farthest: float) -> FloatArray:
+    """Boxes moved and reshaped, shape (n, 4).
+
+    Args:
+        boxes: shape (n, 4), px.
+        steps: shape (n, 4): displacement of the middle in units, natural logarithm of the new width and height in
+            units.
+        unit: px, shape (n, 1) or, along x and y, (n, 2).
+        farthest: steps are held to it either way.
+    """
+    steps = np.clip(steps, -farthest, farthest)
+    middle = (boxes[:, :2] + boxes[:, 2:]) / 2 + steps[:, :2] * unit
+    half = unit * np.exp(steps[:, 2:]) / 2
+    return np.concatenate([middle - half, middle + half], axis=1)
+
+
+def steps_between(boxes: FloatArray, truth: FloatArray, unit: FloatArray) -> FloatArray:
+    """The steps that :func:`move` needs to carry boxes (n, 4) to the truth (n, 4); shape (n, 4)."""
+    shift = ((truth[:, :2] + truth[:, 2:]) - (boxes[:, :2] + boxes[:, 2:])) / 2 / unit
+    return np.concatenate([shift, np.log(size_of(truth) / unit)], axis=1)

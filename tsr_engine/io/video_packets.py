@@ -1,0 +1,88 @@
+"""A piece of a video as its own packets, in a file of their own: nothing is decoded and encoded anew."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any, Literal
+
+import av
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.io.video_kinds import Kind
+
+__all__ = ["UnfitPackets", "check_kind", "copy_packets", "incomplete", "timed_packets", "times_of"]
+
+IntArray = NDArray[np.int64]
+
+
+class UnfitPackets(Exception):
+    """The packets cannot be taken over; says why."""
+
+
+def check_kind(kind: Kind) -> None:
+    """Raise ``UnfitPackets`` for kinds of files whose packets are not copied."""
+    if kind.demuxer not in ("mov", "matroska"):
+        raise UnfitPackets(f"packets of {kind.name} files are not copied")
+
+
+def timed_packets(container: Any, stream: Any) -> Iterator[Any]:
+    """The packets that hold something, in decoding order.
+
+    Raises:
+        UnfitPackets: one has no presentation time.
+    """
+    for packet in container.demux(stream):
+        if packet.size:
+            if packet.pts is None:
+                raise UnfitPackets("its packets have no presentation times")
+            yield packet
+
+
+def incomplete(missing: int) -> UnfitPackets:
+    """The error for frames that no packet shows."""
+    return UnfitPackets(f"{missing} of its frames have no packet of their own")
+
+
+def times_of(packets: Sequence[Any]) -> IntArray:
+    """Presentation times of packets, ascending, in ticks of their stream, shape (n,).
+
+    Raises:
+        UnfitPackets: two have the same one.
+    """
+    pts = np.sort(np.array([packet.pts for packet in packets], np.int64))
+    if (np.diff(pts) <= 0).any():
+        raise UnfitPackets("two of its packets have the same presentation time")
+    return pts
+
+
+def copy_packets(
+    target: Path | IO[bytes],
+    stream: Any,
+    packets: Sequence[Any],
+    pts: IntArray,
+    form: Literal["mp4", "matroska"],
+    options: Mapping[str, str] | None = None,
+) -> None:
+    """Write packets as a file without an edit list; decoding times are made anew, so that none is missing.
+
+    Args:
+        target: where to.
+        stream: the stream that they come from.
+        packets: in decoding order, from a key frame on; their times are changed.
+        pts: see ``times_of``.
+        form: of the file.
+        options: further options of the writer.
+    """
+    delay = int(max(int(p) - packet.pts for p, packet in zip(pts, packets, strict=True)))
+    whole = {**(options or {}), **({"use_editlist": "0"} if form == "mp4" else {})}
+    with av.open(str(target) if isinstance(target, Path) else target, "w", format=form, options=whole) as out:
+        copy = out.add_stream_from_template(stream)
+        copy.time_base = stream.time_base
+        start = int(pts[0])
+        for decoding, packet in zip(pts, packets, strict=True):
+            packet.pts += delay - start
+            packet.dts = int(decoding) - start
+            packet.stream = copy
+            out.mux(packet)

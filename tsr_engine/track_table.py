@@ -1,0 +1,178 @@
+"""Boxes of tracks over the frames of a video: one table, whoever made the boxes.
+
+Evidence, ground truth, result files, imported and corrected annotations become a ``TrackTable`` where they come in;
+what measures, compares and writes takes nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.geometry.boxes import area, clip
+from tsr_engine.records import FloatArray, Source
+
+__all__ = ["NO_CLASS", "NO_SOURCE", "SOURCES", "BoolArray", "IntArray", "TrackTable"]
+
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+NO_CLASS: Final = -1
+"""Class of a sign that is none of the classes, or that nobody has recognised."""
+SOURCES: Final[tuple[Source, ...]] = ("detected", "predicted", "relocalised")
+"""Where the engine's boxes come from."""
+NO_SOURCE: Final = -1
+"""Source of a box that the engine did not make."""
+
+_UNSET: Any = None
+"""A column that is not given: every row has the value of ``_UNKNOWN``."""
+_UNKNOWN: Final[dict[str, Any]] = {
+    "class_id": NO_CLASS,
+    "score": np.nan,
+    "visibility": 1.0,
+    "source": NO_SOURCE,
+    "ignore": False,
+    "occluded": False,
+    "key": False,
+}
+_TYPES: Final[dict[str, type[np.generic]]] = {
+    "frame": np.int64, "track": np.int64, "boxes": np.float64, "class_id": np.int64, "score": np.float64,
+    "visibility": np.float64, "source": np.int64, "ignore": np.bool_, "occluded": np.bool_, "key": np.bool_,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class TrackTable:
+    """Boxes of the tracks of one video, a row a track and frame. Columns are read only.
+
+    Attributes:
+        frame: shape (n,), int64, ordinals from 0.
+        track: shape (n,), int64, number of the track; its place in ``names`` where tracks have names.
+        boxes: shape (n, 4), float64, ``x1, y1, x2, y2``, px.
+        class_id: shape (n,), int64; unset: ``NO_CLASS``.
+        score: shape (n,), float64; unset: NaN, there is none.
+        visibility: shape (n,), float64, visible share in [0, 1]; unset: 1.
+        source: shape (n,), int64, place in ``sources``; unset: ``NO_SOURCE``.
+        ignore: shape (n,), bool: counts neither as a miss nor as false; unset: no.
+        occluded: shape (n,), bool: marked as hidden; unset: no.
+        key: shape (n,), bool: a statement of its own, not interpolated; unset: no.
+        names: name of each track, in the order of their numbers; empty: tracks have numbers alone.
+        sources: what the numbers of ``source`` stand for: ``SOURCES``, behind them words of other trackers.
+
+    Raises:
+        ValueError: a column has another shape, or a type that cannot become its type without loss.
+    """
+
+    frame: IntArray
+    track: IntArray
+    boxes: FloatArray
+    class_id: IntArray = _UNSET
+    _: KW_ONLY
+    score: FloatArray = _UNSET
+    visibility: FloatArray = _UNSET
+    source: IntArray = _UNSET
+    ignore: BoolArray = _UNSET
+    occluded: BoolArray = _UNSET
+    key: BoolArray = _UNSET
+    names: tuple[str, ...] = ()
+    sources: tuple[str, ...] = SOURCES
+
+    def __post_init__(self) -> None:
+        n = len(self.frame)
+        for name, kind in _TYPES.items():
+            given = getattr(self, name)
+            column = np.broadcast_to(np.array(_UNKNOWN[name], kind), n) if given is None else np.asarray(given)
+            shape = (n, 4) if name == "boxes" else (n,)
+            if column.shape != shape or not np.can_cast(column.dtype, kind):
+                raise ValueError(
+                    f"TrackTable.{name} must have shape {shape} and type {np.dtype(kind)}. Got {column.shape} and "
+                    f"{column.dtype} instead."
+                )
+            column = column.astype(kind, copy=False).view()
+            column.flags.writeable = False
+            object.__setattr__(self, name, column)
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @classmethod
+    def empty(cls) -> TrackTable:
+        """No boxes."""
+        none = np.zeros(0, np.int64)
+        return cls(none, none, np.zeros((0, 4)))
+
+    @classmethod
+    def joined(cls, tables: Iterable[TrackTable], names: tuple[str, ...] = ()) -> TrackTable:
+        """The rows of some tables one after the other.
+
+        Args:
+            tables: their tracks are numbered alike.
+            names: of the tracks.
+
+        Raises:
+            ValueError: their sources are numbered differently.
+        """
+        parts = list(tables) or [cls.empty()]
+        if any(part.sources != parts[0].sources for part in parts):
+            raise ValueError(f"Tables must have one list of sources. Got {sorted({part.sources for part in parts})}.")
+        columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _TYPES}
+        return cls(**columns, names=names, sources=parts[0].sources)
+
+    @classmethod
+    def of_rows(cls, rows: Iterable[tuple[int, int, Any, int, float, str]]) -> TrackTable:
+        """A table of rows ``frame, track, box, class_id, score, source``, in their order."""
+        listed = list(rows)
+        frame, track, boxes, class_id, score, words = zip(*listed, strict=True) if listed else [()] * 6
+        return cls(
+            np.array(frame, np.int64),
+            np.array(track, np.int64),
+            np.array(boxes, np.float64).reshape(-1, 4),
+            class_id=np.array(class_id, np.int64),
+            score=np.array(score, np.float64),
+        ).with_sources(words)
+
+    def with_sources(self, words: Sequence[str]) -> TrackTable:
+        """The same rows with their sources, a word a row."""
+        known = tuple(dict.fromkeys((*SOURCES, *words)))
+        place = {word: number for number, word in enumerate(known)}
+        return replace(self, source=np.array([place[word] for word in words], np.int64), sources=known)
+
+    def source_words(self) -> list[str]:
+        """The source of each row; empty: ``NO_SOURCE``."""
+        return ["" if number == NO_SOURCE else self.sources[number] for number in self.source.tolist()]
+
+    def rows(self, index: slice | IntArray | BoolArray) -> TrackTable:
+        """The rows that a NumPy index or mask selects, in its order."""
+        return replace(self, **{name: getattr(self, name)[index] for name in _TYPES})
+
+    def ordered(self) -> TrackTable:
+        """The rows by frame, in a frame by track."""
+        return self.rows(np.lexsort((self.track, self.frame)))
+
+    def within(self, start: int, stop: int) -> TrackTable:
+        """The rows of ``start <= frame < stop``; the table is ordered by frame."""
+        return self.rows(slice(*np.searchsorted(self.frame, [start, stop])))
+
+    def inside(self, width: int, height: int) -> TrackTable:
+        """What lies in a picture of that size, px: boxes are cut at its edges, those beyond are left out."""
+        cut = self.cut(width, height)
+        return cut.rows(area(cut.boxes) > 0)
+
+    def cut(self, width: int, height: int) -> TrackTable:
+        """The boxes cut at the edges of a picture, px; those wholly beyond keep their row, without area.
+
+        Annotators of real drives stop at the edge of the picture, exact truth and a tracker's boxes do not.
+        """
+        return replace(self, boxes=clip(self.boxes, width, height))
+
+    def by_frame(self) -> Iterator[tuple[int, slice]]:
+        """Each frame with a box, and where its rows lie; the table is ordered by frame."""
+        if len(self):
+            bounds = np.concatenate(([0], np.flatnonzero(np.diff(self.frame)) + 1, [len(self)])).tolist()
+            for start, stop in pairwise(bounds):
+                yield int(self.frame[start]), slice(start, stop)
