@@ -4,8 +4,12 @@
 import { createApi } from './api/client.js';
 import { sentence } from './api/errors.js';
 import { listenToKeys } from './behaviours/keyboard.js';
+import { rememberChoices, rememberedFewLabels, rememberedLanesView, rememberedLayers, rememberedTheme, signature } from './core/preferences.js';
+import { endToasts, toast } from './core/toast.js';
 import { createBackground } from './editing/background.js';
 import { createEditor } from './editing/editor.js';
+import { createLabelSets } from './editing/label_sets.js';
+import { createNoteDrafts } from './editing/note_drafts.js';
 import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
 import { createOwnOutbox } from './editing/own_outbox.js';
 import { createFrames } from './frames/frames.js';
@@ -15,16 +19,12 @@ import { createFollowing } from './review/following.js';
 import { createLoader } from './review/loader.js';
 import { closeDialog, setRoute, setTheme, setVideos, showBanner } from './store/actions/page.js';
 import { seek, select } from './store/actions/review.js';
-import { initialState } from './store/initial.js';
-import { unsavedOf } from './store/unsaved.js';
-import { createLabelSets } from './editing/label_sets.js';
-import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
+import { initialState } from './store/initial.js';
+import { createStore } from './store/store.js';
+import { unsavedOf } from './store/unsaved.js';
 import { startLive } from './views/live.js';
-import { createNoteDrafts } from './views/note_drafts.js';
-import { rememberChoices, rememberedFewLabels, rememberedLanesView, rememberedLayers, rememberedTheme, signature } from './views/preferences.js';
 import { createShell } from './views/shell.js';
-import { endToasts, toast } from './views/toasts.js';
 
 /** @typedef {import('./page-types.js').App} App */
 

@@ -34,8 +34,13 @@
  * @property {import('./store/catch_up.js').CatchUp['receive']} receive   what the server tells, into the store
  * @property {import('./store/catch_up.js').CatchUp['load']} load   what the server is asked, into the store, never older than what was heard
  * @property {import('./editing/label_sets.js').LabelSets} labels   keeps the store's labels those of what is on the screen
- * @property {import('./views/note_drafts.js').NoteDrafts} notes   those that are half written
+ * @property {import('./editing/note_drafts.js').NoteDrafts} notes   those that are half written
  * @property {AbortSignal} signal      ends with the page
+ */
+
+/**
+ * What the views need that do not change the store otherwise than by actions.
+ * @typedef {Pick<App, 'api'|'load'|'edit'|'notes'> & {store: Pick<import('./state-types.js').Store, 'get'|'dispatch'>}} ViewApp
  */
 
 /** @typedef {{element: HTMLElement, update: (state: import('./state-types.js').State) => void, destroy: () => void}} View */

@@ -61,9 +61,7 @@
 
 /** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}, once?: string}} Banner   once: under this name it is put away for good when a person hides it */
 
-/** @typedef {{kind: 'help'|'relabel'|'run'|'run-several'|'run-queue'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'bulk-review'
- *   |'export'|'import'|'ground-truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
- *   |'palette'|'merge'|'assign'|'return-work'|'label'|'label-merge'|'label-files'|'label-history'|'choose-label'|'tags', data?: any}} Dialog */
+/** @typedef {import('./dialog-types.js').Dialog} Dialog */
 
 /**
  * @typedef {object} ReviewState
@@ -92,7 +90,7 @@
  * @property {import('./model/geometry.js').Viewport} viewport
  * @property {{first: number, last: number}} span      frames that the lanes show
  * @property {number|null} tau                         dragged tau; null: the run's
- * @property {'select'|'draw'|'merge'|'note'} mode
+ * @property {'select'|'draw'|'merge'} mode
  * @property {string[]} marked                         keys marked for a merge
  * @property {Record<string, TrackDoc>} docs
  * @property {number|null} seq                      of the newest edit that is here; null: what people have edited has not come yet

@@ -1,12 +1,13 @@
 """Which room imports which: ``python -m tests.architecture.import_graph --out docs/import-graph.md``.
 
-A room is a folder or module directly below a package. Imports inside functions count; those for type checkers alone do
-not.
+A room is a folder or module directly below a package, or a folder of ``static/js``. Imports inside functions count;
+those for type checkers alone do not.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Mapping, Set
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -14,14 +15,18 @@ from pathlib import Path
 
 import grimp
 
-__all__ = ["circle", "modules", "page", "reduced", "rooms"]
+__all__ = ["PAGE_SOURCES", "circle", "imported_by_page", "modules", "page", "page_modules", "reduced", "rooms"]
 
 PACKAGES = ("tsr_engine", "app")
+PAGE_SOURCES = Path(__file__).resolve().parents[2] / "static" / "js"
+JS_IMPORT = re.compile(r"""(?:\bfrom|\bimport)\s*\(?\s*["'](\.[^"']+)["']""")
+JS_TYPE = re.compile(r"""\bimport\(\s*["'][^"']+["']\s*\)\s*\.""")
 PAGE = """# Import graph
 
 `python -m tests.architecture.import_graph --out docs/import-graph.md` writes this page. A test holds that it is up to
 date, and that neither rooms nor modules import each other in a circle. An arrow leads from a room to one that it
 imports. Arrows that follow from others are left out: A imports C is not drawn if A imports B and B imports C.
+`main.js` of the page imports every folder.
 
 """
 
@@ -45,6 +50,30 @@ def rooms() -> Graph:
     return {room: imported for room, imported in found.items() if room not in PACKAGES}
 
 
+def imported_by_page(path: Path, text: str) -> Set[Path]:
+    """Files that a JavaScript module imports, those of types too."""
+    return {(path.parent / one).resolve() for one in JS_IMPORT.findall(text)}
+
+
+@cache
+def page_modules() -> Graph:
+    """Every module of ``static/js`` with the modules that it imports, as paths below that folder."""
+    found = {}
+    for path in sorted(PAGE_SOURCES.rglob("*.js")):
+        code = JS_TYPE.sub("", path.read_text(encoding="utf-8"))
+        found[path] = {one.relative_to(PAGE_SOURCES).as_posix() for one in imported_by_page(path, code)}
+    return {path.relative_to(PAGE_SOURCES).as_posix(): imported for path, imported in found.items()}
+
+
+def _page_rooms() -> Graph:
+    found: dict[str, set[str]] = {}
+    for module, imported in page_modules().items():
+        room, *inner = module.split("/")
+        if inner:
+            found.setdefault(room, set()).update({one.split("/")[0] for one in imported} - {room})
+    return found
+
+
 def circle(graph: Graph) -> list[str]:
     """Names that import each other in a circle; empty if there is none."""
     try:
@@ -65,7 +94,7 @@ def reduced(graph: Graph) -> Graph:
 
 
 def page() -> str:
-    """The page in Markdown, with one Mermaid picture for each package."""
+    """The page in Markdown, with one Mermaid picture for each package and one for the review page."""
     parts = [PAGE]
     for package in PACKAGES:
         inner = {
@@ -73,12 +102,16 @@ def page() -> str:
             for room, imported in rooms().items()
             if room.startswith(f"{package}.")
         }
-        arrows = sorted((room, one) for room, imported in reduced(inner).items() for one in imported)
-        lines = [f"    {_node(room)} --> {_node(one)}" for room, one in arrows]
-        alone = sorted(inner.keys() - {name for arrow in arrows for name in arrow})
-        lines += [f"    {_node(room)}" for room in alone]
-        parts.append(f"## `{package}`\n\n```mermaid\nflowchart TD\n" + "\n".join(lines) + "\n```\n\n")
-    return "".join(parts).rstrip() + "\n"
+        parts.append(_picture(package, inner))
+    return "".join([*parts, _picture("static/js", _page_rooms())]).rstrip() + "\n"
+
+
+def _picture(title: str, graph: Graph) -> str:
+    arrows = sorted((room, one) for room, imported in reduced(graph).items() for one in imported)
+    lines = [f"    {_node(room)} --> {_node(one)}" for room, one in arrows]
+    alone = sorted(graph.keys() - {name for arrow in arrows for name in arrow})
+    lines += [f"    {_node(room)}" for room in alone]
+    return f"## `{title}`\n\n```mermaid\nflowchart TD\n" + "\n".join(lines) + "\n```\n\n"
 
 
 def _room(module: str) -> str:
@@ -87,7 +120,7 @@ def _room(module: str) -> str:
 
 
 def _node(room: str) -> str:
-    name = room.split(".")[1]
+    name = room.split(".")[-1]
     return f"{name}_[{name}]"  # a name of its own: `end` and the like mean something to Mermaid
 
 

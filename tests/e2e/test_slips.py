@@ -221,7 +221,7 @@ def test_a_deleted_track_comes_back_by_its_notice_which_goes_with_the_next_edit(
 
 
 def test_a_notice_does_not_follow_to_another_screen_but_a_failure_does(page: Page) -> None:
-    say = """async ([text, tone]) => { const { toast } = await import('/static/js/views/toasts.js');
+    say = """async ([text, tone]) => { const { toast } = await import('/static/js/core/toast.js');
         toast(text, {tone}); }"""
     page.evaluate(say, ["Just done.", "good"])
     page.evaluate(say, ["It went wrong.", "bad"])

@@ -15,6 +15,7 @@ import {errorOfAnswer, errorOfSilence} from './errors.js';
  */
 
 /** @typedef {(path: string, options?: RequestOptions) => Promise<Response>} Send */
+/** @typedef {{base: string, send: Send, json: (path: string, options?: RequestOptions) => Promise<any>}} Routes   what the routes are made of; base: before every path */
 
 /**
  * @param {{base: string, fetch: typeof fetch, signal?: AbortSignal}} setup

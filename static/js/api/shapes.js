@@ -1,7 +1,7 @@
 // @ts-check
 /** Light checks of what the server sends: enough that a wrong answer is named where it arrives, not far away in a view. */
 
-import {plural} from '../model/numbers.js';
+import {plural} from '../model/format.js';
 import {ApiError} from './errors.js';
 
 /** @typedef {'string'|'number'|'boolean'|'array'|'object'|'nullable'} Kind */

@@ -25,7 +25,7 @@ const RESTS = 2000;
  * @param {Pick<import('../api/client.js').Api, 'edit'|'annotation'>} parts.api
  * @param {import('./outbox.js').Outbox} parts.outbox
  * @param {AbortSignal} parts.signal
- * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} parts.toast
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
  * @param {(ms: number) => Promise<void>} [parts.pause]
  * @returns {Background}
  */

@@ -20,7 +20,7 @@ const NAMED = 5;
  * @param {import('../state-types.js').Store} parts.store
  * @param {import('./outbox.js').Outbox} parts.outbox
  * @param {import('./work.js').Work} parts.work
- * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} parts.toast
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
  * @param {(command: Command) => void} parts.enqueue
  * @param {() => Promise<void>} parts.refresh
  */

@@ -20,8 +20,9 @@ import { hideBanner, showBanner } from '../store/actions/page.js';
 import { changeReview } from '../store/actions/review.js';
 import { createConflicts } from './conflicts.js';
 import { createGrowth } from './growth.js';
-import { agreed, UNASKED } from './line.js';
+import { agreed } from './line.js';
 import { asCommand, givenUp, rebased, revisionsSeen } from './pending.js';
+import { createReading } from './reading.js';
 import { docsFor } from './revisions.js';
 import { createPause, isPassing, keptWithoutLabel, leave, pauseAfter } from './sending.js';
 import { createUndoing } from './undoing.js';
@@ -50,7 +51,7 @@ import { createWork } from './work.js';
  * @param {Outbox} parts.outbox
  * @param {import('./background.js').Background} parts.background
  * @param {AbortSignal} parts.signal
- * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} parts.toast
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
  * @param {() => string} parts.author
  * @param {() => void} [parts.edited]   called with each edit, before it is shown
  * @param {(ms: number) => Promise<void>} [parts.pause]
@@ -62,13 +63,12 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
   const growth = createGrowth(work);
   const { wait, wake } = createPause();
   const rest = pause ?? wait;
+  const { read, refresh, askAnew } = createReading({ store, api, work, author, rest, signal });
   const conflicts = createConflicts({ store, outbox, work, toast, enqueue, refresh });
   const undoing = createUndoing({ store, work, toast, enqueue, refresh });
   let sending = false;
   /** What is under way, also of a run that has been left since. @type {Promise<unknown>} */
   let flight = Promise.resolve();
-  let asking = false;
-  let missed = false;
   /** @type {(() => void)[]} */
   const waiters = [];
 
@@ -193,47 +193,6 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
     growth.end();
     undoing.press(what);
     return settled();
-  }
-
-  async function refresh() {
-    const here = work.run;
-    if (!work.ready) work.overtaken = true; // the reading that is under way may be older
-    if (here === null || !work.ready) return;
-    const annotation = await api.annotation(here, author(), { signal }).catch(() => null);
-    if (annotation === null || work.run !== here) return;
-    work.confirm(annotation.docs);
-    // an answer may have overtaken this one
-    if (annotation.seq >= (store.get().review?.seq ?? 0)) {
-      work.line = agreed(work.line, annotation);
-      store.dispatch((state) => changeReview(state, { seq: annotation.seq }));
-    }
-    work.show();
-  }
-
-  /** What can be taken back is other than this page knows: it asks, once however much has come. */
-  async function askAnew() {
-    work.line = UNASKED;
-    missed = true;
-    if (asking) return;
-    asking = true;
-    while (missed && work.run !== null && !signal.aborted) {
-      missed = false;
-      await refresh();
-    }
-    asking = false;
-  }
-
-  /** @param {string} wanted */
-  async function read(wanted) {
-    for (let tries = 0; ; tries += 1) {
-      try {
-        return await api.annotation(wanted, author(), { signal });
-      } catch (thrown) {
-        if (signal.aborted || work.run !== wanted) return null;
-        if (!isPassing(thrown)) throw thrown;
-        await rest(pauseAfter(tries));
-      }
-    }
   }
 
   /** @param {Command} command @param {string|null} [of]   the run that it is meant for @param {string} [gesture] @param {string} [op_id] */

@@ -6,15 +6,8 @@
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./outbox.js').Pending} Pending
- *
- * @typedef {{author: string, time: string, name: string, frame: number|null}} Last   what was done to a track last, by whom
- *
- * @typedef {object} Plan
- * @property {Command[]} commands               in order
- * @property {TrackDoc[]} saved                 tracks that they change, as the server has them
- * @property {TrackDoc[]} mine                  the same with them
- * @property {{key: string, into: string|null}[]} moved   tracks that are gone: deleted, or merged into another one
- * @property {{name: string, why: string}[]} lost         edits that make no sense any more
+ * @typedef {import('../dialog-types.js').Plan} Plan
+ * @typedef {import('../dialog-types.js').Last} Last
  */
 import { CommandError, applyCommand } from '../model/commands.js';
 import { asCommand, keysOf, without } from './pending.js';

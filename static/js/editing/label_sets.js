@@ -18,7 +18,7 @@ import { ApiError } from '../api/errors.js';
 import { setLabelSets, setLabels } from '../store/actions/page.js';
 
 /** The video whose own set is on the screen; null: the library's is. @param {State} state */
-export const labelVideo = ({ review }) => (review?.video.label_set ? review.video.id : null);
+const labelVideo = ({ review }) => (review?.video.label_set ? review.video.id : null);
 
 /** Key of the set that the labels in the store are of; null: not known yet. @param {State} state @returns {string|null} */
 export const labelSetKey = ({ review, labelSets }) => review?.video.label_set ?? labelSets?.find((set) => set.default)?.key ?? null;

@@ -18,7 +18,7 @@ import { describe, describeUndone, named, OPENING } from './words.js';
  * @param {object} parts
  * @param {import('../state-types.js').Store} parts.store
  * @param {import('./work.js').Work} parts.work
- * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} parts.toast
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
  * @param {(command: {name: 'undo'|'redo', op_id: string}, about: UndoTarget, gesture?: undefined, op_id?: string) => string} parts.enqueue   its op_id
  * @param {() => Promise<void>} parts.refresh
  */

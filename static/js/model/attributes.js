@@ -18,7 +18,7 @@
 import { attributesAt } from './documents.js';
 
 /** Longest text of a value. */
-export const MOST_TEXT = 1000;
+const MOST_TEXT = 1000;
 
 /**
  * The lines of the form: attributes of the label in its order, then values that an earlier label has left.

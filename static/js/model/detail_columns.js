@@ -17,7 +17,7 @@
  */
 import { logDomain } from './gate_lane.js';
 
-export const SERIES = /** @type {const} */ ([
+const SERIES = /** @type {const} */ ([
   'l_positive', 'symmetry', 'hash_distance', 'position_distance', 'score', 'raw_score', 'decision', 'probability', 'weight',
 ]);
 /** @typedef {typeof SERIES[number]} SeriesName */

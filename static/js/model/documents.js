@@ -229,3 +229,26 @@ export function isEmpty(doc) {
  * @returns {TrackDoc['review']}
  */
 export const verdictOf = (doc) => (doc.not_a_sign ? 'rejected' : doc.review);
+
+/**
+ * @param {TrackDoc} doc
+ * @param {number} first
+ * @param {number} last
+ * @returns {Record<string, KeyFrame>}
+ */
+export function keysWithin(doc, first, last) {
+  return Object.fromEntries(Object.entries(doc.keys).filter(([k]) => first <= Number(k) && Number(k) <= last));
+}
+
+/**
+ * What lies within first to last, both included.
+ * @param {Segment[]} segments
+ * @param {number} first
+ * @param {number} last
+ * @returns {Segment[]}
+ */
+export function clip(segments, first, last) {
+  return segments
+    .map((s) => ({ track: s.track, first: Math.max(s.first, first), last: Math.min(s.last, last) }))
+    .filter((s) => s.first <= s.last);
+}

@@ -29,7 +29,7 @@
 import { keyFramesOf } from './documents.js';
 
 /** Accepted boxes may differ from the proposed ones by this much at each edge, px. */
-export const TOLERANCE = 0.5;
+const TOLERANCE = 0.5;
 
 /**
  * @param {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>} asked

@@ -24,7 +24,7 @@ export const toPicture = (view, screen, x, y) => [(x - screen.width / 2) / acros
 export const toScreen = (view, screen, x, y) => [(x - view.x) * across(view) + screen.width / 2, (y - view.y) * view.zoom + screen.height / 2];
 
 /** What a view keeps of the shape of pixels; nothing where they are square. @param {{stretch?: number}} shape @returns {{stretch?: number}} */
-export const stretched = ({ stretch }) => (stretch === undefined || stretch === 1 ? {} : { stretch });
+const stretched = ({ stretch }) => (stretch === undefined || stretch === 1 ? {} : { stretch });
 
 /** The size of a video's pictures, and the shape of their pixels. @param {import('../types.js').Video|undefined} video @returns {Size} */
 export const sizeOf = (video) => ({ width: video?.width ?? 1, height: video?.height ?? 1, ...stretched({ stretch: video?.pixel_ratio }) });

@@ -5,6 +5,7 @@
  * @typedef {import('../types.js').Video} Video
  * @typedef {{videos: number, tracks: number, next: Video|null}} LeftElsewhere   `next`: where to go on; null: nothing is left
  */
+import { count, plural } from './format.js';
 
 /** Tracks that a person still has to decide on. @param {Video} video */
 export const leftIn = ({ review }) => Math.max(0, review.tracks - review.reviewed);
@@ -20,4 +21,17 @@ export function leftElsewhere(videos, present) {
   const others = [...all.slice(at + 1), ...all.slice(0, Math.max(0, at))]
     .filter((video) => video.state === 'ready' && !video.missing && video.latest_run !== null && leftIn(video) > 0);
   return { videos: others.length, tracks: others.reduce((sum, video) => sum + leftIn(video), 0), next: others[0] ?? null };
+}
+
+/**
+ * What is said where every track of a video is reviewed.
+ *
+ * @param {LeftElsewhere} left
+ * @param {number} total   tracks of this video
+ * @returns {string}
+ */
+export function reviewedWords({ videos, tracks }, total) {
+  if (tracks === 0) return 'All tracks reviewed: nothing is left in the library.';
+  const where = videos === 1 ? '1 other video' : `${count(videos)} other videos`;
+  return `${total > 0 ? 'All tracks of this video are reviewed' : 'This video has no track to review'}. ${where} ${videos === 1 ? 'has' : 'have'} ${plural(tracks, 'open track')}.`;
 }

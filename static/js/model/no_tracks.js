@@ -5,7 +5,7 @@
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  */
 
-import { plural } from './numbers.js';
+import { plural } from './format.js';
 import { resumable, runPercent } from './run_progress.js';
 
 /** What to do where a video has no run. */

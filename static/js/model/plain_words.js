@@ -1,7 +1,7 @@
 // @ts-check
 /** What happened to a track in plain sentences, out of its lane. Pure. */
 
-import { count, figure } from './numbers.js';
+import { count, figure } from './format.js';
 
 /** @typedef {import('../types.js').TrackLane} TrackLane */
 /** @typedef {{frame: number, kind: string, text: string}} Sentence   `text` begins with a small letter and has no frame */

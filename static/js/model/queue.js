@@ -18,7 +18,7 @@
 import { hasAttribute } from './attributes.js';
 import { NO_CLASS } from './documents.js';
 import { engineName, labelFor, resolved } from './labels.js';
-import { plural } from './numbers.js';
+import { plural } from './format.js';
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
@@ -33,9 +33,6 @@ export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_un
 export function shownQueue({ review, labels }) {
   return review === null ? [] : queueOf(trackEntries(review.tracks, review.docs), review.filter, labels);
 }
-
-/** Keys of the queue in its order. @param {State} state @returns {string[]} */
-export const queueOrder = (state) => shownQueue(state).map(({ key }) => key);
 
 /**
  * The track that follows the selected one. A selected track that the filter hides (it has just been accepted, say)

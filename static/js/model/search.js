@@ -107,27 +107,6 @@ export function select(selected, tracks, anchor, at, how) {
 }
 
 /**
- * Where a key of the grid leads.
- *
- * @param {string} key       of the keyboard
- * @param {number} at        place now
- * @param {number} count     tracks
- * @param {number} columns
- * @param {number} page      rows on the screen
- * @returns {number|null} null: the key leads nowhere
- */
-export function stepTo(key, at, count, columns, page) {
-  /** @type {Record<string, number>} */
-  const steps = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -columns, ArrowDown: columns, PageUp: -columns * page, PageDown: columns * page, Home: -count, End: count };
-  const step = steps[key];
-  if (step === undefined || count === 0) return null;
-  const next = at + step;
-  // up from the first row and down from the last one lead nowhere; a page leads to the end
-  if ((key === 'ArrowUp' && next < 0) || (key === 'ArrowDown' && next >= count && Math.floor(at / columns) === Math.floor((count - 1) / columns))) return at;
-  return Math.max(0, Math.min(count - 1, next));
-}
-
-/**
  * Tracks with those that an action has changed in their place.
  *
  * @param {readonly FoundTrack[]} tracks

@@ -1,7 +1,7 @@
 // @ts-check
 /** Several videos that are added or run at once: which ones, and what has come of them. Pure. */
 
-import { plural } from './numbers.js';
+import { plural } from './format.js';
 
 /** @typedef {import('../types.js').Video} Video */
 

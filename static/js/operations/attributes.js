@@ -6,7 +6,7 @@ import { labelAt } from '../model/effective.js';
 import { labelFor } from '../model/labels.js';
 import { docOf } from '../editing/revisions.js';
 import { engineClass, shownTrack } from '../review/shown_tracks.js';
-import { toast } from '../views/toasts.js';
+import { toast } from '../core/toast.js';
 import { editSelected, needsTrack, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -44,7 +44,7 @@ export function giveAttribute(app, name, value, fromHere) {
  * Tick or clear one of the checkboxes of the selected track.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {number} digit
- * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} [say]
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [say]
  */
 export function toggleAttribute(app, digit, say = toast) {
   const row = selectedAttributes(app.store.get()).find((one) => one.digit === digit);

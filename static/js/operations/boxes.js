@@ -1,138 +1,24 @@
 // @ts-check
 /** Changing boxes and tracks. */
 
+import { toast } from '../core/toast.js';
 import { docOf } from '../editing/revisions.js';
 import { deletedTracks } from '../model/deleted.js';
-import { keyFramesOf } from '../model/documents.js';
-import { labelOf, shownSpan } from '../model/effective.js';
-import { nudged, settled, sizeOf } from '../model/geometry.js';
+import { labelOf } from '../model/effective.js';
+import { settled } from '../model/geometry.js';
 import { trackName } from '../model/track_name.js';
-import { knownBox } from '../review/known_box.js';
-import { nearestBox } from '../review/nearest_box.js';
-import { engineClass, shownTrack, shownTracks } from '../review/shown_tracks.js';
+import { engineClass, shownTracks } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
-import { askForClass, framesOf, seek, select, setMode, setPlaying, toggleMarked } from '../store/actions/review.js';
-import { toast } from '../views/toasts.js';
+import { framesOf, select, setMode, take } from '../store/actions/review.js';
 import { editSelected, needsBox, needsBoxes, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
+import { around, interpolate, keyRemedy, lackingKey, needsKeys, setKeyFrame, toggle } from './key_frames.js';
 import { merge } from './merge.js';
-import { editTelling } from './unseen.js';
+import { create, grow, nudge, size } from './place_box.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
 
 const GROUP = 'Boxes and tracks';
-
-/** @param {State} state */
-const size = (state) => sizeOf(state.review?.video);
-
-/** The state that holds at the cursor. @param {State} state @param {'occluded'|'outside'} what */
-function holds(state, what) {
-  const { review } = state;
-  const doc = review?.selected ? review.docs[review.selected] : undefined;
-  if (!doc || !review) return false;
-  const before = keyFramesOf(doc).findLast((k) => k <= review.frame);
-  return before === undefined ? false : doc.keys[before][what];
-}
-
-/**
- * Say something of the selected track from here on. A box of the engine stays the engine's: only one that people have drawn,
- * or that lies on a line between two such, is pinned here.
- *
- * @param {App} app
- * @param {'set_occluded'|'set_outside'} name
- * @param {'occluded'|'outside'} what
- */
-function toggle(app, name, what) {
-  const state = app.store.get();
-  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-  const box = shown === null || shown.origin === 'engine' ? null : shown.box;
-  editSelected(app, { name, value: !holds(state, what), box });
-}
-
-/** The two corrected key frames around the cursor. @param {State} state @returns {[number, number]|null} */
-function around(state) {
-  const { review } = state;
-  const doc = review?.selected ? review.docs[review.selected] : undefined;
-  if (!doc || !review) return null;
-  const frames = keyFramesOf(doc).filter((k) => doc.keys[k].box !== null);
-  const first = frames.findLast((k) => k <= review.frame) ?? frames[0];
-  const last = frames.find((k) => k > review.frame) ?? frames.at(-1);
-  if (first === undefined || last === undefined) return null;
-  if (first < last) return [first, last];
-  const earlier = frames.at(-2);
-  return earlier === undefined ? null : [earlier, last];
-}
-
-/**
- * Keep the box of the cursor's frame, or let it go. Out of the track's frames its nearest box is copied here, and told.
- * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
- * @param {import('./unseen.js').Say} [say]
- */
-export function setKeyFrame(app, say = toast) {
-  const { review } = app.store.get();
-  if (!review?.selected) return;
-  const doc = docOf(review, review.selected);
-  const shown = shownTrack(review, review.selected);
-  const nearest = shown ? null : nearestBox(review, review.selected);
-  if (shown && doc?.keys[review.frame]) editSelected(app, { name: 'remove_key' });
-  else if (shown) editSelected(app, { name: 'add_key', box: shown.box });
-  else if (nearest) {
-    const box = settled(nearest.box, size(app.store.get()));
-    editTelling(app, review.selected, () => editSelected(app, { name: 'set_box', box }), { copied: nearest.frame, say });
-  }
-}
-
-/**
- * Lay boxes on a line between two key frames, or take them off it. A drawn track has such lines from the beginning, so what
- * has happened is said.
- *
- * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
- * @param {import('./unseen.js').Say} [say]
- */
-export function interpolate(app, say = toast) {
-  const state = app.store.get();
-  const range = around(state);
-  const key = state.review?.selected;
-  const doc = key ? state.review?.docs[key] : undefined;
-  if (!range || !key || !doc) return;
-  const [first, last] = range;
-  const value = !doc.keys[first].interpolate;
-  const without = doc.segments.length ? 'The engine’s boxes stand again' : 'There are no boxes any more';
-  const said = value ? `Boxes lie on a line between frames ${first} and ${last}.` : `${without} between frames ${first} and ${last}; press I again for the line.`;
-  editTelling(app, key, () => editSelected(app, { name: 'interpolate', first, last, value }), { said, say });
-}
-
-/**
- * What a line between key frames lacks: a key frame here, or, where the only one is here, at the other end of the track.
- * @param {State} state
- * @returns {number|null} its frame; null: nothing is lacking, or there is no such frame
- */
-export function lackingKey(state) {
-  const { review } = state;
-  if (needsTrack(state) !== null || !review?.selected || around(state)) return null;
-  const doc = docOf(review, review.selected);
-  if (!doc?.keys[review.frame]?.box) return review.frame;
-  const span = shownSpan(doc, review.tracks);
-  return span === null || span.first === span.last ? null : review.frame < span.last ? span.last : span.first;
-}
-
-/**
- * Go to the frame that lacks a key frame and set it.
- * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
- * @param {import('./unseen.js').Say} [say]
- */
-export function setLackingKey(app, say = toast) {
-  const state = app.store.get();
-  const frame = lackingKey(state);
-  const key = state.review?.selected;
-  if (frame === null || !key || !state.review) return;
-  const box = knownBox(state.review, key, frame);
-  if (frame !== state.review.frame) app.store.dispatch((now) => seek(setPlaying(now, false), frame));
-  const why = needsBoxes(app.store.get());
-  if (box) app.edit({ name: 'add_key', key, frame, box });
-  else if (why) say(`${why} Then press K.`, { topic: 'unseen' });
-  else setKeyFrame(app, say);
-}
 
 /**
  * The next track in the frame, from left to right; null behind the last one, so that Tab goes on through the page.
@@ -153,43 +39,6 @@ function cycle(app, direction) {
   const key = neighbour(app.store.get(), direction);
   if (key !== null) app.store.dispatch((state) => select(state, key));
 }
-
-/**
- * A person has placed a box. Of a track that is being followed it is one more anchor, and nothing is stored until the
- * proposals are accepted; else it is an edit.
- * @param {Pick<App, 'store'|'edit'|'following'>} app
- * @param {string} key
- * @param {number} frame
- * @param {import('../types.js').Box} box
- * @param {string} [gesture]
- * @param {import('./unseen.js').Say} [say]
- */
-export function putBox(app, key, frame, box, gesture, say = toast) {
-  if (app.store.get().review?.following?.key === key) app.following.correct({ frame, box });
-  else editTelling(app, key, () => app.edit({ name: 'set_box', frame, key, box }, undefined, gesture), { say });
-}
-
-/** @param {App} app @param {number} dx @param {number} dy */
-function nudge(app, dx, dy) {
-  const state = app.store.get();
-  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-  if (shown && state.review) putBox(app, shown.key, state.review.frame, nudged(shown.box, dx, dy, size(state)), 'move');
-}
-
-/** Right and lower edge move; the rest stays. @param {App} app @param {number} dx @param {number} dy */
-function grow(app, dx, dy) {
-  const state = app.store.get();
-  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-  if (!shown || !state.review) return;
-  const [x1, y1, x2, y2] = shown.box;
-  putBox(app, shown.key, state.review.frame, settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)), 'resize');
-}
-
-/** @param {number|null} frame   that could be made one */
-export const needsKeys = (frame) => `Needs a key frame before and after.${frame === null ? '' : ` Set one at frame ${frame}?`}`;
-
-/** @param {App} app */
-export const keyRemedy = (app) => (lackingKey(app.store.get()) === null ? null : { label: 'Set key frame', run: () => setLackingKey(app) });
 
 const ARROWS = /** @type {const} */ ([['Left', -1, 0, '←'], ['Right', 1, 0, '→'], ['Up', 0, -1, '↑'], ['Down', 0, 1, '↓']]);
 
@@ -212,7 +61,7 @@ export const boxes = [
     id: 'mark', label: 'Mark the selected track for the merge', keys: ['Enter'], group: 'Box by keyboard',
     tooltip: 'While merging: M, then Tab to a track and Enter to mark it, then M again (Enter)',
     available: (state) => onReview(state) && state.review?.mode === 'merge', disabled: needsTrack,
-    run: (app) => app.store.dispatch((state) => (state.review?.selected ? toggleMarked(state, state.review.selected) : state)),
+    run: (app) => app.store.dispatch((state) => (state.review?.selected ? take(state, state.review.selected) : state)),
   }),
   operation({
     id: 'split', label: 'Split the track here', short: 'Split', keys: ['Alt+M'], icon: 'split', group: GROUP, disabled: needsTrack,
@@ -292,26 +141,3 @@ export const boxes = [
     },
   }),
 ];
-
-/** A box was drawn. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   the selected track instead of a new one @param {import('./unseen.js').Say} [say] */
-export function drawn(app, box, correct, say = toast) {
-  const { review } = app.store.get();
-  if (!review) return;
-  if (correct && review.selected) {
-    putBox(app, review.selected, review.frame, box, undefined, say);
-    app.store.dispatch((state) => setMode(state, 'select'));
-    return;
-  }
-  app.store.dispatch((state) => askForClass(state, { key: newKey(), frame: review.frame, box }));
-}
-
-/**
- * Make a drawn box a track.
- * @param {Pick<App, 'store'|'edit'>} app
- * @param {import('../state-types.js').Draft} draft
- * @param {number|null} class_id   null: of none of the known classes
- * @param {string} [label_key]     of that label
- */
-export function create(app, { key, frame, box }, class_id, label_key) {
-  if (app.edit({ name: 'create_track', frame, key, box, class_id, ...(label_key !== undefined && { label_key }) })) app.store.dispatch((state) => select(state, key));
-}

@@ -24,23 +24,23 @@ function needsReplayable(state) {
   return run.state === 'queued' || run.state === 'running' ? 'Wait until the run is over.' : null;
 }
 
-/** @param {App} app @param {(state: State) => import('../state-types.js').Dialog} dialog */
-const show = (app, dialog) => app.store.dispatch((state) => openDialog(state, dialog(state)));
+/** @param {App} app @param {(review: import('../state-types.js').ReviewState) => import('../state-types.js').Dialog} dialog */
+const show = (app, dialog) => app.store.dispatch((state) => (state.review ? openDialog(state, dialog(state.review)) : state));
 
 /** @type {import('../page-types.js').Operation[]} */
 export const exchange = [
   operation({
     id: 'export', label: 'Export annotations …', short: 'Export', keys: ['Shift+E'], icon: 'export', group: GROUP,
     disabled: (state) => needsRun(state) ?? (state.review?.run?.state === 'complete' ? null : 'Wait until the run is complete.'),
-    run: (app) => show(app, (state) => ({ kind: 'export', data: { runs: state.review?.run ? [state.review.run.id] : [] } })),
+    run: (app) => show(app, ({ run }) => ({ kind: 'export', data: { runs: run ? [run.id] : [] } })),
   }),
   operation({
     id: 'import', label: 'Import annotations …', short: 'Import', keys: ['Shift+I'], icon: 'import', group: GROUP,
-    run: (app) => show(app, (state) => ({ kind: 'import', data: { video: state.review?.video.id } })),
+    run: (app) => show(app, ({ video }) => ({ kind: 'import', data: { video: video.id } })),
   }),
   operation({
     id: 'ground-truths', label: 'Ground truths …', short: 'Ground truth', keys: ['Shift+G'], icon: 'truth', group: GROUP,
-    run: (app) => show(app, (state) => ({ kind: 'ground-truths', data: { video: state.review?.video.id } })),
+    run: (app) => show(app, ({ video }) => ({ kind: 'ground-truths', data: { video: video.id } })),
   }),
   operation({ id: 'record', label: 'Record frames …', short: 'Record', keys: ['Shift+R'], icon: 'record', group: GROUP, disabled: needsFrames, run: (app) => show(app, () => ({ kind: 'record' })) }),
   operation({ id: 'report-bug', label: 'Report a bug …', short: 'Report bug', keys: ['Shift+B'], icon: 'bug', group: GROUP, disabled: needsReplayable, run: (app) => show(app, () => ({ kind: 'bundle' })) }),

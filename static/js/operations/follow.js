@@ -8,8 +8,8 @@ import { trackName } from '../model/track_name.js';
 import { knownBox } from '../review/known_box.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { cutFollowing, seek, setPlaying } from '../store/actions/review.js';
-import { toast } from '../views/toasts.js';
-import { keyRemedy, lackingKey, needsKeys } from './boxes.js';
+import { toast } from '../core/toast.js';
+import { keyRemedy, lackingKey, needsKeys } from './key_frames.js';
 import { needsBox, needsTrack, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */

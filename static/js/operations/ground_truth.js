@@ -5,8 +5,8 @@ import { NO_CLASS } from '../model/documents.js';
 import { chosenTruth, nextTruth } from '../review/chosen_truth.js';
 import { className } from '../model/labels.js';
 import { select, selectTruth } from '../store/actions/review.js';
-import { takeOver } from '../views/take_over.js';
-import { create, putBox } from './boxes.js';
+import { takeOver } from '../review/take_over.js';
+import { create, putBox } from './place_box.js';
 import { needsRun, newKey, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */

@@ -6,9 +6,9 @@ import { commonRuns, framesIn } from '../model/shown_runs.js';
 import { trackEntries } from '../model/track_entries.js';
 import { trackName } from '../model/track_name.js';
 import { openDialog } from '../store/actions/page.js';
-import { select, setMode, toggleMarked } from '../store/actions/review.js';
-import { plural } from '../views/format.js';
-import { toast } from '../views/toasts.js';
+import { select, setMode } from '../store/actions/review.js';
+import { plural } from '../model/format.js';
+import { toast } from '../core/toast.js';
 
 /**
  * @typedef {import('../page-types.js').App} App
@@ -75,7 +75,7 @@ export function merge(app, say = toast) {
   const { review } = app.store.get();
   if (!review) return;
   if (review.mode !== 'merge') {
-    app.store.dispatch((state) => (state.review?.selected ? toggleMarked(setMode(state, 'merge'), state.review.selected) : setMode(state, 'merge')));
+    app.store.dispatch((state) => setMode(state, 'merge'));
     return;
   }
   const [key, ...others] = review.marked;

@@ -9,7 +9,7 @@ import { sizeOf } from '../model/geometry.js';
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
 import { trackName } from '../model/track_name.js';
-import { toast } from '../views/toasts.js';
+import { toast } from '../core/toast.js';
 import { needsTrack, operation } from './helpers.js';
 import { followingWork } from './team.js';
 
@@ -27,7 +27,7 @@ const go = (app, frame) => {
 
 /**
  * Show a track: select it, and go to where it is clearest, wherever the cursor is.
- * @param {Pick<import('../views/app.js').ViewApp, 'store'>} app
+ * @param {Pick<import('../page-types.js').ViewApp, 'store'>} app
  * @param {string} key
  */
 export function openTrack(app, key) {
@@ -49,7 +49,7 @@ function queueStep(app, direction) {
  * frame of the video there would look like one of the track.
  * @param {App} app
  * @param {1|-1} direction
- * @param {(text: string, options: import('../views/toasts.js').ToastOptions) => void} [say]
+ * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [say]
  */
 export function keyStep(app, direction, say = toast) {
   const { review } = app.store.get();

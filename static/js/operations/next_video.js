@@ -4,7 +4,7 @@
 import { leftElsewhere } from '../model/left_elsewhere.js';
 import { formatRoute } from '../model/route.js';
 import { setVideos } from '../store/actions/page.js';
-import { toast } from '../views/toasts.js';
+import { toast } from '../core/toast.js';
 import { operation } from './helpers.js';
 
 /** Key of the operation, for those who tell of it. */
@@ -16,8 +16,8 @@ const elsewhere = ({ videos, route }) => leftElsewhere(videos, route.screen === 
 /**
  * Open the next video that has open tracks. The list is asked for once more, since others review too.
  *
- * @param {Pick<import('../views/app.js').ViewApp, 'store'|'api'|'load'>} app
- * @param {(text: string, options: import('../views/toasts.js').ToastOptions) => void} [say]
+ * @param {Pick<import('../page-types.js').ViewApp, 'store'|'api'|'load'>} app
+ * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [say]
  */
 export async function openNextVideo({ store, api, load }, say = toast) {
   try {

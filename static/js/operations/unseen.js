@@ -5,14 +5,14 @@ import { docOf } from '../editing/revisions.js';
 import { without } from '../model/join.js';
 import { framesIn, shownRuns } from '../model/shown_runs.js';
 import { trackName } from '../model/track_name.js';
-import { plural } from '../views/format.js';
-import { toast } from '../views/toasts.js';
+import { plural } from '../model/format.js';
+import { toast } from '../core/toast.js';
 
 /**
  * @typedef {import('../page-types.js').App} App
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').TrackDoc} TrackDoc
- * @typedef {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} Say
+ * @typedef {(text: string, options?: import('../core/toast.js').ToastOptions) => void} Say
  */
 
 /**
@@ -36,7 +36,7 @@ export function gained(before, after, tracks) {
  * @param {number|null} copied                                         frame that its box was copied from; null: it was drawn
  * @returns {string} empty: nothing
  */
-export function unseenWords(name, runs, frame, copied) {
+function unseenWords(name, runs, frame, copied) {
   const words = [];
   if (copied !== null) words.push(`Track ${name} had no box in frame ${frame}: that of frame ${copied} was copied here. Move it onto the sign.`);
   const others = without([...runs], [[frame, frame]]);

@@ -8,13 +8,12 @@ import { trackName } from '../model/track_name.js';
 import { docOf } from '../editing/revisions.js';
 import { engineClass } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
-import { leftElsewhere } from '../model/left_elsewhere.js';
+import { leftElsewhere, reviewedWords } from '../model/left_elsewhere.js';
 import { endOfQueue, nextInQueue, queueCounts, shownQueue } from '../model/queue.js';
 import { trackEntries } from '../model/track_entries.js';
-import { reviewedWords } from '../views/queue/end.js';
 import { openTrack } from './navigate.js';
 import { NEXT_VIDEO_KEY } from './next_video.js';
-import { toast } from '../views/toasts.js';
+import { toast } from '../core/toast.js';
 import { editSelected, needsRun, needsTrack, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -40,7 +39,7 @@ export function giveVerdict(app, review, key, verdict) {
  * Give the selected track a label.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {import('../types.js').Label} label
- * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} [say]
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [say]
  */
 export function giveLabel(app, label, say = toast) {
   const { review } = app.store.get();
@@ -55,7 +54,7 @@ export function giveLabel(app, label, say = toast) {
  * Give the selected track the label that is pinned to a digit.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {string} digit
- * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} [say]
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [say]
  */
 export function givePinned(app, digit, say = toast) {
   const label = offeredLabels(app.store.get().labels).find(({ pinned }) => String(pinned) === digit);
@@ -68,7 +67,7 @@ export function givePinned(app, digit, say = toast) {
  * pressed once too often must not take it back.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {'accepted'|'rejected'|'needs_work'} review
- * @param {(text: string, options: import('../views/toasts.js').ToastOptions) => void} [say]
+ * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [say]
  */
 export function judge(app, review, say = toast) {
   const before = app.store.get();

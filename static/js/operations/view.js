@@ -8,8 +8,8 @@ import { LAYERS } from '../store/initial.js';
 import { changeLanesView, openDialog } from '../store/actions/page.js';
 import { setViewport, toggleFewLabels, toggleLayer } from '../store/actions/review.js';
 import { unsavedOf } from '../store/unsaved.js';
-import { SUB_LANES } from '../views/lanes/detail_painter.js';
-import { toast } from '../views/toasts.js';
+import { SUB_LANES } from '../model/sub_lanes.js';
+import { toast } from '../core/toast.js';
 import { needsBox, needsRun, onReview, operation } from './helpers.js';
 
 /** Side that a box is zoomed to, screen px. */
@@ -103,7 +103,7 @@ export const view = [
     run: (app) => app.store.dispatch((state) => {
       const { review } = state;
       const from = review && state.runs[review.video.id]?.find(({ id }) => id === review.earlier?.run_id);
-      return from ? openDialog(state, { kind: 'adopted', data: { from, to: review.run, now: true } }) : state;
+      return from && review.run ? openDialog(state, { kind: 'adopted', data: { from, to: review.run, now: true } }) : state;
     }),
   }),
   ...LAYERS.map((name) =>

@@ -10,9 +10,9 @@
  */
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { changeReview } from '../store/actions/review.js';
-import { plural } from '../views/format.js';
-import { isPutAway, putAway } from '../views/preferences.js';
-import { runName } from '../views/run-words.js';
+import { plural } from '../model/format.js';
+import { isPutAway, putAway } from '../core/preferences.js';
+import { runName } from '../model/run_words.js';
 
 /** What is put away with an offer. @param {string} run @param {Earlier} found */
 const nameOf = (run, { run_id, seq }) => `earlier/${run}/${run_id}/${seq}`;

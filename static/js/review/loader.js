@@ -11,14 +11,11 @@ import { ApiError, sentence } from '../api/errors.js';
 import { createTimebase } from '../model/timebase.js';
 import { tracksBehind } from '../model/track_lane.js';
 import { hideBanner, showBanner, setRuns } from '../store/actions/page.js';
-import { changeReview, closeReview, openReview, putLane, putOverlays, putTruth, seek, select, selectedLanes } from '../store/actions/review.js';
+import { changeReview, closeReview, openReview, putLane, seek, select, selectedLanes } from '../store/actions/review.js';
+import { createChunks } from './chunks.js';
 import { offerEarlier } from './earlier.js';
-import { createRests } from './rests.js';
+import { createRequests } from './requests.js';
 
-/** Frames of one request for overlays. */
-const CHUNK = 128;
-/** After this a chunk that is on its way no longer holds up the one of where the cursor is by now, ms. */
-const PATIENCE = 1000;
 /** Shortest time between two looks at a run that is going on, ms. */
 const FOLLOW = 1500;
 
@@ -62,21 +59,25 @@ export function createLoader(app, hooks) {
   /** @type {AbortController|null} */
   let current = null;
   let opened = '';
-  /** What was asked for; with overlays, the first frame that came: gone from the store, it is asked for again. @type {Map<string, number|null>} */
-  let asked = new Map();
   /** @type {string|null} */
   let truth = null;
   /** Asked for, perhaps before its video is open. @type {string|null} */
   let wantedTruth = null;
   /** The video that could not be opened yet. @type {string|null} */
   let unready = null;
-  /** The request for the cursor's chunk that is on its way: for what was open, and since when. @type {{of: AbortController|null, since: number}|null} */
-  let fetching = null;
   let followed = 0;
   /** How often tracks were asked for, and which of the answers is there. */
   let asks = 0;
   let newest = 0;
-  const resting = createRests();
+  const requests = createRequests(() => sync(), fail);
+  const around = createChunks(app, requests, {
+    truth: () => truth,
+    truthGone(id, signal) {
+      const review = store.get().review;
+      if (review && truth === id) groundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
+    },
+    again: () => sync(),
+  });
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
 
@@ -87,48 +88,12 @@ export function createLoader(app, hooks) {
     store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }));
   }
 
-  /** What begins so is asked for anew. @param {string} beginning */
-  const forget = (beginning) => {
-    for (const name of [...asked.keys()]) if (name.startsWith(beginning)) asked.delete(name);
-  };
-
-  /** Asked for already, or failed a moment ago. @param {string} name */
-  const isAskedFor = (name) => asked.has(name) || resting.has(name);
-
-  /**
-   * Make a request; `asked` says that it is on its way. One that fails rests.
-   *
-   * @template T
-   * @param {string} name
-   * @param {AbortSignal} signal
-   * @param {() => Promise<T>} ask
-   * @param {(found: T) => void} take
-   * @param {() => void} [gone]   there is no such thing any more
-   */
-  async function fetched(name, signal, ask, take, gone) {
-    asked.set(name, null);
-    try {
-      const found = await ask();
-      resting.done(name);
-      take(found);
-    } catch (thrown) {
-      asked.delete(name);
-      if (signal.aborted) return;
-      if (thrown instanceof ApiError && thrown.status === 404) {
-        resting.absent(name);
-        if (gone) return gone();
-      } else setTimeout(() => signal.aborted || sync(), resting.failed(name));
-      fail(thrown, signal);
-    }
-  }
-
   /** @param {Extract<State['route'], {screen: 'review'}>} route */
   async function open(route) {
     current?.abort();
     current = new AbortController();
     const signal = AbortSignal.any([current.signal, app.signal]);
-    asked = new Map();
-    resting.clear();
+    requests.clear();
     truth = null;
     hooks.closed();
     store.dispatch(withoutErrors);
@@ -189,94 +154,12 @@ export function createLoader(app, hooks) {
     sync();
   }
 
-  /**
-   * Ask for the chunks around the cursor that are not there yet: the cursor's own first, and one at a time, since who
-   * scrubs has left it before it comes.
-   * @param {NonNullable<State['review']>} review
-   * @param {AbortSignal} signal
-   */
-  function around(review, signal) {
-    const middle = Math.floor(review.frame / CHUNK);
-    if (fetching !== null && fetching.of === current && Date.now() - fetching.since <= PATIENCE) return;
-    const missing = chunk(review, middle, signal);
-    if (missing.length === 0) {
-      for (const side of [middle + 1, middle - 1]) for (const ask of chunk(review, side, signal)) void ask();
-      return;
-    }
-    const mine = (fetching = { of: current, since: Date.now() });
-    void Promise.all(missing.map((ask) => ask())).finally(() => {
-      if (fetching === mine) fetching = null;
-      if (!signal.aborted) sync(); // the cursor has gone on, or something else is wanted by now
-    });
-  }
-
-  /**
-   * The requests that a chunk of frames still needs.
-   * @param {NonNullable<State['review']>} review
-   * @param {number} number
-   * @param {AbortSignal} signal
-   * @returns {(() => Promise<void>)[]}
-   */
-  function chunk(review, number, signal) {
-    const last = (review.timebase?.frames ?? 1) - 1;
-    const first = number * CHUNK;
-    if (first < 0 || first > last) return [];
-    const end = Math.min(last, first + CHUNK - 1);
-    const asks = [];
-    for (const [slot, run] of /** @type {const} */ ([['overlays', review.run?.id], ['secondOverlays', review.second]])) {
-      if (run && !held(review, slot, run, first)) asks.push(() => overlays(run, slot, first, end, signal));
-    }
-    const id = truth;
-    if (id !== null && review.layers.truth && !isAskedFor(`truth/${id}/${first}`)) asks.push(() => boxes(id, first, end, signal));
-    return asks;
-  }
-
-  /**
-   * Whether overlays are there or on their way; those that had to make room are asked for again.
-   * @param {NonNullable<State['review']>} review
-   * @param {'overlays'|'secondOverlays'} slot
-   * @param {string} run
-   * @param {number} first
-   */
-  function held(review, slot, run, first) {
-    const name = `${slot}/${run}/${first}`;
-    const came = asked.get(name);
-    return came === null || resting.has(name) || (came !== undefined && Boolean(review[slot][came]));
-  }
-
-  /**
-   * @param {string} run
-   * @param {'overlays'|'secondOverlays'} slot
-   * @param {number} first
-   * @param {number} last
-   * @param {AbortSignal} signal
-   */
-  function overlays(run, slot, first, last, signal) {
-    const name = `${slot}/${run}/${first}`;
-    return fetched(name, signal, () => api.overlays(run, first, last, { signal }), (found) => {
-      store.dispatch((state) => putOverlays(state, slot, found));
-      // where the run has not got to yet is asked again by `refresh`
-      if (found.length) asked.set(name, found[0].frame);
-    });
-  }
-
-  /** @param {string} id @param {number} first @param {number} last @param {AbortSignal} signal */
-  function boxes(id, first, last, signal) {
-    return fetched(`truth/${id}/${first}`, signal, () => api.truthBoxes(id, first, last, { signal }), (found) => {
-      store.dispatch((state) => putTruth(state, found, first, last));
-    }, () => {
-      // another one of its name has taken its place, or it was removed
-      const review = store.get().review;
-      if (review && truth === id) groundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
-    });
-  }
-
   /** @param {string} run @param {number} track @param {AbortSignal} signal */
   function lane(run, track, signal) {
     const name = `lane/${run}/${track}`;
-    if (isAskedFor(name)) return;
-    void fetched(name, signal, () => api.track(run, track, { signal }), (found) => {
-      asked.delete(name); // it may have to make room later, and is then asked for again
+    if (requests.isAskedFor(name)) return;
+    void requests.fetched(name, signal, () => api.track(run, track, { signal }), (found) => {
+      requests.passed(name);
       store.dispatch((state) => putLane(state, found));
     });
   }
@@ -285,8 +168,8 @@ export function createLoader(app, hooks) {
     const review = store.get().review;
     if (!review?.run || !current) return;
     const signal = AbortSignal.any([current.signal, app.signal]);
-    for (const name of [...asked.keys()]) if (!name.startsWith('truth/')) asked.delete(name);
-    resting.clear();
+    requests.forget('truth/', true);
+    requests.wake();
     try {
       const found = await tracksOf(review.run.id, signal);
       if (found === null) return;
@@ -329,7 +212,7 @@ export function createLoader(app, hooks) {
     }
     if (!review?.timebase || !current) return;
     const signal = AbortSignal.any([current.signal, app.signal]);
-    around(review, signal);
+    around(review, signal, current);
     if (review.run && review.selected) {
       for (const track of tracksBehind(review.selected, review.docs[review.selected])) if (!review.laneOf[track]) lane(review.run.id, track, signal);
     }
@@ -359,7 +242,7 @@ export function createLoader(app, hooks) {
       }
     },
     showSecond(id, corrected = false) {
-      forget('secondOverlays/');
+      requests.forget('secondOverlays/');
       store.dispatch((state) => changeReview(state, (review) => ({ second: id, secondOverlays: {}, secondTracks: null, secondDocs: {}, layers: { ...review.layers, second: true } })));
       sync();
       if (!current || id === null) return;
@@ -372,7 +255,7 @@ export function createLoader(app, hooks) {
     },
     showTruth(id) {
       wantedTruth = id;
-      forget('truth/');
+      requests.forget('truth/');
       store.dispatch((state) => changeReview(state, (review) => ({ truth: {}, layers: { ...review.layers, truth: id !== null || review.layers.truth } })));
       const { review } = store.get();
       if (!review || !current) return;

@@ -1,18 +1,11 @@
 // @ts-check
 /**
- * What a view needs of the page, and the few things that lanes, inspector and queue do with it.
+ * The few things that lanes, inspector and queue do with the page.
  *
- * @typedef {import('../state-types.js').State} State
  * @typedef {import('../types.js').Command} Command
- *
- * @typedef {object} ViewApp
- * @property {{get: () => State, dispatch: (action: (state: State) => State) => void}} store
- * @property {import('../api/client.js').Api} api
- * @property {import('../store/catch_up.js').CatchUp['load']} load   what the server is asked, into the store, never older than what was heard
- * @property {(command: Command, of?: string|null) => boolean} edit   apply at once, send, keep until the server has it;
- *   `of`: the run that it is meant for
- * @property {import('./note_drafts.js').NoteDrafts} notes   those that are half written
+ * @typedef {import('../page-types.js').ViewApp} ViewApp
  */
+import { modeOf } from '../modes/index.js';
 import { openDialog } from '../store/actions/page.js';
 import * as actions from '../store/actions/review.js';
 
@@ -27,15 +20,16 @@ export function select(app, key) {
 }
 
 /**
- * A track was clicked outside the picture: while tracks are merged it is marked, or no longer.
+ * A track was clicked outside the picture: the mode may take it, as a merge does that marks it.
  *
  * @param {ViewApp} app
  * @param {string} key
- * @returns {boolean} whether it was for the merge
+ * @returns {boolean} whether it was for the mode
  */
 export function mark(app, key) {
-  if (app.store.get().review?.mode !== 'merge') return false;
-  app.store.dispatch((state) => actions.toggleMarked(state, key));
+  const { review } = app.store.get();
+  if (review === null || modeOf(review).take === null) return false;
+  app.store.dispatch((state) => actions.take(state, key));
   return true;
 }
 

@@ -4,7 +4,7 @@
 import {hideBanner} from '../store/actions/page.js';
 import {h, reconcile, setText} from './dom.js';
 import {icon} from './icons.js';
-import {putAway} from './preferences.js';
+import {putAway} from '../core/preferences.js';
 
 /** @typedef {import('../state-types.js').Banner} Banner */
 

@@ -3,7 +3,7 @@
 
 import { sentence } from '../api/errors.js';
 import { putRun } from '../store/actions/page.js';
-import { toast } from './toasts.js';
+import { toast } from '../core/toast.js';
 
 /**
  * @param {Pick<import('./app.js').ViewApp, 'load'>} app

@@ -3,7 +3,7 @@
 
 import {className, labelFor} from '../model/labels.js';
 import {h} from './dom.js';
-import {count, plural} from './format.js';
+import {count, plural} from '../model/format.js';
 import {pictureThatMayMiss} from './pictures.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */

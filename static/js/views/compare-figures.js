@@ -2,7 +2,7 @@
 /** The figures of a comparison as a table with bars. Each opens the places behind it. */
 
 import {h} from './dom.js';
-import {count, figure, percent, plural} from './format.js';
+import {count, figure, percent, plural} from '../model/format.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Figure} Figure */

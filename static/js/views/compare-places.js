@@ -6,11 +6,11 @@ import {className} from '../model/labels.js';
 import {formatRoute} from '../model/route.js';
 import {trackName} from '../model/track_name.js';
 import {fill, h} from './dom.js';
-import {count, plural} from './format.js';
+import {count, plural} from '../model/format.js';
 import {icon} from './icons.js';
 import {openOver} from './open-over.js';
 import {pictureThatMayMiss} from './pictures.js';
-import {takeOver} from './take_over.js';
+import {takeOver} from '../review/take_over.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Places} Places */
@@ -66,7 +66,7 @@ const CROP = 64;
  * @param {Pick<Comparison, 'reference'|'candidate'>} found
  * @returns {{truth: string, side: 'reference'|'candidate', run: string}|null}
  */
-export function correctable({reference, candidate}) {
+function correctable({reference, candidate}) {
   const [[kind, id], [otherKind, otherId]] = [reference, candidate].map((name) => name.split(':'));
   if ((kind === 'truth') === (otherKind === 'truth')) return null;
   return kind === 'truth' ? {truth: id, side: 'reference', run: otherId} : {truth: otherId, side: 'candidate', run: id};
@@ -80,7 +80,7 @@ export function correctable({reference, candidate}) {
  * @param {number} at
  * @returns {number|null}
  */
-export function signAt({side: own, tracks, pairs}, side, at) {
+function signAt({side: own, tracks, pairs}, side, at) {
   const key = own === side ? tracks[at] : pairs[at].other;
   return key === null ? null : Number(key.slice(1));
 }

@@ -2,17 +2,16 @@
 /** Two views of one video against each other: figures, confusion of classes, and the places behind every number. */
 
 import {sentence} from '../api/errors.js';
-import {setRuns} from '../store/actions/page.js';
+import {openDialog, setRuns} from '../store/actions/page.js';
 import {createConfusion} from './compare-confusion.js';
 import {createFigures} from './compare-figures.js';
 import {createPlaces} from './compare-places.js';
 import {fill, h, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
-import {count, plural} from './format.js';
+import {count, plural} from '../model/format.js';
 import {icon} from './icons.js';
 import {modelsOf} from './model-words.js';
-import {runInexact} from './run-words.js';
-import {openDialog} from '../store/actions/page.js';
+import {runInexact} from '../model/run_words.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */

@@ -7,9 +7,9 @@ import {createOutputRow} from './output-row.js';
 import {KINDS} from './output-words.js';
 import {h, reconcile, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
-import {bytes, plural} from './format.js';
+import {bytes, plural} from '../model/format.js';
 import {icon} from './icons.js';
-import {recall, remember} from './preferences.js';
+import {recall, remember} from '../core/preferences.js';
 
 /** @typedef {import('../types.js').Output} Output */
 

@@ -10,10 +10,10 @@ import {dropVideo, openDialog, putVideo} from '../store/actions/page.js';
 import {createAssigned} from './library-assigned.js';
 import {fill, h, setText} from './dom.js';
 import {acceptDrops} from './drops.js';
-import {bytes, clock, count, figure, plural} from './format.js';
+import {bytes, clock, count, figure, plural} from '../model/format.js';
 import {icon} from './icons.js';
-import {runProgress} from './run-words.js';
-import {toast} from './toasts.js';
+import {runProgress} from '../model/run_words.js';
+import {toast} from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').Run} Run */

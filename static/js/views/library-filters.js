@@ -7,7 +7,7 @@ import {NO_CLASS} from '../model/documents.js';
 import {finderOf} from '../model/label_finder.js';
 import {offeredLabels} from '../model/labels.js';
 import {fill, h, setText} from './dom.js';
-import {plural} from './format.js';
+import {plural} from '../model/format.js';
 
 /** @typedef {{label: string, attribute: string, value: string, state: string}} Chosen   as typed; empty: any */
 

@@ -5,7 +5,7 @@
  */
 
 import {h, reconcile, setText} from './dom.js';
-import {count} from './format.js';
+import {count} from '../model/format.js';
 import {createCard} from './library-card.js';
 
 /** @typedef {import('../types.js').Run} Run */

@@ -4,7 +4,7 @@
 import {notRunYet} from '../model/several_videos.js';
 import {openDialog} from '../store/actions/page.js';
 import {h, setText} from './dom.js';
-import {count} from './format.js';
+import {count} from '../model/format.js';
 import {icon} from './icons.js';
 
 /** @typedef {import('../types.js').Video} Video */

@@ -3,7 +3,7 @@
 
 import {openDialog} from '../store/actions/page.js';
 import {h, setText} from './dom.js';
-import {count, plural} from './format.js';
+import {count, plural} from '../model/format.js';
 import {icon} from './icons.js';
 
 /** @typedef {import('../types.js').Video} Video */

@@ -4,9 +4,9 @@
 import {ApiError, sentence} from '../api/errors.js';
 import {putVideo} from '../store/actions/page.js';
 import {fill, h, setText} from './dom.js';
-import {bytes} from './format.js';
+import {bytes} from '../model/format.js';
 import {icon} from './icons.js';
-import {toast} from './toasts.js';
+import {toast} from '../core/toast.js';
 
 /**
  * Send one file, and put its video into the library.

@@ -6,8 +6,8 @@ import {runPart} from '../model/run_progress.js';
 import {openDialog} from '../store/actions/page.js';
 import {fill, h} from './dom.js';
 import {icon} from './icons.js';
-import {recall, remember} from './preferences.js';
-import {runProgress} from './run-words.js';
+import {recall, remember} from '../core/preferences.js';
+import {runProgress} from '../model/run_words.js';
 
 /** @typedef {import('../state-types.js').State} State */
 

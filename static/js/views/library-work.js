@@ -4,7 +4,7 @@
 import { framesOf, STATES } from '../model/team.js';
 import { placeOfWork, waitingWork } from '../operations/team.js';
 import { fill, h } from './dom.js';
-import { plural } from './format.js';
+import { plural } from '../model/format.js';
 
 /** Rows of each list; the rest is a number. */
 const MOST = 8;

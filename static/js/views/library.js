@@ -1,60 +1,32 @@
 // @ts-check
 /** The first screen: all videos, how far each is, and how to add one. */
 
-import {sentence} from '../api/errors.js';
 import {isVideoFile, VIDEO_FILES} from '../model/exchange.js';
-import {leftIn} from '../model/left_elsewhere.js';
+import {SORTS, arrange} from '../model/library_order.js';
 import {may} from '../model/team.js';
 import {hideBanner, openDialog, setRuns, setSession, setVideos} from '../store/actions/page.js';
 import {h, setText} from './dom.js';
-import {emptyState, waiting} from './empty.js';
-import {count, plural} from './format.js';
+import {waiting} from './empty.js';
+import {count, plural} from '../model/format.js';
 import {icon} from './icons.js';
 import {STEP, createCards} from './library-list.js';
 import {NOTHING_CHOSEN, createLibraryFilters} from './library-filters.js';
+import {noMatch, noVideo, notLoaded} from './library-notices.js';
 import {createRunAll} from './library-run-all.js';
 import {acceptDrops} from './drops.js';
 import {createSelection} from './library-selection.js';
 import {createUploads} from './library-uploads.js';
 import {createWelcome} from './library-welcome.js';
 import {createWork} from './library-work.js';
-import {recall, remember} from './preferences.js';
-import {toast} from './toasts.js';
+import {recall, remember} from '../core/preferences.js';
+import {toast} from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../types.js').Video} Video */
 
-/** Numbers within names in their order; made once, because it is slow to make. */
-const names = new Intl.Collator(undefined, {numeric: true});
-
 /** Where one was in the library, to come back to after a review. @type {WeakMap<App, {search: string, most: number, top: number, chosen: import('./library-filters.js').Chosen}>} */
 const places = new WeakMap();
-
-/** @type {Record<string, {label: string, compare: (a: Video, b: Video) => number}>} */
-const SORTS = {
-  newest: {label: 'Newest first', compare: (a, b) => (a.created < b.created ? 1 : a.created > b.created ? -1 : 0)},
-  name: {label: 'Name', compare: (a, b) => names.compare(a.name, b.name)},
-  open: {label: 'Most left to review', compare: (a, b) => leftIn(b) - leftIn(a)},
-  longest: {label: 'Longest first', compare: (a, b) => (b.duration ?? 0) - (a.duration ?? 0)},
-};
-
-/**
- * The videos that a search finds, in order.
- *
- * @param {readonly Video[]} videos
- * @param {string} text    every word must occur in name or path
- * @param {string} sort
- * @returns {Video[]}
- */
-export function arrange(videos, text, sort) {
-  const words = text.toLowerCase().split(/\s+/).filter(Boolean);
-  const found = videos.filter((video) => {
-    const where = `${video.name} ${video.path}`.toLowerCase();
-    return words.every((word) => where.includes(word));
-  });
-  return found.sort((SORTS[sort] ?? SORTS.newest).compare);
-}
 
 /**
  * @param {App} app
@@ -77,6 +49,7 @@ export function createLibrary(app) {
     uploads.add([...(files.files ?? [])]);
     files.value = '';
   }});
+  const addVideo = () => store.dispatch((state) => openDialog(state, {kind: 'add-video'}));
   const uploads = createUploads(app, signal);
   const filters = createLibraryFilters(app, {chosen: place.chosen, signal, changed: (chosen) => {
     if (JSON.stringify(chosen) !== JSON.stringify(place.chosen)) {
@@ -108,7 +81,7 @@ export function createLibrary(app) {
       h('div', {class: 'library-head'},
         h('h1', null, 'Library'), total, h('div', {class: 'grow'}),
         h('div', {class: 'input-with-icon library-search'}, icon('search'), search), sort, layout,
-        h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'add-video'}))}, icon('folder'), 'Add from folder'),
+        h('button', {class: 'btn', type: 'button', onclick: addVideo}, icon('folder'), 'Add from folder'),
         h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'), files,
         runAll.element, runQueue,
         h('button', {class: 'btn', type: 'button', title: 'Annotations of one or several videos', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export'),
@@ -140,13 +113,10 @@ export function createLibrary(app) {
     } catch (thrown) {
       if (signal.aborted) return;
       noticed = 'error';
-      notice.replaceChildren(emptyState({
-        error: true, icon: 'alert', title: 'The videos could not be loaded', text: sentence(thrown),
-        actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => {
-          noticed = 'waiting';
-          notice.replaceChildren(waiting('The videos are loaded', {retry: load, signal}));
-          void load();
-        }}, icon('refresh'), 'Try again')],
+      notice.replaceChildren(notLoaded(thrown, () => {
+        noticed = 'waiting';
+        notice.replaceChildren(waiting('The videos are loaded', {retry: load, signal}));
+        void load();
       }));
     }
   }
@@ -203,22 +173,13 @@ export function createLibrary(app) {
     runAll.show(found);
     void loadRuns(found.slice(0, place.most));
     if (state.videos.length === 0) {
-      notify('empty', () => emptyState({
-        icon: 'film', title: 'No video yet', text: 'Add one that lies on this machine, upload one, or drop files anywhere on this page. Nothing leaves this machine.',
-        actions: [
-          h('button', {class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((now) => openDialog(now, {kind: 'add-video'}))}, icon('folder'), 'Add from folder'),
-          h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'),
-        ],
-      }));
+      notify('empty', () => noVideo(addVideo, () => files.click()));
     } else if (found.length === 0) {
-      notify('nothing', () => emptyState({
-        icon: 'search', title: 'No video matches', text: 'The search looks at names and folders; every word must occur. The filters look at the tracks of the run that a video is opened with.',
-        actions: [h('button', {class: 'btn', type: 'button', onclick: () => {
-          search.value = '';
-          filters.reset();
-          turn();
-          search.focus();
-        }}, 'Clear search and filters')],
+      notify('nothing', () => noMatch(() => {
+        search.value = '';
+        filters.reset();
+        turn();
+        search.focus();
       }));
     } else {
       notify('none');

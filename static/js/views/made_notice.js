@@ -2,10 +2,10 @@
 /** Tells how a file turned out that somebody asked for on this page, wherever they are by then. */
 
 import {isActive} from './output-words.js';
-import {toast} from './toasts.js';
+import {toast} from '../core/toast.js';
 
 /** @typedef {import('../types.js').Output} Output */
-/** @typedef {import('./toasts.js').ToastOptions & {text: string}} Notice */
+/** @typedef {import('../core/toast.js').ToastOptions & {text: string}} Notice */
 
 /**
  * What is to be said of a file; null: nothing, as it is in sight.

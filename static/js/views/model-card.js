@@ -4,7 +4,7 @@
 import {complaints, figureGroups} from '../model/model_figures.js';
 import {isActive, partOf} from './output-words.js';
 import {fill, h, setText} from './dom.js';
-import {figure, moment, percent} from './format.js';
+import {figure, moment, percent} from '../model/format.js';
 import {icon} from './icons.js';
 import {lineage, modelProgress, modelState, VERDICTS} from './model-words.js';
 

@@ -1,7 +1,7 @@
 // @ts-check
 /** Model versions in words: where they come from, and how far they are. Pure functions. */
 
-import {count, plural} from './format.js';
+import {count, plural} from '../model/format.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 

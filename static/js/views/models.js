@@ -5,10 +5,10 @@ import {sentence} from '../api/errors.js';
 import {dropMade, openDialog, putModel, setModels} from '../store/actions/page.js';
 import {h, reconcile, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
-import {plural} from './format.js';
+import {plural} from '../model/format.js';
 import {icon} from './icons.js';
 import {createModelCard} from './model-card.js';
-import {toast} from './toasts.js';
+import {toast} from '../core/toast.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 

@@ -5,7 +5,7 @@ import { canGoOn, whyNoTracks } from '../model/no_tracks.js';
 import { changeRun } from './change_run.js';
 import { h, setText } from './dom.js';
 import { icon } from './icons.js';
-import { signature } from './preferences.js';
+import { signature } from '../core/preferences.js';
 
 /**
  * @param {import('./app.js').ViewApp} app

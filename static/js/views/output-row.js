@@ -6,9 +6,9 @@ import {formatRoute} from '../model/route.js';
 import {dropMade, openDialog, putOutput} from '../store/actions/page.js';
 import {content, facts, isActive, KINDS, partOf, skipped, stateWords, warnings} from './output-words.js';
 import {fill, h, setText} from './dom.js';
-import {count, plural} from './format.js';
+import {count, plural} from '../model/format.js';
 import {icon} from './icons.js';
-import {toast} from './toasts.js';
+import {toast} from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').Output} Output */

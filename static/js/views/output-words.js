@@ -2,7 +2,7 @@
 /** Files that are made from runs, in words. Pure functions. */
 
 import {listed} from '../model/track_name.js';
-import {bytes, count, moment, plural} from './format.js';
+import {bytes, count, moment, plural} from '../model/format.js';
 
 /** @typedef {import('../types.js').Output} Output */
 

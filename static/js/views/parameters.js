@@ -2,7 +2,7 @@
 /** Fields for parameters of the engine: searchable, checked while typing. The checks are pure and tested without a page. */
 
 import {h, setText} from './dom.js';
-import {figure} from './format.js';
+import {figure} from '../model/format.js';
 import {icon} from './icons.js';
 
 /** @typedef {import('../types.js').Parameter} Parameter */

@@ -1,7 +1,7 @@
 // @ts-check
 /** The labels that were given last in this browser: signs come in series. They are kept by key, for ids are of one set. */
 
-import { recall, remember } from './preferences.js';
+import { recall, remember } from '../core/preferences.js';
 
 /** @typedef {import('../types.js').Label} Label */
 

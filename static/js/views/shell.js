@@ -15,7 +15,6 @@ import {createTeam} from './team.js';
 import {createToasts} from './toasts.js';
 import {createTooltip} from './tooltip.js';
 import {createTopBar} from './topbar.js';
-import {applyTheme} from './preferences.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -32,6 +31,16 @@ const SCREENS = {
   labels: {title: 'Labels', create: createLabels},
   team: {title: 'Team', create: createTeam},
 };
+
+/**
+ * Put a theme on the page.
+ *
+ * @param {'light'|'dark'|'auto'} theme
+ */
+function applyTheme(theme) {
+  const dark = theme === 'dark' || theme === 'auto' && matchMedia('(prefers-color-scheme: dark)').matches;
+  document.documentElement.dataset.theme = dark ? 'dark' : 'light';
+}
 
 /**
  * @param {App} app

@@ -2,7 +2,7 @@
 /** A line between two areas that pointer and keyboard move. The size is a CSS variable of the container, in per cent. */
 
 import {h} from './dom.js';
-import {recall, remember} from './preferences.js';
+import {recall, remember} from '../core/preferences.js';
 
 /**
  * @param {object} options

@@ -5,7 +5,7 @@
  */
 
 import {h, setProps} from './dom.js';
-import {recall, remember} from './preferences.js';
+import {recall, remember} from '../core/preferences.js';
 import {splitter} from './splitter.js';
 
 /**

@@ -8,7 +8,7 @@ import { anHour, may } from '../model/team.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
 import { emptyState, waiting } from './empty.js';
-import { count, moment, percent, plural } from './format.js';
+import { count, moment, percent, plural } from '../model/format.js';
 
 /** @typedef {import('../types.js').Worker} Worker */
 

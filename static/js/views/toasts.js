@@ -5,6 +5,7 @@
  * tell is old by then, and their button would take back something else.
  */
 
+import {OVER, TOAST} from '../core/toast.js';
 import {parseRoute, samePlace} from '../model/route.js';
 import {h} from './dom.js';
 import {icon} from './icons.js';
@@ -13,35 +14,6 @@ import {icon} from './icons.js';
 
 /** ms */
 const STAY = 6000;
-
-/**
- * @typedef {object} ToastOptions
- * @property {'info'|'good'|'bad'} [tone]
- * @property {{label: string, run: () => void}} [action]
- * @property {string} [topic]   a notice takes the place of an older one on the same
- * @property {boolean} [stays]  it is not about what was just done here: neither an edit nor another screen ends it. Usual for `bad`
- */
-
-/** The event that carries a toast; it bubbles from any element of the page. */
-export const TOAST = 'tsr-toast';
-
-/**
- * Show a toast from anywhere.
- *
- * @param {string} text
- * @param {ToastOptions} [options]
- */
-export function toast(text, options = {}) {
-  document.dispatchEvent(new CustomEvent(TOAST, {detail: {text, ...options}}));
-}
-
-/** The event that ends those about what was done last. */
-const OVER = 'tsr-toast-over';
-
-/** Something else has been done: what is informed of the last thing goes. */
-export function endToasts() {
-  document.dispatchEvent(new CustomEvent(OVER));
-}
 
 /**
  * @param {{signal: AbortSignal}} app
@@ -67,7 +39,7 @@ export function createToasts(app) {
     element.style.setProperty('--room', `${stage.width}px`);
   }
 
-  /** @param {ToastOptions & {text: string}} detail */
+  /** @param {import('../core/toast.js').ToastOptions & {text: string}} detail */
   function show({text, tone = 'info', action, topic, stays = tone === 'bad'}) {
     const close = () => {
       clearTimeout(timer);

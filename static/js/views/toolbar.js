@@ -5,7 +5,7 @@ import { verdictOf } from '../model/documents.js';
 import { runOperation } from '../operations/registry.js';
 import { followFocus, h, leaveKeysToPicture, roveFocus } from './dom.js';
 import { icon, isIcon } from './icons.js';
-import { toast } from './toasts.js';
+import { toast } from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../page-types.js').Operation} Operation */

@@ -4,7 +4,7 @@
 import { sentence } from '../api/errors.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
-import { toast } from './toasts.js';
+import { toast } from '../core/toast.js';
 
 /**
  * @param {import('../page-types.js').App} app

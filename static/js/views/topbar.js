@@ -11,8 +11,8 @@ import {fill, h, leaveKeysToPicture, setAttribute, setText} from './dom.js';
 import {icon, isIcon} from './icons.js';
 import {modelsTag} from './model-words.js';
 import {createPerson} from './topbar-person.js';
-import {runTitle} from './run-words.js';
-import {toast} from './toasts.js';
+import {runTitle} from '../model/run_words.js';
+import {toast} from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */

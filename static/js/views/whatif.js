@@ -5,7 +5,7 @@ import {engineName} from '../model/labels.js';
 import {formatRoute} from '../model/route.js';
 import {h} from './dom.js';
 import {openOver} from './open-over.js';
-import {count, plural} from './format.js';
+import {count, plural} from '../model/format.js';
 
 /** @typedef {import('../types.js').Run} Run */
 /** @typedef {import('../types.js').Label} Label */

@@ -8,8 +8,7 @@ import { runOperation } from '../operations/registry.js';
 import { openDialog } from '../store/actions/page.js';
 import { putAssignment } from '../store/actions/team.js';
 import { fill, h } from './dom.js';
-import { icon } from './icons.js';
-import { toast } from './toasts.js';
+import { toast } from '../core/toast.js';
 
 /** @typedef {import('../types.js').Assignment} Assignment */
 

@@ -230,7 +230,9 @@ test('the saved version can be taken instead', async () => {
   server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
   editor.edit(setBox('m1', 5, 20));
   await editor.settled();
-  store.get().dialog?.data.takeTheirs();
+  const { dialog } = store.get();
+  if (dialog?.kind !== 'conflict') assert.fail('nobody is asked');
+  dialog.data.takeTheirs();
   assert.deepEqual([review().docs.m1.keys, review().docs.m1.review, review().unsaved], [{}, 'accepted', []]);
   assert.deepEqual(await outbox.load(RUN), []);
 });

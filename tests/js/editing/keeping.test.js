@@ -24,7 +24,7 @@ async function meet(theirs, mine) {
   for (const command of mine) world.editor.edit(command);
   await world.editor.settled();
   const { dialog } = world.store.get();
-  return { ...world, plan: dialog?.kind === 'conflict' ? dialog.data : null };
+  return { ...world, plan: /** @type {import('../../../static/js/dialog-types.js').DialogData['conflict']} */ (dialog?.kind === 'conflict' ? dialog.data : null) };
 }
 
 test('a deleted track is restored with the edit, and both versions show it', async () => {

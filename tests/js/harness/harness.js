@@ -2,7 +2,7 @@
 /** The three views on synthetic state: `?frames=132400&tracks=5000`. For looking at and for measuring. */
 import { createInspector } from '../../../static/js/views/inspector/index.js';
 import { createLanes } from '../../../static/js/views/lanes/index.js';
-import { createNoteDrafts } from '../../../static/js/views/note_drafts.js';
+import { createNoteDrafts } from '../../../static/js/editing/note_drafts.js';
 import { createQueue } from '../../../static/js/views/queue/index.js';
 import { drive, laneOf } from './synthetic.js';
 

@@ -11,7 +11,8 @@ import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '..
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { documentLane } from '../../../static/js/model/track_lane.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { SUB_LANES, paintDetail, shownLanes } from '../../../static/js/views/lanes/detail_painter.js';
+import { SUB_LANES, shownLanes } from '../../../static/js/model/sub_lanes.js';
+import { paintDetail } from '../../../static/js/views/lanes/detail_painter.js';
 import { drive, laneOf } from '../harness/synthetic.js';
 import { label } from '../labels.js';
 

@@ -2,8 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { leftElsewhere } from '../../../static/js/model/left_elsewhere.js';
-import { reviewedWords } from '../../../static/js/views/queue/end.js';
+import { leftElsewhere, reviewedWords } from '../../../static/js/model/left_elsewhere.js';
 
 /** @param {string} id @param {number} tracks @param {number} reviewed @param {object} [rest] */
 const reviewed = (id, tracks, reviewed, rest = {}) => /** @type {any} */ ({ id, state: 'ready', missing: false, latest_run: 'r', review: { tracks, reviewed }, ...rest });

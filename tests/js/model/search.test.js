@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { formatRoute, parseRoute } from '../../../static/js/model/route.js';
-import { formatSearch, hasFurther, NO_SEARCH, parseSearch, select, stepTo, withChanged } from '../../../static/js/model/search.js';
+import { formatSearch, hasFurther, NO_SEARCH, parseSearch, select, withChanged } from '../../../static/js/model/search.js';
 
 /** @param {string} key @param {object} [further] @returns {any} */
 const track = (key, further = {}) => ({ run: 'r', key, state: 'open', ...further });
@@ -40,20 +40,6 @@ test('click, toggle and range select', () => {
   assert.deepEqual([...select(one, tracks, 1, 3, 'toggle')], ['r/b', 'r/d']);
   assert.deepEqual([...select(one, tracks, 1, 1, 'toggle')], []);
   assert.deepEqual([...select(one, tracks, 1, 9, 'only')], ['r/b']);
-});
-
-test('keys walk the grid and stop at its ends', () => {
-  // five tracks in rows of three
-  assert.equal(stepTo('ArrowRight', 2, 5, 3, 2), 3);
-  assert.equal(stepTo('ArrowDown', 1, 5, 3, 2), 4);
-  assert.equal(stepTo('ArrowDown', 2, 5, 3, 2), 4);
-  assert.equal(stepTo('ArrowDown', 4, 5, 3, 2), 4);
-  assert.equal(stepTo('ArrowUp', 1, 5, 3, 2), 1);
-  assert.equal(stepTo('End', 0, 5, 3, 2), 4);
-  assert.equal(stepTo('Home', 4, 5, 3, 2), 0);
-  assert.equal(stepTo('PageDown', 0, 5, 3, 2), 4);
-  assert.equal(stepTo('x', 0, 5, 3, 2), null);
-  assert.equal(stepTo('Home', 0, 0, 3, 2), null);
 });
 
 test('what an action has changed stays in its place', () => {

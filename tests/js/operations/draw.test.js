@@ -2,12 +2,13 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { boxes, create, drawn, interpolate, setKeyFrame, setLackingKey } from '../../../static/js/operations/boxes.js';
+import { boxes } from '../../../static/js/operations/boxes.js';
+import { interpolate, setKeyFrame, setLackingKey } from '../../../static/js/operations/key_frames.js';
+import { create, drawn } from '../../../static/js/operations/place_box.js';
 import { closeDialog } from '../../../static/js/store/actions/page.js';
 import { askForClass, changeReview, draftOf, setMode } from '../../../static/js/store/actions/review.js';
 import { createWorld } from '../editing/world.js';
 
-import { blankDoc } from '../../../static/js/model/documents.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 

@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, queueOrder, scoreRange } from '../../../static/js/model/queue.js';
+import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, scoreRange, shownQueue } from '../../../static/js/model/queue.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { NO_CLASS, blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { drive } from '../harness/synthetic.js';
@@ -20,6 +20,9 @@ function state(docs = {}, filter = {}, selected = null) {
   return { labels: LABELS, review: { tracks, docs, filter: { ...NO_FILTER, ...filter }, selected } };
 }
 const doc = (/** @type {number} */ track, /** @type {object} */ change) => ({ ...emptyDoc({ track, first: 10, last: 40 }), ...change });
+
+/** Keys in their order. @param {Parameters<typeof shownQueue>[0]} state */
+const queueOrder = (state) => shownQueue(state).map(({ key }) => key);
 
 test('the most uncertain track comes first', () => assert.deepEqual(queueOrder(state()), ['m2', 'm3', 'm1']));
 

@@ -7,7 +7,7 @@ import { hideBanner, setRuns } from '../../../static/js/store/actions/page.js';
 import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
-import { isPutAway, putAway } from '../../../static/js/views/preferences.js';
+import { isPutAway, putAway } from '../../../static/js/core/preferences.js';
 
 /** @type {Map<string, string>} */
 const kept = new Map();

@@ -4,7 +4,7 @@ import { test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
 import { createCatchUp } from '../../../static/js/store/catch_up.js';
 import { changeRun } from '../../../static/js/views/change_run.js';
-import { TOAST } from '../../../static/js/views/toasts.js';
+import { TOAST } from '../../../static/js/core/toast.js';
 
 const BEFORE = /** @type {any} */ ({ id: 'r', video_id: 'v', state: 'failed' });
 const AFTER = /** @type {any} */ ({ ...BEFORE, state: 'queued' });

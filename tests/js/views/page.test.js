@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
-import {arrange} from '../../../static/js/views/library.js';
+import {arrange} from '../../../static/js/model/library_order.js';
 import {arrangeConfusion, cellWords} from '../../../static/js/views/compare-confusion.js';
 import {sides, viewOf} from '../../../static/js/views/compare-places.js';
 import {describe as describeDoc, differingKeys} from '../../../static/js/views/dialogs/conflict.js';
@@ -13,7 +13,7 @@ import {finderOf} from '../../../static/js/model/label_finder.js';
 import {mergeWords} from '../../../static/js/views/dialogs/label-merge.js';
 import {furtherRow, isSaid, sideOf, votesFor, withFirst} from '../../../static/js/views/dialogs/relabel.js';
 import {label, named} from '../labels.js';
-import {bytes, clock, figure, frameSpan, percent, timeLeft} from '../../../static/js/views/format.js';
+import {bytes, clock, figure, frameSpan, percent, timeLeft} from '../../../static/js/model/format.js';
 import {savedWords} from '../../../static/js/views/topbar.js';
 import {findParameters, parseValue, presetValue} from '../../../static/js/views/parameters.js';
 import {changedFrames, changesOf} from '../../../static/js/views/whatif.js';

@@ -4,11 +4,11 @@
  *
  * @typedef {import('../../state-types.js').State} State
  * @typedef {import('../../state-types.js').ReviewState} ReviewState
- * @typedef {import('../../types.js').TrackDoc} TrackDoc
  * @typedef {import('../../types.js').Box} Box
  */
 import { withAnswer, withCut } from '../../model/following.js';
 import { tracksBehind } from '../../model/track_lane.js';
+import { changed, modeOf } from '../../modes/index.js';
 import { initialReview } from '../initial.js';
 
 /** Frames around the cursor whose overlays are kept. */
@@ -85,16 +85,16 @@ export function toggleFewLabels(state) {
 export const hover = (state, key) => changeReview(state, (review) => (review.fewLabels ? { hovered: key } : {}));
 
 /** @param {State} state @param {ReviewState['mode']} mode @returns {State} */
-export const setMode = (state, mode) => changeReview(state, { mode, drag: null, marked: [] });
+export const setMode = (state, mode) => changeReview(state, (review) => changed(review, mode));
 
 /** What stands beside the picture; the same again: nothing. @param {State} state @param {'recording'|'scene3d'} beside @returns {State} */
 export const toggleBeside = (state, beside) => changeReview(state, (review) => ({ beside: review.beside === beside ? null : beside }));
 
-/** @param {State} state @param {string} key @returns {State} */
-export const toggleMarked = (state, key) =>
-  changeReview(state, (review) => ({
-    marked: review.marked.includes(key) ? review.marked.filter((other) => other !== key) : [...review.marked, key],
-  }));
+/** A click on a track: the mode takes it, else it is selected. @param {State} state @param {string} key @returns {State} */
+export const pick = (state, key) => (state.review && modeOf(state.review).take ? take(state, key) : select(state, key));
+
+/** The mode takes a track, where it takes any. @param {State} state @param {string} key @returns {State} */
+export const take = (state, key) => changeReview(state, (review) => modeOf(review).take?.(review, key) ?? {});
 
 /** @param {State} state @param {{box: Box, key: string}|null} drag @returns {State} */
 export const setDrag = (state, drag) => changeReview(state, { drag });
@@ -163,23 +163,6 @@ export function putLane(state, lane) {
   });
 }
 
-/** All documents of a run, as the server has them. @param {State} state @param {import('../../types.js').Annotation} annotation @returns {State} */
-export const setAnnotation = (state, annotation) =>
-  changeReview(state, {
-    docs: Object.fromEntries(annotation.docs.map((doc) => [doc.key, doc])),
-    seq: annotation.seq,
-    undo: annotation.undo,
-    redo: annotation.redo,
-  });
-
-/** Documents that have changed; older revisions than those at hand are ignored. @param {State} state @param {TrackDoc[]} docs @returns {State} */
-export function putDocs(state, docs) {
-  return changeReview(state, (review) => {
-    const newer = docs.filter((doc) => (review.docs[doc.key]?.revision ?? -1) <= doc.revision);
-    return newer.length ? { docs: { ...review.docs, ...Object.fromEntries(newer.map((doc) => [doc.key, doc])) } } : {};
-  });
-}
-
 /** @param {State} state @param {ReviewState['following']} following   null: nothing is followed @returns {State} */
 export const setFollowing = (state, following) => changeReview(state, { following });
 
@@ -197,9 +180,6 @@ export const putFollowing = (state, id, answer) =>
 export const cutFollowing = (state, side) =>
   changeReview(state, ({ following, frame }) => (following === null ? {} : { following: withCut(following, side, frame) }));
 
-/** @param {State} state @param {ReviewState['unsaved']} unsaved @returns {State} */
-export const setUnsaved = (state, unsaved) => changeReview(state, { unsaved });
-
 /** Frames of the video on the review screen, at least 1. @param {ReviewState|null} review */
 export const framesOf = (review) => Math.max(1, review?.timebase?.frames ?? review?.video.frames ?? 1);
 
@@ -207,4 +187,4 @@ export const framesOf = (review) => Math.max(1, review?.timebase?.frames ?? revi
  * @param {ReviewState} review
  * @param {number} frame
  */
-export const clampFrame = (review, frame) => Math.min(framesOf(review) - 1, Math.max(0, Math.round(frame)));
+const clampFrame = (review, frame) => Math.min(framesOf(review) - 1, Math.max(0, Math.round(frame)));

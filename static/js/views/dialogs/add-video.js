@@ -6,12 +6,12 @@ import {addedWords, oneByOne, toggled} from '../../model/several_videos.js';
 import {putVideo} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
 import {waiting} from '../empty.js';
-import {bytes, count, plural} from '../format.js';
+import {bytes, count, plural} from '../../model/format.js';
 import {icon} from '../icons.js';
-import {toast} from '../toasts.js';
+import {toast} from '../../core/toast.js';
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'add-video'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function addVideoDialog({app, close, signal}) {
@@ -128,7 +128,7 @@ function row(name, text, detail, act, video) {
 
 /**
  * What is said of a folder that holds more than is listed.
- * @param {Pick<import('../../api/client.js').Folder, 'folders'|'videos'>} folder
+ * @param {Pick<import('../../api/videos.js').Folder, 'folders'|'videos'>} folder
  */
 export function lacking({folders, videos}) {
   return `This folder holds more than is listed: the first ${plural(folders.length + videos.length, 'folder or video', 'folders and videos')} by name. Type the path of any other one above.`;

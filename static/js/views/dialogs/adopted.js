@@ -6,12 +6,12 @@ import { trackName } from '../../model/track_name.js';
 import { endOffer } from '../../review/earlier.js';
 import { changeReview, seek, select } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
-import { plural } from '../format.js';
-import { signature } from '../preferences.js';
-import { runName } from '../run-words.js';
+import { plural } from '../../model/format.js';
+import { signature } from '../../core/preferences.js';
+import { runName } from '../../model/run_words.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{from: Run, to: Run, now?: true}`; now: it was asked for already
+ * @param {import('./layer.js').Setup<'adopted'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function adoptedDialog({ app, data, close, signal }) {

@@ -6,11 +6,11 @@ import { framesOf, STATES } from '../../model/team.js';
 import { dropAssignment, putAssignment } from '../../store/actions/team.js';
 import { fill, h, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { toast } from '../toasts.js';
+import { toast } from '../../core/toast.js';
 import { field, numberInput } from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{video}`
+ * @param {import('./layer.js').Setup<'assign'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function assignDialog({ app, data, close, signal }) {

@@ -5,8 +5,8 @@ import {numberIn} from '../../model/exchange.js';
 import {AT_ONCE, judgeable, judgements} from '../../model/bulk_review.js';
 import {shownQueue} from '../../model/queue.js';
 import {h, setText} from '../dom.js';
-import {count, plural} from '../format.js';
-import {toast} from '../toasts.js';
+import {count, plural} from '../../model/format.js';
+import {toast} from '../../core/toast.js';
 import {field, group, numberInput, tick} from './fields.js';
 
 /** @typedef {import('../../types.js').TrackDoc['review']} Review */
@@ -20,7 +20,7 @@ const VERDICTS = [
 ];
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'bulk-review'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function bulkReviewDialog({app, close}) {

@@ -7,10 +7,10 @@ import {listed, trackName} from '../../model/track_name.js';
 import {correctedKeys} from '../../review/shown_tracks.js';
 import {putOutput} from '../../store/actions/page.js';
 import {h, setText} from '../dom.js';
-import {count, plural} from '../format.js';
+import {count, plural} from '../../model/format.js';
 import {icon} from '../icons.js';
 import {tellWhenMade} from '../made_notice.js';
-import {toast} from '../toasts.js';
+import {toast} from '../../core/toast.js';
 import {createFrameRange} from './frame-range.js';
 import {field, tick} from './fields.js';
 
@@ -43,7 +43,7 @@ export function goingOnWords(names, last) {
 }
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'bundle'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function bundleDialog({app, close, signal}) {

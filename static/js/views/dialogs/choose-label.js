@@ -6,7 +6,7 @@ import {h} from '../dom.js';
 import {createLabelChoice} from './label-choice.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{title: string, labels: Label[], take: (label: Label) => void}`
+ * @param {import('./layer.js').Setup<'choose-label'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function chooseLabelDialog({data, close}) {

@@ -6,10 +6,10 @@ import {formatRoute} from '../../model/route.js';
 import {listRuns} from '../../model/run_groups.js';
 import {setRuns} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
-import {plural} from '../format.js';
+import {plural} from '../../model/format.js';
 import {modelsTag} from '../model-words.js';
-import {runTitle} from '../run-words.js';
-import {toast} from '../toasts.js';
+import {runTitle} from '../../model/run_words.js';
+import {toast} from '../../core/toast.js';
 
 /**
  * What the dialog begins with: what is compared now, else a run against ground truth, or against its own corrections.
@@ -26,7 +26,7 @@ export function firstChoice(offered, {run, reference, candidate}) {
 }
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{video, run?, reference?, candidate?}`
+ * @param {import('./layer.js').Setup<'compare'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function compareDialog({app, data, close, signal}) {
@@ -45,7 +45,7 @@ export function compareDialog({app, data, close, signal}) {
   const error = h('p', {class: 'field-error', role: 'alert'});
   const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, 'Compare');
   const file = h('input', {type: 'file', accept: '.csv,text/csv', class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Ground truth as CSV', onchange: addTruth});
-  /** @type {import('../../api/client.js').GroundTruth[]} */
+  /** @type {import('../../api/ground_truths.js').GroundTruth[]} */
   let groundTruths = [];
 
   async function load() {

@@ -5,7 +5,7 @@ import {sentence} from '../../api/errors.js';
 import {h, setText} from '../dom.js';
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'confirm'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function confirmDialog({data, close, signal}) {

@@ -7,7 +7,7 @@ import {verdictOf} from '../../model/documents.js';
 import {className} from '../../model/labels.js';
 import {trackName} from '../../model/track_name.js';
 import {h, setText} from '../dom.js';
-import {moment} from '../format.js';
+import {moment} from '../../model/format.js';
 import {twoVersions} from './two-versions.js';
 
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
@@ -83,12 +83,11 @@ export function reported({moved, lost}, others, nameOf, when = moment) {
 }
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'conflict'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function conflictDialog({app, data, close}) {
   const {labels, review} = app.store.get();
-  /** @type {import('../../editing/keeping.js').Plan & {others: Record<string, Last>}} */
   const {saved, mine, others} = data;
   const docs = {...review?.docs, ...Object.fromEntries(saved.map((doc) => [doc.key, doc]))};
   // it comes up in the middle of work: no key that was meant for the picture may choose

@@ -7,7 +7,7 @@ import {className, labelFor} from '../../model/labels.js';
 import {trackName} from '../../model/track_name.js';
 import {seek, select} from '../../store/actions/review.js';
 import {fill, h} from '../dom.js';
-import {frameSpan, moment} from '../format.js';
+import {frameSpan, moment} from '../../model/format.js';
 import {pictureThatMayMiss, showPicture} from '../pictures.js';
 
 /** Rows of the log that one answer has at most; fewer are the last ones. */
@@ -16,7 +16,7 @@ const PAGE = 1000;
 const PICTURE = 96;
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'deleted'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function deletedDialog({app, close, signal}) {

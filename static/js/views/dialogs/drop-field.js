@@ -2,7 +2,7 @@
 /** A field for one file: a button to choose it, and an area to drop it on. */
 
 import {h, setText} from '../dom.js';
-import {bytes} from '../format.js';
+import {bytes} from '../../model/format.js';
 import {icon} from '../icons.js';
 import {acceptDrops} from '../drops.js';
 

@@ -4,7 +4,7 @@
 import {countOut} from '../../model/exchange.js';
 import {resolved} from '../../model/labels.js';
 import {h, setText} from '../dom.js';
-import {count, plural} from '../format.js';
+import {count, plural} from '../../model/format.js';
 
 /** @typedef {import('../../types.js').TrackColumns} TrackColumns */
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */

@@ -2,8 +2,8 @@
 /** Which videos go out, and which run of each. */
 
 import {h, reconcile, setText} from '../dom.js';
-import {plural} from '../format.js';
-import {runTitle} from '../run-words.js';
+import {plural} from '../../model/format.js';
+import {runTitle} from '../../model/run_words.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('../../types.js').Video} Video */

@@ -8,12 +8,13 @@ import {createOutputRow} from '../output-row.js';
 import {isActive} from '../output-words.js';
 import {fill, h, setText} from '../dom.js';
 import {icon} from '../icons.js';
-import {count} from '../format.js';
+import {count} from '../../model/format.js';
 import {tellWhenMade} from '../made_notice.js';
-import {recall, remember} from '../preferences.js';
+import {recall, remember} from '../../core/preferences.js';
 import {createExportCount} from './export-count.js';
 import {createExportLabels} from './export-labels.js';
 import {createExportRuns} from './export-runs.js';
+import {createExportSplit} from './export-split.js';
 import {field, group, numberInput, tick} from './fields.js';
 
 /** @typedef {import('../../types.js').Format} Format */
@@ -22,10 +23,9 @@ import {field, group, numberInput, tick} from './fields.js';
 
 const STATES = /** @type {const} */ ([['open', 'Open', 'Nobody has judged or edited them yet.'], ['edited', 'Edited', 'Open tracks that a person has drawn, moved, relabelled or cut.'], ['accepted', 'Accepted', ''], ['needs_work', 'Needs work', ''], ['rejected', 'False positives, apart', 'They go out in the manifest, as what looks like a sign and is none: background for a retraining.']]);
 const PICTURES = /** @type {const} */ ([['none', 'None', 'Annotations only; the file stays small.'], ['annotated', 'Annotated frames', 'A picture of every frame that has a box.'], ['all', 'All frames', 'A picture of every frame.']]);
-const SPLIT_HELP = 'The shares are of boxes. The same sign in thirty frames is thirty near copies, so signs that share a frame go to one side as a group. The leakage check then proves that no sign and no picture stands on two sides; otherwise nothing is written.';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{runs?: string[], tracks?: Record<string, string[]>}`: those that are ticked at first; the only tracks of them
+ * @param {import('./layer.js').Setup<'export'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function exportDialog({app, data, close, signal}) {
@@ -51,15 +51,7 @@ export function exportDialog({app, data, close, signal}) {
   const summary = h('p', {class: 'muted small', id: 'export-format-summary'});
   const switches = h('div', {class: 'stack'});
   const pictures = PICTURES.map(([value, label, title]) => tick('radio', {name: 'export-pictures', value, title, checked: kept.pictures === value, onchange: check}, label));
-  const split = tick('checkbox', {checked: kept.split, onchange: check}, 'Split into training, validation and test');
-  const shares = /** @type {const} */ (['Train', 'Validation', 'Test']).map((label, at) => numberInput(`export-share-${at}`, kept.shares[at], check));
-  const by = h('select', {class: 'select', id: 'export-by', onchange: check}, h('option', {value: 'sign'}, 'by sign'), h('option', {value: 'video'}, 'by video'));
-  by.value = kept.split_by;
-  const seed = numberInput('export-seed', kept.seed, check, {inputmode: 'numeric'});
-  const balance = tick('checkbox', {checked: kept.balance, onchange: check}, 'Give each side every label that has enough signs');
-  const splitFields = h('div', {class: 'stack export-split'},
-    h('div', {class: 'export-shares'}, field('Train', shares[0]), field('Validation', shares[1]), field('Test', shares[2]), field('Split by', by), field('Seed', seed)),
-    balance.element, h('p', {class: 'field-hint'}, SPLIT_HELP));
+  const split = createExportSplit(kept, check);
   const thin = numberInput('export-thin', kept.thin_px, check);
   const thinField = field('Largest error between key frames, px', thin, 'Tracks get only as many key frames as straight lines between them need to stay this close; 0 makes every frame one.');
   const name = h('input', {class: 'input', type: 'text', id: 'export-name', maxlength: 120, autocomplete: 'off', placeholder: 'made up from video and format'});
@@ -100,29 +92,25 @@ export function exportDialog({app, data, close, signal}) {
       first: numberIn(first.value, {name: 'The first frame', low: 0, high: most, whole: true, empty: 0}),
       last: numberIn(last.value, {name: 'The last frame', low: 0, high: most, whole: true, empty: null}),
       thin: numberIn(thin.value, {name: 'The bound', low: 0, high: 100}),
-      train: numberIn(shares[0].value, {name: 'The share', low: 0, high: 1000, empty: 0}),
-      val: numberIn(shares[1].value, {name: 'The share', low: 0, high: 1000, empty: 0}),
-      test: numberIn(shares[2].value, {name: 'The share', low: 0, high: 1000, empty: 0}),
-      seed: numberIn(seed.value, {name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true}),
+      ...split.numbers(),
     };
     /** @type {Record<string, number|null>} */
     const values = {};
     for (const [key, found] of Object.entries(numbers)) {
-      if (!split.input.checked && ['train', 'val', 'test', 'seed'].includes(key)) continue;
       if (ids.length > 1 && (key === 'first' || key === 'last')) continue;
       if (!chosen.key_frames && key === 'thin') continue;
       if ('error' in found) return {error: found.error};
       values[key] = found.value;
     }
     if ((values.last ?? null) !== null && Number(values.last) < Number(values.first)) return {error: 'The last frame comes before the first.'};
-    if (split.input.checked && !values.train && !values.val && !values.test) return {error: 'Give at least one part of the split a share.'};
+    if (split.isOn() && !values.train && !values.val && !values.test) return {error: 'Give at least one part of the split a share.'};
     return {request: {
       runs: ids, format: chosen.name,
       pictures: /** @type {ExportRequest['pictures']} */ (pictures.find(({input}) => input.checked)?.input.value ?? 'none'),
       states: wanted, labels: picked, not_in_set: labels.notInSet(), class_map: labels.classMap(), min_side: values.side,
       first: values.first ?? 0, stop: (values.last ?? null) === null ? null : Number(values.last) + 1,
-      split: split.input.checked ? {train: values.train ?? 0, val: values.val ?? 0, test: values.test ?? 0} : null,
-      split_by: by.value === 'video' ? 'video' : 'sign', balance_labels: split.input.checked && balance.input.checked, split_seed: values.seed ?? 0, thin_px: values.thin ?? 0.5,
+      split: split.isOn() ? {train: values.train ?? 0, val: values.val ?? 0, test: values.test ?? 0} : null,
+      split_by: split.by(), balance_labels: split.isOn() && split.isBalanced(), split_seed: values.seed ?? 0, thin_px: values.thin ?? 0.5,
       switches: switchValues(), name: name.value.trim(), ...(data.tracks ? {tracks: data.tracks} : {}),
     }};
   }
@@ -131,7 +119,7 @@ export function exportDialog({app, data, close, signal}) {
 
   function check() {
     range.hidden = runs.chosen().length !== 1;
-    splitFields.hidden = !split.input.checked;
+    split.show();
     const chosen = chosenFormat();
     thinField.hidden = chosen?.key_frames !== true;
     labels.allowIgnore(chosen?.ignores === true);
@@ -150,8 +138,8 @@ export function exportDialog({app, data, close, signal}) {
     if ('error' in found) return;
     go.disabled = true;
     if (!data.tracks) remember('export', JSON.stringify({
-      format: found.request.format, pictures: found.request.pictures, states: found.request.states, labels: found.request.labels, not_in_set: found.request.not_in_set, class_map: found.request.class_map, balance: balance.input.checked, min_side: side.value,
-      split: split.input.checked, shares: shares.map(({value}) => value), split_by: by.value, seed: seed.value, thin_px: thin.value,
+      format: found.request.format, pictures: found.request.pictures, states: found.request.states, labels: found.request.labels, not_in_set: found.request.not_in_set, class_map: found.request.class_map, min_side: side.value,
+      ...split.choice(), thin_px: thin.value,
       switches: {...kept.switches, [found.request.format]: found.request.switches},
     }));
     try {
@@ -218,7 +206,7 @@ export function exportDialog({app, data, close, signal}) {
         h('section', {class: 'run-column', 'aria-labelledby': 'export-how'}, h('h3', {id: 'export-how'}, 'Format options'),
           h('div', {class: 'stack'}, field('Format', format), summary), switches,
           group('Pictures', h('div', {class: 'ticks'}, ...pictures.map(({element}) => element))),
-          h('div', {class: 'stack'}, split.element, splitFields),
+          split.element,
           thinField,
           field('File name', name))),
       result),

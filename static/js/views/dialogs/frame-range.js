@@ -6,7 +6,7 @@ import {shownSpan} from '../../model/effective.js';
 import {numberIn} from '../../model/exchange.js';
 import {trackName} from '../../model/track_name.js';
 import {h, setText} from '../dom.js';
-import {plural} from '../format.js';
+import {plural} from '../../model/format.js';
 import {field, numberInput} from './fields.js';
 
 /** Frames before and after a track. */

@@ -5,12 +5,12 @@ import {sentence} from '../../api/errors.js';
 import {openDialog} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
 import {emptyState} from '../empty.js';
-import {plural} from '../format.js';
+import {plural} from '../../model/format.js';
 import {icon} from '../icons.js';
-import {toast} from '../toasts.js';
+import {toast} from '../../core/toast.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{video}`
+ * @param {import('./layer.js').Setup<'ground-truths'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function groundTruthsDialog({app, data, close, signal}) {
@@ -39,7 +39,7 @@ export function groundTruthsDialog({app, data, close, signal}) {
     }
   }
 
-  /** @param {import('../../api/client.js').GroundTruth} truth */
+  /** @param {import('../../api/ground_truths.js').GroundTruth} truth */
   function ask(truth) {
     store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
       title: 'Delete this ground truth?', confirm: 'Delete', danger: true,

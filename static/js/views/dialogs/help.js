@@ -32,7 +32,7 @@ export function groupOperations(operations, text) {
  * @param {Operation} operation
  * @returns {string}
  */
-export function explanation({tooltip, label, keys}) {
+function explanation({tooltip, label, keys}) {
   const text = keys.reduce((rest, key) => rest.endsWith(` (${key})`) ? rest.slice(0, -key.length - 3) : rest, tooltip);
   return text === label ? '' : text;
 }
@@ -49,7 +49,7 @@ export function keyHint(keys) {
 }
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'help'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function helpDialog({app, close}) {

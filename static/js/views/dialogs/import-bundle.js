@@ -5,13 +5,13 @@ import {sentence} from '../../api/errors.js';
 import {formatRoute} from '../../model/route.js';
 import {putRun, putVideo} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
-import {bytes, count, plural} from '../format.js';
+import {bytes, count, plural} from '../../model/format.js';
 import {icon} from '../icons.js';
-import {signature} from '../preferences.js';
+import {signature} from '../../core/preferences.js';
 import {createDropField} from './drop-field.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{file?: File}`
+ * @param {import('./layer.js').Setup<'import-bundle'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function importBundleDialog({app, data, close, signal}) {

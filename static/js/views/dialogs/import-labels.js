@@ -4,7 +4,7 @@
 import {ANSWERS, mappingOf, proposed} from '../../model/label_mapping.js';
 import {offeredLabels} from '../../model/labels.js';
 import {h} from '../dom.js';
-import {plural} from '../format.js';
+import {plural} from '../../model/format.js';
 
 /** @typedef {import('../../types.js').UnknownLabel} UnknownLabel */
 

@@ -3,7 +3,7 @@
 
 import {ApiError} from '../../api/errors.js';
 import {h, setText} from '../dom.js';
-import {bytes, count, plural} from '../format.js';
+import {bytes, count, plural} from '../../model/format.js';
 
 /** From one question to the next, ms. */
 const PAUSE = 400;
@@ -56,7 +56,7 @@ export function createImportProgress({api}) {
      *
      * @template T
      * @param {AbortSignal} signal     ends with the dialog
-     * @param {(options: {progress: string, sending: import('../../api/client.js').Sending}) => Promise<T>} work
+     * @param {(options: {progress: string, sending: import('../../api/outputs.js').Sending}) => Promise<T>} work
      * @returns {Promise<T>}
      */
     async during(signal, work) {

@@ -7,11 +7,11 @@ import {formatRoute} from '../../model/route.js';
 import {putRun, setRuns} from '../../store/actions/page.js';
 import {skippedItems} from '../output-row.js';
 import {fill, h, setText} from '../dom.js';
-import {bytes, count, plural} from '../format.js';
+import {bytes, count, plural} from '../../model/format.js';
 import {icon} from '../icons.js';
 import {openOver} from '../open-over.js';
-import {recall, remember, signature} from '../preferences.js';
-import {runTitle} from '../run-words.js';
+import {recall, remember, signature} from '../../core/preferences.js';
+import {runTitle} from '../../model/run_words.js';
 import {createDropField} from './drop-field.js';
 import {field, group, tick} from './fields.js';
 import {createMapping} from './import-labels.js';
@@ -27,7 +27,7 @@ const KINDS = /** @type {const} */ ([
 ]);
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{video, file?: File, as?}`
+ * @param {import('./layer.js').Setup<'import'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function importDialog({app, data, close, signal}) {

@@ -3,7 +3,7 @@
 
 import {sentence} from '../../api/errors.js';
 import {fill, h, setText} from '../dom.js';
-import {plural} from '../format.js';
+import {plural} from '../../model/format.js';
 import {icon} from '../icons.js';
 import {createDropField} from './drop-field.js';
 import {field} from './fields.js';
@@ -14,7 +14,7 @@ const FORMATS = /** @type {const} */ ([
 ]);
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{set}`
+ * @param {import('./layer.js').Setup<'label-files'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function labelFilesDialog({app, data, close, signal}) {

@@ -3,11 +3,11 @@
 
 import {sentence} from '../../api/errors.js';
 import {fill, h, setText} from '../dom.js';
-import {moment} from '../format.js';
+import {moment} from '../../model/format.js';
 import {icon} from '../icons.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{set}`
+ * @param {import('./layer.js').Setup<'label-history'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function labelHistoryDialog({app, data, close, signal}) {

@@ -4,9 +4,9 @@
 import {sentence} from '../../api/errors.js';
 import {offeredLabels} from '../../model/labels.js';
 import {h, setText} from '../dom.js';
-import {count, plural} from '../format.js';
+import {plural} from '../../model/format.js';
 import {icon} from '../icons.js';
-import {toast} from '../toasts.js';
+import {toast} from '../../core/toast.js';
 import {createLabelChoice} from './label-choice.js';
 
 /** @typedef {import('../../types.js').Label} Label */
@@ -23,7 +23,7 @@ export function mergeWords(label, into, usage) {
 }
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{set, labels, label, usage}`
+ * @param {import('./layer.js').Setup<'label-merge'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function labelMergeDialog({app, data, close, signal}) {

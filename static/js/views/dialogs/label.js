@@ -7,7 +7,7 @@ import {h, setText} from '../dom.js';
 import {icon} from '../icons.js';
 import {pngOf} from '../label_picture.js';
 import {pictureThatMayMiss, showPicture} from '../pictures.js';
-import {toast} from '../toasts.js';
+import {toast} from '../../core/toast.js';
 import {field, group} from './fields.js';
 import {createAttributes} from './label-attributes.js';
 
@@ -16,7 +16,7 @@ import {createAttributes} from './label-attributes.js';
 const TEACHES = /** @type {const} */ ([['sign', 'a sign to find and to read'], ['background', 'background'], ['ignore', 'nothing: neither sign nor background']]);
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{set, labels, label}`; label null: a new one
+ * @param {import('./layer.js').Setup<'label'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function labelDialog({app, data, close, signal}) {

@@ -2,23 +2,6 @@
 /**
  * Shows the dialog that the state names, in a native `<dialog>`: the browser keeps the focus inside, Escape closes, and
  * the focus goes back to where it was.
- *
- * What `Dialog.data` holds, by kind:
- * - help, palette, add-video, deleted, bulk-review: nothing
- * - confirm: `{title, text, note?, confirm, danger?, run}`; `run` may return a promise, its error is shown
- * - relabel: `{key?, frame?, scope?: 'track'|'box'}` of a track, or `{draft}`: a drawn box that becomes a track with its class
- * - note: `{key?, frame?, note_id?, text?}`
- * - conflict: a `Plan` of editing/keeping.js with `{others, keepMine, takeTheirs}`: who saved, and what the two buttons do
- * - adopted: `{from, to}`: runs
- * - choose-label: `{title, labels, take}`; tags: `{videos, known, done}`: ids, their tags, what is called afterwards
- * - export: `{runs?, tracks?}`; import: `{video, file?, as?}`; ground-truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
- * - label: `{set, labels, label?}`: the one that is changed, else a new one; label-merge: `{set, labels, label, usage}`;
- *   label-files, label-history: `{set}`
- * - merge: `{marked}`: keys of tracks
- * - record, bundle, second, settings: nothing
- * - run-several: `{videos, done?}`; run-queue: nothing
- * - assign: `{video}`; return-work: `{assignment}`
- * - run: `{video}`; whatif: `{run}`; compare: `{video, run?, reference?, candidate?}`
  */
 
 import {closeDialog} from '../../store/actions/page.js';
@@ -59,7 +42,8 @@ import {groundTruthsDialog} from './ground-truths.js';
 import {whatIfDialog} from './whatif.js';
 
 /** @typedef {import('../../page-types.js').App} App */
-/** @typedef {import('../../state-types.js').Dialog} Dialog */
+/** @typedef {import('../../dialog-types.js').Dialog} Dialog */
+/** @typedef {import('../../dialog-types.js').DialogKind} DialogKind */
 
 /**
  * @typedef {object} Content
@@ -74,14 +58,15 @@ import {whatIfDialog} from './whatif.js';
  */
 
 /**
+ * @template {DialogKind} [K=DialogKind]
  * @typedef {object} Setup
  * @property {App} app
- * @property {any} data
+ * @property {import('../../dialog-types.js').DialogData[K]} data
  * @property {() => void} close
  * @property {AbortSignal} signal   ends with the dialog
  */
 
-/** @type {Record<Dialog['kind'], (setup: Setup) => Content>} */
+/** @type {{[K in DialogKind]: (setup: Setup<K>) => Content}} */
 const KINDS = {
   'add-video': addVideoDialog,
   adopted: adoptedDialog,
@@ -138,7 +123,8 @@ export function createDialogs(app) {
     const ended = new AbortController();
     // What it edits is the run that it was opened on, also where another one has come to the screen behind it.
     const run = app.store.get().review?.run?.id ?? null;
-    const content = KINDS[dialog.kind]({app: {...app, edit: (command) => app.edit(command, run)}, data: dialog.data ?? {}, close, signal: AbortSignal.any([ended.signal, app.signal])});
+    const create = /** @type {(setup: Setup<any>) => Content} */ (KINDS[dialog.kind]);
+    const content = create({app: {...app, edit: (command) => app.edit(command, run)}, data: dialog.data ?? {}, close, signal: AbortSignal.any([ended.signal, app.signal])});
     const node = h('dialog', {class: `dialog dialog-${content.size ?? 'middle'} dialog-${dialog.kind} ${content.side ? `dialog-${content.side}` : ''}`, 'aria-labelledby': 'dialog-title'},
       h('form', {class: 'dialog-form', method: 'dialog', novalidate: true, onsubmit: (/** @type {Event} */ event) => {
         event.preventDefault();

@@ -10,7 +10,7 @@ import {sharedFrames, sharedWords, mergeTracks} from '../../operations/merge.js'
 import {knownBox} from '../../review/known_box.js';
 import {putOverlays} from '../../store/actions/review.js';
 import {fill, h, setText} from '../dom.js';
-import {count} from '../format.js';
+import {count} from '../../model/format.js';
 import {partOfFrame} from './two-versions.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
@@ -29,7 +29,7 @@ export function nearestIn(runs, frame) {
 }
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'merge'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function mergeDialog({app, data, close, signal}) {

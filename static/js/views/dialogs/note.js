@@ -8,7 +8,7 @@ import {h, setText} from '../dom.js';
 const LONGEST = 2000;
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'note'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function noteDialog({app, data, close}) {

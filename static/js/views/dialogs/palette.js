@@ -1,6 +1,7 @@
 // @ts-check
 /** The command palette: every command with its key, every label, track and setting, found by typing. */
 
+import {stepTo} from '../../model/list_keys.js';
 import {engineName, offeredLabels} from '../../model/labels.js';
 import {findItems, prepared} from '../../model/palette.js';
 import {trackEntries} from '../../model/track_entries.js';
@@ -9,8 +10,8 @@ import {openTrack} from '../../operations/navigate.js';
 import {runOperation} from '../../operations/registry.js';
 import {giveLabel} from '../../operations/verdicts.js';
 import {h, reconcile, setText} from '../dom.js';
-import {count, frameSpan} from '../format.js';
-import {toast} from '../toasts.js';
+import {count, frameSpan} from '../../model/format.js';
+import {toast} from '../../core/toast.js';
 import {keyHint} from './help.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -26,7 +27,7 @@ const MOST = 60;
  * @param {State} state
  * @returns {Item[]}
  */
-export function paletteItems(app, state) {
+function paletteItems(app, state) {
   const commands = app.operations.filter((operation) => operation.id !== 'palette' && operation.available(state)).flatMap((operation) => {
     const {id, label, tooltip, group, keys, each = false} = operation;
     const common = {also: `${tooltip} ${group}`, kind: group, reason: operation.disabled(state)};
@@ -48,7 +49,7 @@ export function paletteItems(app, state) {
 }
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'palette'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function paletteDialog({app, close, signal}) {
@@ -101,10 +102,10 @@ export function paletteDialog({app, close, signal}) {
   }
 
   search.addEventListener('keydown', (event) => {
-    const step = /** @type {Record<string, number>} */ ({ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10})[event.key];
-    if (step !== undefined) {
+    const next = stepTo(event.key, at, found.length, {page: 10, typed: true});
+    if (next !== null) {
       event.preventDefault();
-      at = Math.max(0, Math.min(found.length - 1, at + step));
+      at = next;
       mark();
     } else if (event.key === 'Enter') {
       event.preventDefault();

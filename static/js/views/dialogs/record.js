@@ -6,14 +6,14 @@ import {putOutput} from '../../store/actions/page.js';
 import {changeReview} from '../../store/actions/review.js';
 import {h, setText} from '../dom.js';
 import {icon} from '../icons.js';
-import {toast} from '../toasts.js';
+import {toast} from '../../core/toast.js';
 import {createFrameRange} from './frame-range.js';
 
 const OFFERED = 300;
 const MOST = 20_000;
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'record'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function recordDialog({app, close, signal}) {

@@ -8,7 +8,7 @@ import {finderOf} from '../../model/label_finder.js';
 import {className, offeredLabels, resolved} from '../../model/labels.js';
 import {documentLane, lastVotes} from '../../model/track_lane.js';
 import {trackName} from '../../model/track_name.js';
-import {create as createTrack} from '../../operations/boxes.js';
+import {create as createTrack} from '../../operations/place_box.js';
 import {followDrawn} from '../../operations/follow.js';
 import {labelSetKey} from '../../editing/label_sets.js';
 import {judge} from '../../operations/verdicts.js';
@@ -16,8 +16,8 @@ import {docOf} from '../../editing/revisions.js';
 import {shownTrack} from '../../review/shown_tracks.js';
 import {edit} from '../app.js';
 import {h, setText} from '../dom.js';
-import {percent} from '../format.js';
-import {recall, remember} from '../preferences.js';
+import {percent} from '../../model/format.js';
+import {recall, remember} from '../../core/preferences.js';
 import {labelOfKey, noteRecent, recentLabels} from '../recent_labels.js';
 import {createLabelChoice} from './label-choice.js';
 
@@ -85,7 +85,7 @@ export function furtherRow(labels, text) {
 }
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'relabel'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function relabelDialog({app, data, close, signal}) {

@@ -6,11 +6,11 @@ import {numberIn} from '../../model/exchange.js';
 import {REVIEW_CHOICES, ageWords, firstChoice, isChosen, reviewWords} from '../../model/training_sources.js';
 import {openDialog, putModel, setOutputs, setModels} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
-import {moment} from '../format.js';
+import {moment} from '../../model/format.js';
 import {icon} from '../icons.js';
 import {content} from '../output-words.js';
 import {PART_NAMES} from '../model-words.js';
-import {toast} from '../toasts.js';
+import {toast} from '../../core/toast.js';
 import {field, group, numberInput, tick} from './fields.js';
 
 const PARTS = /** @type {const} */ ([
@@ -22,7 +22,7 @@ const PARTS = /** @type {const} */ ([
 ]);
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{exports?: string[]}`: those that are ticked at first
+ * @param {import('./layer.js').Setup<'retrain'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function retrainDialog({app, data, close, signal}) {

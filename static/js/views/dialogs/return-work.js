@@ -6,7 +6,7 @@ import { changeWork } from '../work-strip.js';
 import { field } from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{assignment}`
+ * @param {import('./layer.js').Setup<'return-work'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function returnWorkDialog({ app, data, close }) {

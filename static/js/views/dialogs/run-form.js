@@ -4,12 +4,12 @@
 import {setModels} from '../../store/actions/page.js';
 import {keptChoice, restoredChoice} from '../../model/run_choice.js';
 import {fill, h, setText} from '../dom.js';
-import {plural} from '../format.js';
+import {plural} from '../../model/format.js';
 import {icon} from '../icons.js';
 import {createParameters, presetValue} from '../parameters.js';
-import {recall, remember} from '../preferences.js';
+import {recall, remember} from '../../core/preferences.js';
 
-/** @typedef {import('../../api/client.js').RunRequest} RunRequest */
+/** @typedef {import('../../api/runs.js').RunRequest} RunRequest */
 
 /** Under this name the browser remembers what was asked last. */
 const LAST = 'run.last';

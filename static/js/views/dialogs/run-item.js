@@ -6,11 +6,11 @@ import {resumable, runPart} from '../../model/run_progress.js';
 import {dropRun, openDialog} from '../../store/actions/page.js';
 import {changeRun} from '../change_run.js';
 import {h, setText} from '../dom.js';
-import {moment, plural} from '../format.js';
+import {moment, plural} from '../../model/format.js';
 import {icon} from '../icons.js';
 import {modelsOf} from '../model-words.js';
-import {runChanges, runInexact, runKind, runName, runProgress, runState, runTone} from '../run-words.js';
-import {toast} from '../toasts.js';
+import {runChanges, runInexact, runKind, runName, runProgress, runState, runTone} from '../../model/run_words.js';
+import {toast} from '../../core/toast.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../types.js').Run} Run */

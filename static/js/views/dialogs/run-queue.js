@@ -6,10 +6,10 @@ import {runPart} from '../../model/run_progress.js';
 import {changeRun} from '../change_run.js';
 import {h, reconcile, setText} from '../dom.js';
 import {emptyState} from '../empty.js';
-import {count, plural} from '../format.js';
+import {count, plural} from '../../model/format.js';
 import {icon} from '../icons.js';
-import {runKind, runProgress} from '../run-words.js';
-import {toast} from '../toasts.js';
+import {runKind, runProgress} from '../../model/run_words.js';
+import {toast} from '../../core/toast.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
@@ -17,7 +17,7 @@ import {toast} from '../toasts.js';
 const PAUSE = 1000;
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'run-queue'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function runQueueDialog({app, close, signal}) {

@@ -5,12 +5,12 @@ import {sentence} from '../../api/errors.js';
 import {oneByOne} from '../../model/several_videos.js';
 import {putRun} from '../../store/actions/page.js';
 import {h, setText} from '../dom.js';
-import {count, plural} from '../format.js';
-import {toast} from '../toasts.js';
+import {count, plural} from '../../model/format.js';
+import {toast} from '../../core/toast.js';
 import {createRunForm} from './run-form.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{videos, done?}`; done: told the ids of those that have a run now
+ * @param {import('./layer.js').Setup<'run-several'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function runSeveralDialog(setup) {
@@ -19,7 +19,7 @@ export function runSeveralDialog(setup) {
   const videos = data.videos;
   const progress = h('p', {class: 'muted', role: 'status'});
 
-  /** @param {import('../../api/client.js').RunRequest} order */
+  /** @param {import('../../api/runs.js').RunRequest} order */
   async function send(order) {
     let asked = 0;
     const {done, errors} = await oneByOne(videos, (video) => {

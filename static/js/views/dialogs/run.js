@@ -6,7 +6,7 @@ import {formatRoute} from '../../model/route.js';
 import {listRuns} from '../../model/run_groups.js';
 import {putRun, setRuns} from '../../store/actions/page.js';
 import {fill, h, reconcile} from '../dom.js';
-import {toast} from '../toasts.js';
+import {toast} from '../../core/toast.js';
 import {createRunForm} from './run-form.js';
 import {runItem, showRun} from './run-item.js';
 import {createVideoLabels} from './video-labels.js';
@@ -14,7 +14,7 @@ import {createVideoLabels} from './video-labels.js';
 /** @typedef {import('../../types.js').Run} Run */
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{video}`
+ * @param {import('./layer.js').Setup<'run'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function runDialog(setup) {
@@ -29,7 +29,7 @@ export function runDialog(setup) {
   /** @type {readonly import('../../types.js').ModelVersion[]|null} */
   let versions = null;
 
-  /** @param {import('../../api/client.js').RunRequest} order */
+  /** @param {import('../../api/runs.js').RunRequest} order */
   async function send(order) {
     try {
       const run = await app.load(() => api.startRun(data.video, order, {signal}), putRun);

@@ -7,11 +7,11 @@ import {h} from '../dom.js';
 import {emptyState} from '../empty.js';
 import {icon} from '../icons.js';
 import {modelsTag} from '../model-words.js';
-import {runTitle} from '../run-words.js';
+import {runTitle} from '../../model/run_words.js';
 import {group, tick} from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'second'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function secondDialog({app, close}) {
@@ -21,7 +21,7 @@ export function secondDialog({app, close}) {
   const cancel = h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel');
   const title = 'Second run over this one';
   if (review === null || others.length === 0) {
-    const start = h('button', {class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'run', data: {video: review?.video.id}}))}, icon('run'), 'Runs');
+    const start = h('button', {class: 'btn btn-primary', type: 'button', onclick: () => review && store.dispatch((state) => openDialog(state, {kind: 'run', data: {video: review.video.id}}))}, icon('run'), 'Runs');
     return {
       title, size: 'narrow', focus: start, footer: [h('span', {class: 'grow'}), cancel, start],
       body: emptyState({icon: 'run', title: 'No other run yet', text: 'Start another run of this video, or a what-if: its results then lie over this one, with dashed boxes.'}),

@@ -3,12 +3,12 @@
 
 import {setTheme} from '../../store/actions/page.js';
 import {h} from '../dom.js';
-import {forget, recall, remember} from '../preferences.js';
-import {toast} from '../toasts.js';
+import {forget, recall, remember} from '../../core/preferences.js';
+import {toast} from '../../core/toast.js';
 import {field} from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup} setup
+ * @param {import('./layer.js').Setup<'settings'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function settingsDialog({app, close}) {

@@ -3,12 +3,12 @@
 
 import {sentence} from '../../api/errors.js';
 import {h, setText} from '../dom.js';
-import {plural} from '../format.js';
-import {toast} from '../toasts.js';
+import {plural} from '../../model/format.js';
+import {toast} from '../../core/toast.js';
 import {field, group, tick} from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{videos: string[], known: string[], done: () => void}`
+ * @param {import('./layer.js').Setup<'tags'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function tagsDialog({app, data, close, signal}) {

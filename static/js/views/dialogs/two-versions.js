@@ -3,7 +3,7 @@
 
 import {differences, partAround} from '../../model/two_versions.js';
 import {h, s} from '../dom.js';
-import {count} from '../format.js';
+import {count} from '../../model/format.js';
 
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */

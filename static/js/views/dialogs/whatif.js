@@ -6,16 +6,16 @@ import {formatRoute} from '../../model/route.js';
 import {runPart} from '../../model/run_progress.js';
 import {putRun} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
-import {plural} from '../format.js';
+import {plural} from '../../model/format.js';
 import {icon} from '../icons.js';
 import {createParameters, presetValue} from '../parameters.js';
-import {replayWarning, runChanges, runInexact, runProgress} from '../run-words.js';
+import {replayWarning, runChanges, runInexact, runProgress} from '../../model/run_words.js';
 import {changeList} from '../whatif.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{run?, initial?}`; run: of the review where it is left out
+ * @param {import('./layer.js').Setup<'whatif'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function whatIfDialog({app, data, close, signal}) {
@@ -28,7 +28,7 @@ export function whatIfDialog({app, data, close, signal}) {
   const keep = state.parameters.find(({name}) => name === 'keep_radius');
   const fields = createParameters({
     parameters: state.parameters.filter(({replayable}) => replayable),
-    initial: data.initial ?? (state.review?.tau !== null && state.review?.tau !== undefined ? {tau: state.review.tau} : {}),
+    initial: state.review?.tau !== null && state.review?.tau !== undefined ? {tau: state.review.tau} : {},
     base,
     warn: (name, value) => replayWarning(name, value, keep && base(keep)),
     onChange: check,

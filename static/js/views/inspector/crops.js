@@ -7,7 +7,7 @@ import { short } from '../../model/plain_words.js';
 import { isLoaded } from '../../model/track_lane.js';
 import { seek } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
-import { figure, percent, plural } from '../format.js';
+import { figure, percent, plural } from '../../model/format.js';
 import { pictureThatMayMiss } from '../pictures.js';
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */

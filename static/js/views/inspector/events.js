@@ -4,7 +4,7 @@
 import { stretchesOf } from '../../model/event_stretches.js';
 import { seek } from '../app.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
-import { count } from '../format.js';
+import { count } from '../../model/format.js';
 
 /** Sentences shown before a person asks for all. */
 const SOME = 60;

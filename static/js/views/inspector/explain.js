@@ -10,7 +10,7 @@ import { engineName } from '../../model/labels.js';
 import { personAt } from '../../model/persons_words.js';
 import { countsAs, short, sourceAt, symmetryAt, verdictAt } from '../../model/plain_words.js';
 import { fill, h, s, setText } from '../dom.js';
-import { percent } from '../format.js';
+import { percent } from '../../model/format.js';
 
 /** @typedef {{axis: [number, number, number, number]|null, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}} SymmetryView */
 

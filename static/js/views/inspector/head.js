@@ -6,7 +6,7 @@ import { whoseLabel } from '../../model/persons_words.js';
 import { framesIn } from '../../model/shown_runs.js';
 import { giveVerdict } from '../../operations/verdicts.js';
 import { h, setAttribute, setText } from '../dom.js';
-import { count, frameSpan, percent } from '../format.js';
+import { count, frameSpan, percent } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { pictureThatMayMiss, showPicture } from '../pictures.js';
 

@@ -6,7 +6,7 @@ import { describe } from '../../editing/words.js';
 import { differenceWords } from '../../model/team.js';
 import { seek } from '../app.js';
 import { fill, h } from '../dom.js';
-import { moment } from '../format.js';
+import { moment } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').Happened} Happened */
 

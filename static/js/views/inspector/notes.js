@@ -4,7 +4,7 @@
 import { trackName } from '../../model/track_name.js';
 import { edit, seek } from '../app.js';
 import { fill, h, reconcile, setText } from '../dom.js';
-import { moment } from '../format.js';
+import { moment } from '../../model/format.js';
 import { icon } from '../icons.js';
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */

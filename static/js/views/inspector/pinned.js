@@ -10,7 +10,7 @@ import { fill, h } from '../dom.js';
 import { icon } from '../icons.js';
 import { pngOf } from '../label_picture.js';
 import { pictureThatMayMiss } from '../pictures.js';
-import { toast } from '../toasts.js';
+import { toast } from '../../core/toast.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 

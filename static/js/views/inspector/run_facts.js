@@ -3,8 +3,8 @@
 
 import { fill, h } from '../dom.js';
 import { focusWords } from '../../model/focus.js';
-import { moment } from '../format.js';
-import { runInexact } from '../run-words.js';
+import { moment } from '../../model/format.js';
+import { runInexact } from '../../model/run_words.js';
 
 export function createRunFacts() {
   const table = h('dl', { class: 'facts' });

@@ -7,9 +7,9 @@ import { offeredLabels } from '../../model/labels.js';
 import { openDialog } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { emptyState, waiting } from '../empty.js';
-import { count, plural } from '../format.js';
+import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { toast } from '../toasts.js';
+import { toast } from '../../core/toast.js';
 import { createTable } from './table.js';
 
 /** @typedef {import('../../types.js').Label} Label */
@@ -40,7 +40,7 @@ export function createLabels(app) {
   const edit = h('button', { class: 'btn', type: 'button', title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) }, 'Edit');
   const merge = h('button', { class: 'btn', type: 'button', title: 'Make the selected label another one; tracks that have it then count as that', onclick: () => {
     const label = current();
-    if (label && shown) dialog('label-merge', { label, usage: shown.usage && (shown.usage[String(label.id)] ?? { tracks: 0, videos: 0 }) });
+    if (label) dialog((set) => ({ kind: 'label-merge', data: { ...set, label, usage: set.usage && (set.usage[String(label.id)] ?? { tracks: 0, videos: 0 }) } }));
   } }, icon('merge'), 'Merge into …');
   const hide = h('button', { class: 'btn', type: 'button', onclick: () => void toggleHidden() });
   const table = createTable({ signal, choose: (label) => {
@@ -52,8 +52,8 @@ export function createLabels(app) {
   const element = h('div', { class: 'labels-page' },
     h('div', { class: 'labels-head' },
       h('h1', null, 'Labels'), sets, use, total, h('div', { class: 'grow' }),
-      h('button', { class: 'btn', type: 'button', title: 'Who changed what and when; take a change back', onclick: () => dialog('label-history', {}) }, icon('undo'), 'History'),
-      h('button', { class: 'btn', type: 'button', title: 'Bring in labels of a file or of another set, or save this set as a file', onclick: () => dialog('label-files', {}) }, icon('import'), 'Files'),
+      h('button', { class: 'btn', type: 'button', title: 'Who changed what and when; take a change back', onclick: () => dialog((set) => ({ kind: 'label-history', data: set })) }, icon('undo'), 'History'),
+      h('button', { class: 'btn', type: 'button', title: 'Bring in labels of a file or of another set, or save this set as a file', onclick: () => dialog((set) => ({ kind: 'label-files', data: set })) }, icon('import'), 'Files'),
       h('button', { class: 'btn btn-primary', type: 'button', onclick: () => openLabel(null) }, icon('add'), 'Add a label')),
     h('div', { class: 'labels-head' },
       h('div', { class: 'input-with-icon library-search' }, icon('search'), search), h('label', { class: 'tick' }, hidden, hiddenText), h('div', { class: 'grow' }), edit, merge, hide),
@@ -61,15 +61,16 @@ export function createLabels(app) {
 
   const current = () => shown?.labels.find(({ id }) => id === selected) ?? null;
 
-  /** @param {'label'|'label-merge'|'label-files'|'label-history'} kind @param {Record<string, unknown>} data */
-  function dialog(kind, data) {
-    const set = shown;
-    if (set) store.dispatch((state) => openDialog(state, { kind, data: { set: set.key, labels: set.labels, ...data } }));
+  /** @param {(set: {set: string, labels: Label[], usage: import('./table.js').Usage}) => import('../../state-types.js').Dialog} of */
+  function dialog(of) {
+    if (shown === null) return;
+    const { key: set, labels, usage } = shown;
+    store.dispatch((state) => openDialog(state, of({ set, labels, usage })));
   }
 
   /** @param {Label|null} label   null: a new one */
   function openLabel(label) {
-    dialog('label', { label });
+    dialog((set) => ({ kind: 'label', data: { ...set, label } }));
   }
 
   async function toggleHidden() {

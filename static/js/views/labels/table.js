@@ -1,9 +1,10 @@
 // @ts-check
 /** The labels of a set as a grid. Only the rows that are in sight exist. */
 
+import { stepTo } from '../../model/list_keys.js';
 import { labelsById } from '../../model/labels.js';
 import { h, setAttribute, setText } from '../dom.js';
-import { count } from '../format.js';
+import { count } from '../../model/format.js';
 import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 /** @typedef {import('../../types.js').Label} Label */
@@ -63,10 +64,8 @@ export function createTable({ choose, open, signal }) {
     setAttribute(scroller, 'aria-activedescendant', selected !== null && rows.has(selected) ? `label-row-${selected}` : null);
   }
 
-  /** @param {number} place */
-  function go(place) {
-    const label = shown[Math.max(0, Math.min(shown.length - 1, place))];
-    if (!label) return;
+  /** @param {Label} label */
+  function go(label) {
     selected = label.id;
     const top = shown.indexOf(label) * height;
     const head = /** @type {HTMLElement} */ (scroller.firstElementChild).offsetHeight;
@@ -82,20 +81,17 @@ export function createTable({ choose, open, signal }) {
   };
   body.addEventListener('click', (event) => {
     const label = labelAt(event);
-    if (label) go(shown.indexOf(label));
+    if (label) go(label);
   }, { signal });
   body.addEventListener('dblclick', (event) => {
     const label = labelAt(event);
     if (label) open(label);
   }, { signal });
   scroller.addEventListener('keydown', (event) => {
-    const page = Math.max(1, Math.floor(scroller.clientHeight / height) - 2);
-    /** @type {Record<string, number>} */
-    const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -1e9, End: 1e9 };
-    const step = steps[event.key];
     const at = shown.findIndex(({ id }) => id === selected);
+    const next = stepTo(event.key, at, shown.length, { page: Math.max(1, Math.floor(scroller.clientHeight / height) - 2) });
     if (event.key === 'Enter' && at >= 0) open(shown[at]);
-    else if (step !== undefined) go(at < 0 && step <= 1 ? 0 : at + step);
+    else if (next !== null) go(shown[next]);
     else return;
     event.preventDefault();
     event.stopPropagation();

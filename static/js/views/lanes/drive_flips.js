@@ -5,7 +5,7 @@ import { flippedPlaces, nextPlace } from '../../model/drive_flips.js';
 import { seek, select } from '../app.js';
 import { h, setText } from '../dom.js';
 import { createFollower } from '../follower.js';
-import { plural } from '../format.js';
+import { plural } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').Flips} Flips */
 /** @typedef {{run: string, tau: number}} Question */

@@ -3,7 +3,7 @@
 
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { SUB_LANES } from './detail_painter.js';
+import { SUB_LANES } from '../../model/sub_lanes.js';
 import { SOURCES } from './palette.js';
 
 const NAMES = { detected: 'Detected', predicted: 'Predicted', relocalised: 'Re-detected', corrected: 'Corrected' };

@@ -4,29 +4,28 @@
  *
  * Playhead and hover line are elements that only move; canvases are painted again when what they show has changed.
  */
-import { countFlips } from '../../model/gate_lane.js';
-import { detailColumns, placeAt } from '../../model/detail_columns.js';
-import { engineName } from '../../model/labels.js';
+import { detailColumns } from '../../model/detail_columns.js';
 import { barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
-import { short, symmetryHint } from '../../model/plain_words.js';
-import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
+import { symmetryHint } from '../../model/plain_words.js';
+import { reveal, toFrame } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
-import { changeLanesView } from '../../store/actions/page.js';
-import { framesOf } from '../../store/actions/review.js';
-import { dialog, mark, seek, select, setTau, show } from '../app.js';
+import { framesOf, pick as pickTrack } from '../../store/actions/review.js';
+import { setTau, show } from '../app.js';
 import { leaveKeysToPicture, setAttribute, setText } from '../dom.js';
-import { count, percent, plural } from '../format.js';
+import { plural } from '../../model/format.js';
 import { createNoTracks } from '../no_tracks.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
-import { SUB_LANES, detailHeight, paintDetail, shownLanes } from './detail_painter.js';
+import { SUB_LANES, detailHeight, shownLanes } from '../../model/sub_lanes.js';
+import { paintDetail } from './detail_painter.js';
+import { listenToControls, spanOf } from './controls.js';
 import { createDriveFlips } from './drive_flips.js';
 import { createFollowingStrip } from './following_strip.js';
-import { createFrame, fillLegend } from './frame.js';
-import { attachGestures } from './gestures.js';
+import { createFrame } from './frame.js';
 import { prepare, readPalette } from './palette.js';
 import { secondsOf } from './seconds.js';
+import { placeMarks, showValues } from './readouts.js';
 import { createTauSlider } from './tau_slider.js';
 import { paintTracks } from './tracks_painter.js';
 
@@ -69,13 +68,6 @@ export function createLanes(app) {
   const dirty = { overview: true, tracks: true, detail: true };
 
   const review = () => app.store.get().review;
-  /** @param {ReviewState} r */
-  const spanOf = (r) => (r.span.last > r.span.first ? r.span : { first: 0, last: framesOf(r) });
-  /** @param {(r: ReviewState, span: {first: number, last: number}, frames: number) => {first: number, last: number}} next */
-  const changeSpan = (next) => {
-    const r = review();
-    if (r !== null) show(app, next(r, spanOf(r), framesOf(r)));
-  };
   const rowHeight = () => Math.round(ROW * palette.unit);
 
   /** @param {number} classId */
@@ -91,34 +83,6 @@ export function createLanes(app) {
     return found;
   };
 
-  /** @type {import('./gestures.js').GestureTarget} */
-  const plot = {
-    seek: (x) => {
-      const r = review();
-      if (r) seek(app, Math.floor(toFrame(spanOf(r), x, width)));
-    },
-    pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((from - to) / Math.max(1, width)) * (span.last - span.first), frames)),
-    zoom: (x, factor) => changeSpan((_, span, frames) => zoomAround(span, toFrame(span, x, width), factor, frames)),
-    hover: (x) => {
-      hovered = x;
-      later();
-    },
-  };
-  attachGestures(parts.axisPlot, 'pan', plot, signal);
-  attachGestures(parts.detailPlot, 'seek', plot, signal);
-  attachGestures(proposal.plot, 'seek', plot, signal);
-  attachGestures(parts.tracksPlot, 'seek', { ...plot, press: (x, y) => pick(x, y) }, signal);
-  attachGestures(parts.overviewPlot, 'seek', {
-    ...plot,
-    hover: undefined,
-    seek: (x) => {
-      const frame = (x / Math.max(1, width)) * framesOf(review());
-      seek(app, Math.floor(frame));
-      changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
-    },
-    pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((to - from) / Math.max(1, width)) * frames, frames)),
-  }, signal);
-
   /** @param {number} x @param {number} y */
   function pick(x, y) {
     const r = review();
@@ -126,39 +90,21 @@ export function createLanes(app) {
     const span = spanOf(r);
     const row = Math.floor((y + parts.tracksPane.scrollTop) / rowHeight());
     const bar = barAt(index, row, toFrame(span, x, width), (3 * (span.last - span.first)) / Math.max(1, width));
-    if (bar >= 0 && !mark(app, index.key[bar])) select(app, index.key[bar]);
+    if (bar >= 0) app.store.dispatch((state) => pickTrack(state, index.key[bar]));
   }
 
-  /** @param {number} factor */
-  const zoomButton = (factor) => changeSpan((r, span, frames) => {
-    const visible = r.frame >= span.first && r.frame < span.last;
-    return zoomAround(span, visible ? r.frame + 0.5 : (span.first + span.last) / 2, factor, frames);
-  });
-  parts.zoomIn.addEventListener('click', () => zoomButton(0.5), { signal });
-  parts.zoomOut.addEventListener('click', () => zoomButton(2), { signal });
-  parts.fit.addEventListener('click', () => changeSpan((_, __, frames) => ({ first: 0, last: frames })), { signal });
-  parts.toTrack.addEventListener('click', () => {
-    const bar = index.barOf.get(review()?.selected ?? '');
-    if (bar !== undefined) changeSpan((_, __, frames) => spanAround(index.first[bar], index.last[bar], frames));
-  }, { signal });
-  parts.fold.addEventListener('click', () => app.store.dispatch((now) => changeLanesView(now, { folded: !now.lanesView.folded })), { signal });
-  parts.chosen.addEventListener('change', () => app.store.dispatch((now) => changeLanesView(now, { lane: parts.chosen.value })), { signal });
-  parts.reset.addEventListener('click', () => setTau(app, null), { signal });
-  parts.whatIf.addEventListener('click', () => {
-    const r = review();
-    if (r) dialog(app, { kind: 'whatif', data: { tau: r.tau ?? r.tracks?.tau ?? null } });
-  }, { signal });
-  parts.axisPlot.addEventListener('keydown', (event) => {
-    /** @type {Record<string, number>} */
-    const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -100, PageUp: 100, Home: -1e9, End: 1e9 };
-    const r = review();
-    if (r === null || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (event.key === '+' || event.key === '-') zoomButton(event.key === '+' ? 0.5 : 2);
-    else if (steps[event.key] !== undefined) seek(app, r.frame + steps[event.key]);
-    else return;
-    event.preventDefault();
-    event.stopPropagation();
-  }, { signal });
+  listenToControls(app, parts, proposal.plot, {
+    width: () => width,
+    hover(x) {
+      hovered = x;
+      later();
+    },
+    pick,
+    selected() {
+      const bar = index.barOf.get(review()?.selected ?? '');
+      return bar === undefined ? null : { first: index.first[bar], last: index.last[bar] };
+    },
+  }, signal);
   parts.tracksPane.addEventListener('scroll', () => {
     dirty.tracks = true;
     later();
@@ -221,53 +167,8 @@ export function createLanes(app) {
     }
     if (old?.following || !proposal.element.hidden) proposal.paint(r.following, width, span, palette);
     dirty.overview = dirty.tracks = dirty.detail = false;
-    placeMarks(r, span, frames);
-  }
-
-  /** @param {ReviewState} r @param {{first: number, last: number}} span @param {number} frames */
-  function placeMarks(r, span, frames) {
-    const x = toX(span, r.frame + 0.5, width);
-    parts.playhead.hidden = x < 0 || x > width;
-    parts.playhead.style.setProperty('transform', `translateX(${Math.round(gutter + x)}px)`);
-    parts.hover.hidden = hovered === null;
-    if (hovered !== null) parts.hover.style.setProperty('transform', `translateX(${Math.round(gutter + hovered)}px)`);
-    parts.window.style.setProperty('transform', `translateX(${(span.first / frames) * width}px)`);
-    parts.window.style.setProperty('width', `${Math.max(4, ((span.last - span.first) / frames) * width)}px`);
-    parts.overviewCursor.style.setProperty('transform', `translateX(${Math.round((r.frame / frames) * width)}px)`);
-    const frame = hovered === null ? r.frame : Math.min(frames - 1, Math.floor(toFrame(span, Math.max(0, hovered), width)));
-    setText(parts.readout, `${timeLabel(secondsOf(r, frame), 0.01)}  frame ${count(frame)}`);
-    showValues(r, frame);
-    setAttribute(parts.axisPlot, 'aria-valuenow', r.frame);
-    setAttribute(parts.axisPlot, 'aria-valuemin', 0);
-    setAttribute(parts.axisPlot, 'aria-valuemax', frames - 1);
-    setAttribute(parts.axisPlot, 'aria-valuetext', `frame ${r.frame}, ${timeLabel(secondsOf(r, r.frame), 0.01)}`);
-  }
-
-  /** @param {ReviewState} r @param {number} frame */
-  function showValues(r, frame) {
-    parts.reset.hidden = r.tau === null;
-    setText(parts.whatIf.children[1], r.tau === null ? 'What if tau = …' : `What if tau = ${short(r.tau)}`);
-    if (columns === null || lane === null) return;
-    const at = placeAt(columns.frame, frame);
-    const here = at >= 0 && columns.frame[at] === frame ? at : -1;
-    SUB_LANES.forEach((sub, i) => {
-      let text = sub.series.map((name) => (here < 0 ? '–' : short(columns?.series[name][here]))).join(' / ');
-      if (sub.kind === 'votes') text = '';
-      if (sub.id === 'svm' && here >= 0 && lane?.probability[here] !== null) text += ` (P ${short(lane?.probability[here])})`;
-      setText(parts.values[i], text);
-    });
-    const votes = here >= 0 ? lane.votes[here] : null;
-    fillLegend(parts.legend, lane.classes.slice(0, 4).map((id, c) => ({
-      name: engineName(state?.labels ?? [], id, lane?.words?.[c]),
-      share: votes ? percent(votes[c]) : '–',
-      colour: palette.series[c],
-    })));
-    const tau = r.tau ?? lane.tau;
-    const flips = countFlips(lane, tau);
-    setText(parts.flips, flips.total > 0 ? `${flips.total} of ${plural(flips.verdicts, 'verdict')} flip` : plural(flips.verdicts, 'verdict'));
-    parts.flips.classList.toggle('lanes-flipping', flips.total > 0);
-    const unit = palette.unit;
-    slider.update({ tau, domain: columns.domain, top: 4 * unit, height: SUB_LANES[0].height * unit - 8 * unit, dragged: r.tau !== null, flips });
+    const frame = placeMarks(parts, { review: r, span, frames, width, gutter, hovered });
+    showValues(parts, slider, { review: r, frame, columns, lane, labels: state?.labels ?? [], palette });
   }
 
   /** @param {State['lanesView']} view */

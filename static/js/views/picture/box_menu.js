@@ -11,7 +11,7 @@ import { runOperation } from '../../operations/registry.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { h } from '../dom.js';
 import { icon, isIcon } from '../icons.js';
-import { toast } from '../toasts.js';
+import { toast } from '../../core/toast.js';
 
 /** Operations by group. */
 const MENU = [
@@ -30,7 +30,7 @@ const EDGE = 4;
  * @param {import('../../state-types.js').State} state
  * @returns {Operation[][]}
  */
-export function menuEntries(operations, state) {
+function menuEntries(operations, state) {
   const known = new Map(operations.map((operation) => [operation.id, operation]));
   return MENU
     .map((ids) => ids.flatMap((id) => known.get(id) ?? []).filter((operation) => operation.available(state)))

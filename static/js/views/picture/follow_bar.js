@@ -6,7 +6,7 @@ import { trackName } from '../../model/track_name.js';
 import { runOperation } from '../../operations/registry.js';
 import { h, setText } from '../dom.js';
 import { icon, isIcon } from '../icons.js';
-import { toast } from '../toasts.js';
+import { toast } from '../../core/toast.js';
 
 const BUTTONS = /** @type {const} */ ([['accept-follow', 'Accept', 'btn-primary'], ['cut-before', 'Cut before', ''], ['cut-after', 'Cut after', ''], ['drop-follow', 'Drop', '']]);
 

@@ -1,22 +1,18 @@
 // @ts-check
-/** The picture with its layers, a legend that switches them, and a line that says where one is. */
+/** The picture with its layers, and a line that says where one is. */
 
 import { NO_CLASS } from '../../model/documents.js';
 import { across, fit, sizeOf, toScreen } from '../../model/geometry.js';
 import { className } from '../../model/labels.js';
-import { NO_RUN } from '../../model/no_tracks.js';
-import { whyNoBox } from '../../model/no_box.js';
-import { listed, trackName } from '../../model/track_name.js';
-import { LAYER_NAMES, SHORT_NAMES, layerKey, switchLayer } from '../../operations/view.js';
+import { trackName } from '../../model/track_name.js';
+import { modeOf } from '../../modes/index.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport } from '../../store/actions/review.js';
-import { openDialog } from '../../store/actions/page.js';
-import { LAYERS } from '../../store/initial.js';
 import { followFocus, h, leaveKeysToPicture, setText } from '../dom.js';
-import { clock } from '../format.js';
-import { icon } from '../icons.js';
-import { runName } from '../run-words.js';
-import { STYLES, paintLayers, readInks } from './painter.js';
+import { clock } from '../../model/format.js';
+import { createLegend } from './legend.js';
+import { paintLayers } from './painter.js';
+import { readInks } from './pen.js';
 import { listenToPointer } from './pointer.js';
 import { createBoxMenu } from './box_menu.js';
 import { createFollowBar } from './follow_bar.js';
@@ -162,12 +158,7 @@ export function createPicture(app) {
     stage.dataset.shown = String(review.shown);
     const shown = review.selected ? shownTrack(review, review.selected) : null;
     const absent = review.selected && !shown && settledAt(review);
-    const text = {
-      select: absent && review.selected ? whyNoBox(review.selected, review.docs[review.selected]) : review.selected ? '' : review.run ? 'Click a box to select its track' : NO_RUN,
-      draw: 'Drag a box for a new track. Hold Shift to correct the selected one. Escape ends.',
-      merge: mergeHint(review),
-      note: 'Click where the note belongs',
-    }[review.mode];
+    const text = modeOf(review).hint(review, Boolean(absent));
     if (review.playing) {
       const { frames, late } = app.frames.tally();
       setText(hint, frames > 20 && late > 0.2 * frames ? 'Playing slower than real time: the pictures come late' : '');
@@ -224,70 +215,6 @@ export function createPicture(app) {
       observer.disconnect();
       app.frames.onShot(() => {});
       element.remove();
-    },
-  };
-}
-
-/**
- * What a merge takes so far. M marks the selected track by itself, so the marked ones are named.
- * @param {NonNullable<State['review']>} review
- */
-function mergeHint({ marked, docs }) {
-  const names = listed(marked.map((key) => trackName(key, docs[key])), 5);
-  if (marked.length === 0) return 'Click the tracks to merge, then press M. Escape ends.';
-  if (marked.length === 1) return `Track ${names} is marked: click the others, then press M. Escape ends.`;
-  return `Tracks ${names} are marked: press M to merge them into the first, or click more. Escape ends.`;
-}
-
-/**
- * The layers as switches, each with its key in its colour and line, and how many there are in the frame.
- * @param {App} app
- */
-function createLegend(app) {
-  /** @type {Map<import('../../state-types.js').LayerName, {button: HTMLElement, count: HTMLElement}>} */
-  const rows = new Map();
-  const element = h('div', { class: 'legend', role: 'group', 'aria-label': 'Layers' });
-  LAYERS.forEach((name) => {
-    const count = h('span', { class: 'legend-count number' }, '0');
-    const swatch = h('kbd', { class: 'legend-swatch' }, layerKey(name).replace('Shift+', '⇧'));
-    swatch.dataset.layer = name;
-    swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
-    const button = h('button', {
-      class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${layerKey(name)})`,
-      onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
-    }, swatch, h('span', { class: 'legend-name truncate' }, SHORT_NAMES[name]), count);
-    rows.set(name, { button, count });
-    element.append(button);
-    if (name === 'second') {
-      element.append(h('button', {
-        class: 'legend-choose', type: 'button', title: 'Choose the second run … (Shift+8)', 'aria-label': 'Choose the second run', 'data-operation': 'second-run',
-        onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
-      }, icon('down')));
-    }
-  });
-
-  /** Whose boxes a layer shows. @param {'truth'|'second'} name @param {string|null} whose */
-  function entitle(name, whose) {
-    const title = `${LAYER_NAMES[name]}${whose === null ? '' : `: ${whose}`} (${layerKey(name)})`;
-    const button = rows.get(name)?.button;
-    if (button && button.title !== title) button.title = title;
-  }
-
-  return {
-    element,
-    /** @param {NonNullable<State['review']>} review @param {Record<string, number>} counts */
-    update({ layers: on, truthName, second, video }, counts) {
-      const over = second === null ? null : app.store.get().runs[video.id]?.find(({ id }) => id === second);
-      entitle('truth', truthName);
-      entitle('second', second === null ? 'none chosen yet' : over ? runName(over) : null);
-      for (const [name, { button, count }] of rows) {
-        // a second run that nobody has chosen is not shown, whatever the switch would say
-        const pressed = String(on[name] && (name !== 'second' || second !== null));
-        if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
-        // ground truth is fetched only while it is shown, and no second run has no boxes: 0 would say that there are none
-        const unknown = (name === 'truth' && !on.truth && counts.truth === 0) || (name === 'second' && second === null);
-        setText(count, unknown ? '' : String(counts[name]));
-      }
     },
   };
 }

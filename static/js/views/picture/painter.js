@@ -4,67 +4,23 @@
  * casing, so that it can be distinguished without colour and before any ground.
  *
  * @typedef {import('../../state-types.js').ReviewState} ReviewState
- * @typedef {import('../../types.js').Box} Box
  * @typedef {import('../../state-types.js').LayerName} LayerName
  * @typedef {import('../../model/geometry.js').Viewport} Viewport
  * @typedef {import('../../model/geometry.js').Size} Size
  */
+import { modeOf } from '../../modes/index.js';
 import { chosenTruth } from '../../review/chosen_truth.js';
 import { focusPoint } from '../../model/focus.js';
-import { across, clamp, handlesOf, toScreen } from '../../model/geometry.js';
-import { placeLabels } from '../../model/label_places.js';
 import { trackName } from '../../model/track_name.js';
 import { secondShown, shownTracks } from '../../review/shown_tracks.js';
-
-/** Line, dash (CSS px) and width of each layer. */
-export const STYLES = /** @type {Record<LayerName, {dash: number[], width: number}>} */ ({
-  detections: { dash: [2, 2], width: 1.25 },
-  predictions: { dash: [6, 4], width: 1.5 },
-  search: { dash: [1, 4], width: 1.25 },
-  relocalisations: { dash: [10, 3, 2, 3], width: 2 },
-  results: { dash: [], width: 2 },
-  corrected: { dash: [], width: 2.5 },
-  truth: { dash: [3, 3], width: 1.5 },
-  second: { dash: [12, 4], width: 1.5 },
-  uncertainty: { dash: [2, 2], width: 1 },
-  gate: { dash: [], width: 1 },
-});
-
-/** A name in the picture is cut where it takes more than this share of the width, but never below so many CSS px. */
-const NAME_SHARE = 0.3;
-const LEAST_NAME = 120;
-
-/**
- * @typedef {object} Inks
- * @property {(layer: LayerName) => string} colour
- * @property {string} casing
- * @property {string} font
- * @property {number} unit
- */
-
-/** @param {HTMLElement} element @returns {Inks} */
-export function readInks(element) {
-  const style = getComputedStyle(element);
-  /** @param {string} name */
-  const token = (name) => style.getPropertyValue(name).trim();
-  const unit = (Number.parseFloat(token('--u')) || 4) / 4;
-  /** @type {Partial<Record<LayerName, string>>} */
-  const colours = {};
-  for (const layer of /** @type {LayerName[]} */ (Object.keys(STYLES))) colours[layer] = token(`--layer-${layer}`) || '#ffffff';
-  return {
-    colour: (layer) => colours[layer] ?? '#ffffff',
-    casing: token('--layer-casing') || 'rgb(0 0 0 / 0.65)',
-    font: `600 ${Math.round(12 * unit)}px ${token('--font') || 'sans-serif'}`,
-    unit,
-  };
-}
+import { createPen } from './pen.js';
 
 /**
  * @param {CanvasRenderingContext2D} ctx   in CSS px
  * @param {ReviewState} review
  * @param {Viewport} view
  * @param {Size} screen
- * @param {Inks} inks
+ * @param {import('./pen.js').Inks} inks
  * @param {(id: number|null) => string} nameOf
  * @returns {Record<LayerName, number>} how many of each layer are in the frame
  */
@@ -141,192 +97,8 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     pen.box(layer, box, named(shown.key, `${pen.cut(shown.not_a_sign ? 'false positive' : shown.word ?? nameOf(shown.class_id))}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight: chosen ? 2 : 1, thin: shown.origin === 'interpolated', dashed: proposed, guarded: chosen });
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
-    if (chosen && review.mode !== 'merge') pen.handles(layer, box);
+    if (chosen && modeOf(review).take === null) pen.handles(layer, box);
   }
   pen.labels();
   return counts;
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Viewport} view
- * @param {Size} screen
- * @param {Inks} inks
- */
-function createPen(ctx, view, screen, inks) {
-  /** @type {(import('../../model/label_places.js').WantedLabel & {layer: LayerName, text: string, weight: number})[]} */
-  const texts = [];
-  /** @param {Box} box @returns {Box} */
-  const place = (box) => {
-    const [x1, y1] = toScreen(view, screen, box[0], box[1]);
-    const [x2, y2] = toScreen(view, screen, box[2], box[3]);
-    return [x1, y1, x2, y2];
-  };
-  /** @param {string} colour @param {number} width @param {number[]} dash @param {() => void} path */
-  const stroke = (colour, width, dash, path) => {
-    ctx.setLineDash([]);
-    ctx.lineWidth = width + 2;
-    ctx.strokeStyle = inks.casing;
-    ctx.beginPath();
-    path();
-    ctx.stroke();
-    ctx.setLineDash(dash);
-    ctx.lineWidth = width;
-    ctx.strokeStyle = colour;
-    ctx.beginPath();
-    path();
-    ctx.stroke();
-    ctx.setLineDash([]);
-  };
-
-  const widest = Math.max(LEAST_NAME * inks.unit, NAME_SHARE * screen.width);
-
-  return {
-    /** A name that does not lie across the whole picture. @param {string} name */
-    cut(name) {
-      ctx.font = inks.font;
-      if (ctx.measureText(name).width <= widest) return name;
-      let [fits, long] = [0, name.length];
-      while (long - fits > 1) {
-        const middle = (fits + long) >> 1;
-        if (ctx.measureText(`${name.slice(0, middle)}…`).width <= widest) fits = middle;
-        else long = middle;
-      }
-      return `${name.slice(0, fits).trimEnd()}…`;
-    },
-    /**
-     * @param {LayerName} layer
-     * @param {Box} box
-     * @param {string} [text]   stands there once `labels` is called
-     * @param {{where?: 'above'|'below', weight?: number, thin?: boolean, dashed?: boolean, guarded?: boolean}} [how]   heavier labels choose their place first;
-     *   guarded: no label may lie on the box
-     */
-    box(layer, box, text, { where = 'below', weight = 0, thin = false, dashed = false, guarded = false } = {}) {
-      const [x1, y1, x2, y2] = place(box);
-      const { dash, width } = STYLES[layer];
-      const scaled = (thin ? [4, 2] : dashed ? [7, 5] : dash).map((part) => part * inks.unit);
-      stroke(inks.colour(layer), (thin ? width - 1 : width) * inks.unit, scaled, () => ctx.rect(x1, y1, x2 - x1, y2 - y1));
-      if (!text) return;
-      ctx.font = inks.font;
-      texts.push({ layer, text, weight, box: [x1, y1, x2, y2], wide: ctx.measureText(text).width + 8 * inks.unit, high: 16 * inks.unit, where, guarded });
-    },
-    /** All texts, over all boxes. */
-    labels() {
-      texts.sort((a, b) => b.weight - a.weight);
-      const places = placeLabels(texts, screen);
-      ctx.font = inks.font;
-      ctx.textBaseline = 'middle';
-      texts.forEach(({ layer, wide, high, box: [x1, y1, x2, y2] }, i) => {
-        const at = places[i];
-        if (!at?.apart) return;
-        const [x, y] = [clamp((x1 + x2) / 2, at.x, at.x + wide), clamp((y1 + y2) / 2, at.y, at.y + high)];
-        stroke(inks.colour(layer), inks.unit, [], () => {
-          ctx.moveTo(x, y);
-          ctx.lineTo(clamp(x, x1, x2), clamp(y, y1, y2));
-        });
-      });
-      texts.forEach(({ layer, text, wide, high }, i) => {
-        const at = places[i];
-        if (at === null) return;
-        ctx.fillStyle = 'rgb(0 0 0 / 0.72)';
-        ctx.fillRect(at.x, at.y, wide, high);
-        ctx.fillStyle = inks.colour(layer);
-        ctx.fillRect(at.x, at.y, 3 * inks.unit, high);
-        ctx.fillStyle = '#ffffff';
-        ctx.fillText(text, at.x + 6 * inks.unit, at.y + high / 2 + 0.5);
-      });
-    },
-    /** Take away what is drawn in a box. @param {Box} box */
-    clear(box) {
-      const [x1, y1, x2, y2] = place(box);
-      ctx.clearRect(x1, y1, x2 - x1, y2 - y1);
-    },
-    /** The 1-sigma box of the centre. @param {Box} box @param {[number, number, number, number]} sigma */
-    innovation(box, [sx, sy]) {
-      const cx = (box[0] + box[2]) / 2;
-      const cy = (box[1] + box[3]) / 2;
-      const [x1, y1, x2, y2] = place([cx - sx, cy - sy, cx + sx, cy + sy]);
-      stroke(inks.colour('uncertainty'), inks.unit, [2 * inks.unit, 2 * inks.unit], () => {
-        ctx.rect(x1, y1, x2 - x1, y2 - y1);
-      });
-    },
-    /** From the focus of expansion, a ring, to a predicted box: the path of what the camera nears. @param {[number, number]} focus @param {Box} box */
-    ray(focus, box) {
-      const [fx, fy] = toScreen(view, screen, ...focus);
-      const [x1, y1, x2, y2] = place(box);
-      const [dx, dy] = [(x1 + x2) / 2 - fx, (y1 + y2) / 2 - fy];
-      const long = Math.hypot(dx, dy);
-      const ring = 5 * inks.unit;
-      stroke(inks.colour('predictions'), 1.5 * inks.unit, [], () => ctx.arc(fx, fy, ring, 0, 2 * Math.PI));
-      // it ends where it meets the box: what is in there must stay in sight
-      const end = long - Math.min((x2 - x1) / 2 / Math.max(Math.abs(dx) / long, 1e-9), (y2 - y1) / 2 / Math.max(Math.abs(dy) / long, 1e-9));
-      if (!(end > ring)) return;
-      stroke(inks.colour('predictions'), inks.unit, [4 * inks.unit, 4 * inks.unit], () => {
-        ctx.moveTo(fx + (dx / long) * ring, fy + (dy / long) * ring);
-        ctx.lineTo(fx + (dx / long) * end, fy + (dy / long) * end);
-      });
-    },
-    /** @param {LayerName} layer @param {Box} box */
-    cross(layer, box) {
-      const [x1, y1, x2, y2] = place(box);
-      const cx = (x1 + x2) / 2;
-      const cy = (y1 + y2) / 2;
-      const r = 4 * inks.unit;
-      stroke(inks.colour(layer), 1.5 * inks.unit, [], () => {
-        ctx.moveTo(cx - r, cy - r);
-        ctx.lineTo(cx + r, cy + r);
-        ctx.moveTo(cx + r, cy - r);
-        ctx.lineTo(cx - r, cy + r);
-      });
-    },
-    /** Chosen: its corners stand out. @param {LayerName} layer @param {Box} box */
-    corners(layer, box) {
-      const [x1, y1, x2, y2] = place(box);
-      const long = Math.min(10 * inks.unit, (x2 - x1) / 3, (y2 - y1) / 3);
-      stroke(inks.colour(layer), 3 * inks.unit, [], () => {
-        for (const [x, y, dx, dy] of [[x1, y1, 1, 1], [x2, y1, -1, 1], [x2, y2, -1, -1], [x1, y2, 1, -1]]) {
-          ctx.moveTo(x + dx * long, y);
-          ctx.lineTo(x, y);
-          ctx.lineTo(x, y + dy * long);
-        }
-      });
-    },
-    /** A key frame. @param {LayerName} layer @param {Box} box */
-    diamond(layer, box) {
-      const [x1, y1] = place(box);
-      const r = 5 * inks.unit;
-      ctx.beginPath();
-      ctx.moveTo(x1, y1 - r);
-      ctx.lineTo(x1 + r, y1);
-      ctx.lineTo(x1, y1 + r);
-      ctx.lineTo(x1 - r, y1);
-      ctx.closePath();
-      ctx.fillStyle = inks.colour(layer);
-      ctx.fill();
-      ctx.lineWidth = 1;
-      ctx.strokeStyle = inks.casing;
-      ctx.stroke();
-    },
-    /** Marked for a merge: a frame around the box. @param {Box} box */
-    mark(box) {
-      const [x1, y1, x2, y2] = place(box);
-      const away = 4 * inks.unit;
-      stroke('rgb(240 228 66)', 3 * inks.unit, [], () => ctx.rect(x1 - away, y1 - away, x2 - x1 + 2 * away, y2 - y1 + 2 * away));
-    },
-    /** @param {LayerName} layer @param {Box} box */
-    handles(layer, box) {
-      // on a small box they shrink, and only the corners are left: what is judged must stay in sight
-      const side = Math.min((box[2] - box[0]) * across(view), (box[3] - box[1]) * view.zoom);
-      const r = Math.min(3.5, Math.max(1.5, side / 12)) * inks.unit;
-      for (const [name, px, py] of handlesOf(box)) {
-        if (name.length === 1 && side < 40 * inks.unit) continue;
-        const [x, y] = toScreen(view, screen, px, py);
-        ctx.fillStyle = '#ffffff';
-        ctx.fillRect(x - r, y - r, 2 * r, 2 * r);
-        ctx.lineWidth = 1.5 * inks.unit;
-        ctx.strokeStyle = inks.colour(layer);
-        ctx.strokeRect(x - r, y - r, 2 * r, 2 * r);
-      }
-    },
-  };
 }

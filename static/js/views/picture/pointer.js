@@ -10,9 +10,10 @@
  */
 import { truthAt } from '../../review/chosen_truth.js';
 import { across, area, bounded, contains, dragged, handleAt, ordered, settled, sizeOf, toPicture, zoomAt } from '../../model/geometry.js';
-import { drawn, putBox } from '../../operations/boxes.js';
+import { modeOf } from '../../modes/index.js';
+import { drawn, putBox } from '../../operations/place_box.js';
 import { shownTracks } from '../../review/shown_tracks.js';
-import { hover, select, selectTruth, setDrag, setPlaying, setViewport, toggleMarked } from '../../store/actions/review.js';
+import { hover, select, selectTruth, setDrag, setPlaying, setViewport, take } from '../../store/actions/review.js';
 
 /** How near a handle the pointer must be, CSS px. */
 const REACH = 7;
@@ -86,8 +87,8 @@ export function listenToPointer(app, element, screen, menu, signal) {
       return;
     }
     const found = under(x, y);
-    if (now.mode === 'merge') {
-      if (found.length) app.store.dispatch((state) => toggleMarked(state, found[0].key));
+    if (modeOf(now).take) {
+      if (found.length) app.store.dispatch((state) => take(state, found[0].key));
       return;
     }
     const chosen = now.selected ? shownTracks(now).find(({ key }) => key === now.selected) : undefined;
@@ -160,7 +161,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
   /** The menu of the box under the pointer: the selected one where several lie there. @param {{x: number, y: number, under: string[]}} place */
   function openMenu({ x, y, under: keys }) {
     const now = review();
-    if (!now || keys.length === 0 || now.mode !== 'select') return;
+    if (!now || keys.length === 0 || !modeOf(now).changesBoxes) return;
     const key = now.selected && keys.includes(now.selected) ? now.selected : keys[0];
     app.store.dispatch((state) => select(setPlaying(state, false), key));
     menu(x, y);
@@ -185,11 +186,11 @@ const CURSORS = { n: 'ns-resize', s: 'ns-resize', e: 'ew-resize', w: 'ew-resize'
  * @param {[number, number]} point
  */
 function setCursor(element, review, [x, y]) {
-  let cursor = 'default';
-  if (review.mode === 'draw') cursor = 'crosshair';
-  else if (review.shown === review.frame) {
+  const { cursor: everywhere, changesBoxes } = modeOf(review);
+  let cursor = everywhere ?? 'default';
+  if (everywhere === null && review.shown === review.frame) {
     const tracks = shownTracks(review);
-    const chosen = review.mode === 'select' ? tracks.find(({ key }) => key === review.selected) : undefined;
+    const chosen = changesBoxes ? tracks.find(({ key }) => key === review.selected) : undefined;
     const handle = chosen ? handleAt(chosen.box, x, y, REACH / review.viewport.zoom, review.viewport.stretch) : null;
     cursor = handle ? CURSORS[handle] : tracks.some(({ box }) => contains(box, x, y)) ? 'pointer' : 'default';
   }

@@ -7,7 +7,7 @@ import { trackName } from '../../model/track_name.js';
 import { truthLabel } from '../../operations/ground_truth.js';
 import { runOperation } from '../../operations/registry.js';
 import { h, setText } from '../dom.js';
-import { toast } from '../toasts.js';
+import { toast } from '../../core/toast.js';
 
 const BUTTONS = /** @type {const} */ ([['next-truth', 'Next'], ['take-truth-box', 'Take box'], ['take-truth-sign', 'Take sign'], ['take-truth-label', 'Take all']]);
 

@@ -1,24 +1,10 @@
 // @ts-check
 /** The end of the queue: what is left in the library, and the way to the next video. */
 
-import { leftElsewhere } from '../../model/left_elsewhere.js';
+import { leftElsewhere, reviewedWords } from '../../model/left_elsewhere.js';
 import { NEXT_VIDEO_KEY } from '../../operations/next_video.js';
 import { h, setText } from '../dom.js';
-import { count, plural } from '../format.js';
 import { icon } from '../icons.js';
-
-/**
- * What is said where every track of a video is reviewed.
- *
- * @param {import('../../model/left_elsewhere.js').LeftElsewhere} left
- * @param {number} total   tracks of this video
- * @returns {string}
- */
-export function reviewedWords({ videos, tracks }, total) {
-  if (tracks === 0) return 'All tracks reviewed: nothing is left in the library.';
-  const where = videos === 1 ? '1 other video' : `${count(videos)} other videos`;
-  return `${total > 0 ? 'All tracks of this video are reviewed' : 'This video has no track to review'}. ${where} ${videos === 1 ? 'has' : 'have'} ${plural(tracks, 'open track')}.`;
-}
 
 /** @param {() => void} next   opens the next video */
 export function createQueueEnd(next) {

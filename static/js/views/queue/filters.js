@@ -7,7 +7,7 @@ import { labelFor, resolved } from '../../model/labels.js';
 import { scoreRange } from '../../model/queue.js';
 import { filter } from '../app.js';
 import { fill, followFocus, h, leaveKeysToPicture, setAttribute } from '../dom.js';
-import { count, figure } from '../format.js';
+import { count, figure } from '../../model/format.js';
 import { icon } from '../icons.js';
 
 /** @typedef {import('../../state-types.js').QueueFilter} QueueFilter */

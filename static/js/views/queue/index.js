@@ -3,13 +3,14 @@
 
 import { deletedTracks } from '../../model/deleted.js';
 import { trackEntries } from '../../model/track_entries.js';
+import { stepTo } from '../../model/list_keys.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
 import { extendHint } from '../../model/extend_hints.js';
 import { framesOf } from '../../store/actions/review.js';
 import { openTrack } from '../../operations/navigate.js';
 import { dialog, mark } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
-import { count, percent, plural } from '../format.js';
+import { count, percent, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { createNoTracks } from '../no_tracks.js';
 import { NEXT_VIDEO_KEY, openNextVideo } from '../../operations/next_video.js';
@@ -56,16 +57,13 @@ export function createQueue(app) {
     if (row instanceof HTMLElement && row.dataset.key && !mark(app, row.dataset.key)) openTrack(app, row.dataset.key);
   }, { signal });
   scroller.addEventListener('keydown', (event) => {
-    const page = Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1);
-    /** @type {Record<string, number>} */
-    const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -1e9, End: 1e9 };
-    const step = steps[event.key];
+    const at = order.findIndex((entry) => entry.key === state?.review?.selected);
+    const next = stepTo(event.key, at, order.length, { page: Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1) });
     // with Shift and Alt the arrows move and resize the box of the selected track
-    if (step === undefined || order.length === 0 || event.shiftKey || event.altKey) return;
+    if (next === null || event.shiftKey || event.altKey) return;
     event.preventDefault();
     event.stopPropagation();
-    const at = order.findIndex((entry) => entry.key === state?.review?.selected);
-    openTrack(app, order[at < 0 ? 0 : Math.min(order.length - 1, Math.max(0, at + step))].key);
+    openTrack(app, order[next].key);
   }, { signal });
   scroller.addEventListener('scroll', later, { signal, passive: true });
   const observer = new ResizeObserver(later);

@@ -4,7 +4,7 @@
 import { NO_CLASS } from '../../model/documents.js';
 import { labelFor } from '../../model/labels.js';
 import { h, setAttribute, setText } from '../dom.js';
-import { figure, frameSpan, roundPercent } from '../format.js';
+import { figure, frameSpan, roundPercent } from '../../model/format.js';
 import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 const STATES = {

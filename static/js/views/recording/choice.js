@@ -10,9 +10,6 @@ export const AROUND = 300;
 /** @param {Range} range @param {number} frame */
 export const covers = ({first, stop}, frame) => first <= frame && frame < stop;
 
-/** @param {Recording} recording */
-export const isActive = ({state}) => state === 'queued' || state === 'running';
-
 /**
  * The recording that shows a frame best: the newest finished one that has it.
  *

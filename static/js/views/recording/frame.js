@@ -98,7 +98,8 @@ async function start(version, theme, url) {
   recording.catch(() => {}); // told below
   const base = `/rerun/${encodeURIComponent(version)}`;
   await loadScript(`${base}/re_viewer.js`);
-  // @ts-expect-error - a global of that classic script
+  /* global wasm_bindgen -- of that classic script */
+  // @ts-expect-error - it has no types
   const bindgen = /** @type {any} */ (wasm_bindgen);
   await bindgen({module_or_path: fetch(`${base}/re_viewer_bg.wasm`)});
   handle = /** @type {WebHandle} */ (new bindgen.WebHandle({

@@ -10,10 +10,11 @@ import {sentence} from '../../api/errors.js';
 import {seek, select} from '../../store/actions/review.js';
 import {fill, h, reconcile, setText} from '../dom.js';
 import {emptyState, waiting} from '../empty.js';
-import {count, plural} from '../format.js';
+import {count, plural} from '../../model/format.js';
 import {icon} from '../icons.js';
+import {isActive} from '../output-words.js';
 import {createRecordingApi} from './api.js';
-import {covers, framesOf, isActive, rangeAround, recordingFor} from './choice.js';
+import {covers, framesOf, rangeAround, recordingFor} from './choice.js';
 import {entityOf, recordedKeys, trackOf} from './selection.js';
 import {createStage} from './stage.js';
 

@@ -4,10 +4,10 @@
 import { sentence } from '../../api/errors.js';
 import { openDialog, setRuns } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
-import { count, plural } from '../format.js';
+import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { signature } from '../preferences.js';
-import { toast } from '../toasts.js';
+import { signature } from '../../core/preferences.js';
+import { toast } from '../../core/toast.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 /** @typedef {import('../../api/search.js').TrackAction} TrackAction */

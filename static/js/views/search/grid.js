@@ -1,7 +1,8 @@
 // @ts-check
 /** The grid of crops: only the rows in sight exist; keys and pointer select as in a file manager. */
 
-import { idOf, stepTo } from '../../model/search.js';
+import { stepTo } from '../../model/list_keys.js';
+import { idOf } from '../../model/search.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { icon } from '../icons.js';
 import { pictureThatMayMiss, showPicture } from '../pictures.js';
@@ -65,7 +66,7 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   }, { signal });
   element.addEventListener('keydown', (event) => {
     const name = event.key;
-    const next = event.altKey ? null : stepTo(name, at, tracks.length, columns, Math.max(1, rows - 1));
+    const next = event.altKey ? null : stepTo(name, at, tracks.length, { columns, page: Math.max(1, rows - 1) });
     if (next !== null) {
       if (event.shiftKey) select(next, 'range');
       else if (event.ctrlKey || event.metaKey) move(next);

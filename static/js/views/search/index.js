@@ -7,9 +7,9 @@ import { formatRoute } from '../../model/route.js';
 import { setVideos } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { emptyState, waiting } from '../empty.js';
-import { count, plural } from '../format.js';
+import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { toast } from '../toasts.js';
+import { toast } from '../../core/toast.js';
 import { createSearchActions } from './actions.js';
 import { createSearchFilters } from './filters.js';
 import { createGrid, PICTURE } from './grid.js';
@@ -22,7 +22,7 @@ const STEP = 120;
 /** Tracks of one request where many are wanted at once. */
 const MANY = 500;
 /** Tracks that can be selected at once: as many as the server changes in one action. */
-export const MOST_SELECTED = 5000;
+const MOST_SELECTED = 5000;
 /** While runs are still being read, it is asked again after this, ms. */
 const AGAIN = 2000;
 
@@ -261,7 +261,7 @@ export function createSearch(app) {
  * @param {import('../../model/search.js').SearchFilters} filters
  * @returns {string}
  */
-export function notesOf(answer, filters) {
+function notesOf(answer, filters) {
   const parts = [];
   const names = [...new Set(answer.labels.map(({ name }) => name))];
   const typed = new Set(filters.label.map((word) => word.toLowerCase()));

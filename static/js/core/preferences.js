@@ -76,16 +76,6 @@ export function rememberChoices(store) {
   });
 }
 
-/**
- * Put a theme on the page.
- *
- * @param {'light'|'dark'|'auto'} theme
- */
-export function applyTheme(theme) {
-  const dark = theme === 'dark' || theme === 'auto' && matchMedia('(prefers-color-scheme: dark)').matches;
-  document.documentElement.dataset.theme = dark ? 'dark' : 'light';
-}
-
 /** @param {string} name */
 export function forget(name) {
   try {

@@ -3,9 +3,8 @@ import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
 
-import { count, figure, plural } from '../../../static/js/model/numbers.js';
+import { count, figure, plural, roundPercent } from '../../../static/js/model/format.js';
 import { short } from '../../../static/js/model/plain_words.js';
-import { roundPercent } from '../../../static/js/views/format.js';
 
 test('a number never has an exponent, and keeps its significant digits', () => {
   const cases = /** @type {[number, number|undefined, string][]} */ ([

@@ -6,7 +6,7 @@ import { setTheme } from '../../../static/js/store/actions/page.js';
 import { openReview, toggleFewLabels, toggleLayer } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
-import { rememberChoices, rememberedFewLabels, rememberedLayers, rememberedTheme } from '../../../static/js/views/preferences.js';
+import { rememberChoices, rememberedFewLabels, rememberedLayers, rememberedTheme } from '../../../static/js/core/preferences.js';
 
 test('theme, layers and labels are remembered with the choice, whether or not the page is drawn', async () => {
   /** @type {Map<string, string>} */

@@ -2,15 +2,15 @@
 /** Taking signs of a ground truth over into the corrections of a run, and back. */
 
 import {sentence} from '../api/errors.js';
-import {plural} from './format.js';
-import {signature} from './preferences.js';
-import {toast} from './toasts.js';
+import {plural} from '../model/format.js';
+import {signature} from '../core/preferences.js';
+import {toast} from '../core/toast.js';
 
 /**
  * What became of the signs, in words.
  * @param {import('../api/compare-types.js').TakenOver} found
  */
-export function takenWords({changed, made, same, skipped}) {
+function takenWords({changed, made, same, skipped}) {
   const parts = [made && plural(made, 'new track'), changed && `${plural(changed, 'track')} corrected`, same && `${plural(same, 'track')} already as in the ground truth`].filter(Boolean);
   return [`Taken over: ${parts.join(', ') || 'nothing'}.`, ...skipped].join(' ');
 }

@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { createNoteDrafts } from '../../../static/js/views/note_drafts.js';
+import { createNoteDrafts } from '../../../static/js/editing/note_drafts.js';
 
 function memory() {
   /** @type {Map<string, string>} */

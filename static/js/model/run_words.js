@@ -1,7 +1,7 @@
 // @ts-check
 /** Runs in words. Pure functions. */
 
-import {runPercent} from '../model/run_progress.js';
+import {runPercent} from './run_progress.js';
 import {count, figure, moment, plural, timeLeft} from './format.js';
 
 /** @typedef {import('../types.js').Run} Run */

@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { replayWarning, runInexact, runTitle } from '../../../static/js/views/run-words.js';
+import { replayWarning, runInexact, runTitle } from '../../../static/js/model/run_words.js';
 
 /** @param {Record<string, any>} summary @returns {import('../../../static/js/types.js').Run} */
 const replay = (summary) => /** @type {any} */ ({ kind: 'whatif', state: 'complete', name: 'n = 60', created: '2026-11-21T06:20:00Z', summary });

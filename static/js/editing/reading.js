@@ -1,0 +1,64 @@
+// @ts-check
+/** Reads the documents of the open run from the server. */
+
+import { changeReview } from '../store/actions/review.js';
+import { agreed, UNASKED } from './line.js';
+import { isPassing, pauseAfter } from './sending.js';
+
+/**
+ * @param {object} parts
+ * @param {import('../state-types.js').Store} parts.store
+ * @param {Pick<import('../api/client.js').Api, 'annotation'>} parts.api
+ * @param {import('./work.js').Work} parts.work
+ * @param {() => string} parts.author
+ * @param {(ms: number) => Promise<void>} parts.rest
+ * @param {AbortSignal} parts.signal
+ */
+export function createReading({ store, api, work, author, rest, signal }) {
+  let asking = false;
+  let missed = false;
+
+  /** Events were missed. */
+  async function refresh() {
+    const here = work.run;
+    if (!work.ready) work.overtaken = true; // the reading that is under way may be older
+    if (here === null || !work.ready) return;
+    const annotation = await api.annotation(here, author(), { signal }).catch(() => null);
+    if (annotation === null || work.run !== here) return;
+    work.confirm(annotation.docs);
+    // an answer may have overtaken this one
+    if (annotation.seq >= (store.get().review?.seq ?? 0)) {
+      work.line = agreed(work.line, annotation);
+      store.dispatch((state) => changeReview(state, { seq: annotation.seq }));
+    }
+    work.show();
+  }
+
+  /** What can be taken back is other than this page knows: it asks, once however much has come. */
+  async function askAnew() {
+    work.line = UNASKED;
+    missed = true;
+    if (asking) return;
+    asking = true;
+    while (missed && work.run !== null && !signal.aborted) {
+      missed = false;
+      await refresh();
+    }
+    asking = false;
+  }
+
+  /** As it is opened: tried until the server answers; null: another run is open by now. @param {string} wanted */
+  async function read(wanted) {
+    for (let tries = 0; ; tries += 1) {
+      try {
+        return await api.annotation(wanted, author(), { signal });
+      } catch (thrown) {
+        if (signal.aborted || work.run !== wanted) return null;
+        if (!isPassing(thrown)) throw thrown;
+        await rest(pauseAfter(tries));
+      }
+    }
+  }
+
+  return { read, refresh, askAnew };
+}

@@ -1,0 +1,22 @@
+// @ts-check
+/** What is wrong with a command. */
+
+/** A command that makes no sense for the documents; the message is one sentence. */
+export class CommandError extends Error {
+  /** @param {string} message */
+  constructor(message) {
+    super(message);
+    this.name = 'CommandError';
+  }
+}
+
+/**
+ * @template T
+ * @param {T|null|undefined} value
+ * @param {string} name
+ * @returns {T}
+ */
+export function needed(value, name) {
+  if (value === null || value === undefined) throw new CommandError(`The command needs a ${name}.`);
+  return value;
+}

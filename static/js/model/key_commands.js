@@ -1,0 +1,131 @@
+// @ts-check
+/**
+ * What commands do to the key frames of one track. Pure. The twin of a part of app/edits/apply.py.
+ *
+ * @typedef {import('../types.js').Command} Command
+ * @typedef {import('../types.js').KeyFrame} KeyFrame
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ */
+import { CommandError, needed } from './command_error.js';
+import { clip, isEmpty, keyFramesOf, keysWithin, lastKey, lineAt, said, sameAttributes, showsFrom, stateOf, withKey } from './documents.js';
+import { withAttribute } from './relabel.js';
+
+/**
+ * The box that a key frame keeps: the one on screen, or the line's.
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {Partial<KeyFrame>}
+ */
+export function shown(doc, command) {
+  const box = command.box ?? lineAt(doc, command.frame);
+  return box === null ? {} : { box };
+}
+
+/**
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {TrackDoc}
+ */
+export function setAttribute(doc, command) {
+  const name = needed(command.attribute, 'name of an attribute');
+  if (!command.from_here) return withAttribute(doc, name, command.value ?? null, null);
+  return withAttribute(withKey(doc, command.frame, shown(doc, command)), name, command.value ?? null, command.frame);
+}
+
+/**
+ * @param {TrackDoc} doc
+ * @param {number} frame
+ * @returns {TrackDoc}
+ */
+export function deleteFrom(doc, frame) {
+  if (!showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} There is nothing to delete.`);
+  // a line that is cut must end where it was when it was cut
+  const edge = frame > 0 ? lineAt(doc, frame - 1) : null;
+  if (edge !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: edge });
+  const kept = { ...doc, segments: clip(doc.segments, -1, frame - 1), keys: keysWithin(doc, -1, frame - 1) };
+  return isEmpty(kept) ? { ...doc, gone: true } : kept;
+}
+
+/** @param {TrackDoc} doc @param {number} frame */
+const showsNothing = (doc, frame) => `Track ${doc.key} shows nothing from frame ${frame} on.`;
+
+/**
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {TrackDoc}
+ */
+export function setOutside(doc, command) {
+  const { frame } = command;
+  const outside = command.value === true;
+  if (outside && !showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} It is outside already.`);
+  const after = withKey(doc, frame, { outside, ...shown(doc, command) });
+  if (!outside && !showsFrom(after, frame)) {
+    throw new CommandError(`${showsNothing(doc, frame)} Nothing could come back into sight: draw a box.`);
+  }
+  return after;
+}
+
+/**
+ * @param {TrackDoc} doc
+ * @param {number} frame
+ * @returns {TrackDoc}
+ */
+export function removeKey(doc, frame) {
+  if (!doc.keys[frame]) throw new CommandError(`Frame ${frame} is no key frame of track ${doc.key}.`);
+  const { [frame]: _gone, ...keys } = doc.keys;
+  const left = { ...doc, keys };
+  if (isEmpty(left)) throw new CommandError("This is the track's only box. Delete the track instead.");
+  return left;
+}
+
+/**
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {TrackDoc}
+ */
+export function interpolate(doc, command) {
+  const first = needed(command.first, 'first');
+  const last = needed(command.last, 'last');
+  const inside = keyFramesOf(doc).filter((k) => first <= k && k <= last);
+  if (inside.filter((k) => doc.keys[k].box !== null).length < 2) {
+    throw new CommandError('Interpolation needs two key frames with a box. Correct the box in two frames first.');
+  }
+  const keys = { ...doc.keys };
+  for (const k of inside.slice(0, -1)) keys[k] = { ...keys[k], interpolate: command.value !== false };
+  return { ...doc, keys };
+}
+
+/**
+ * Key frames at the given boxes, on lines; those that were followed before make room, a person's stay.
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {TrackDoc}
+ */
+export function follow(doc, command) {
+  const given = needed(command.boxes, 'list of boxes');
+  const boxes = new Map(given.map((entry) => [entry.frame, entry]));
+  const first = needed(given[0]?.frame, 'box');
+  const last = needed(given.at(-1)?.frame, 'box');
+  const frames = keyFramesOf(doc);
+  const hides = frames.find((k, at) => k <= last && doc.keys[k].outside && (frames[at + 1] ?? Infinity) > first);
+  if (hides !== undefined) {
+    throw new CommandError(`Track ${doc.key} is outside from frame ${hides} on, as a person says. Follow up to there, or bring it back first.`);
+  }
+  /** @param {number} k */
+  const inside = (k) => first <= k && k <= last;
+  const changes = frames.filter((k, at) => !sameAttributes(doc.keys[k].attributes, doc.keys[frames[at - 1]]?.attributes));
+  const after = lastKey(doc, last);
+  const lineGoesOn = after === null ? doc.segments.length === 0 : doc.keys[after].interpolate;
+  /** @type {Record<string, KeyFrame>} */
+  const keys = Object.fromEntries(Object.entries(doc.keys).filter(([k, key]) => !(inside(Number(k)) && key.followed)));
+  for (const frame of new Set([...boxes.keys(), ...[...changes, ...Object.keys(keys).map(Number)].filter(inside)])) {
+    const held = lastKey(doc, frame);
+    const { occluded, attributes } = stateOf(held === null ? null : doc.keys[held]);
+    const fresh = { box: null, occluded, outside: false, interpolate: false, class_id: null, followed: false, ...said({ attributes }) };
+    const own = keys[frame] ?? fresh;
+    const entry = boxes.get(frame);
+    const placed = entry ? { box: entry.box, followed: !entry.anchor } : {};
+    keys[frame] = { ...own, ...placed, interpolate: frame < last || lineGoesOn };
+  }
+  return { ...doc, keys };
+}

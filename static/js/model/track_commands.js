@@ -1,0 +1,85 @@
+// @ts-check
+/**
+ * Making one track of several, and two of one. Pure. The twin of a part of app/edits/apply.py.
+ *
+ * @typedef {import('../types.js').Command} Command
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ */
+import { CommandError, needed } from './command_error.js';
+import { OPEN_END, beganAs, blankDoc, clip, isEmpty, keysWithin, lastKey, lineAt, said, stateOf, withKey } from './documents.js';
+import { join } from './join.js';
+
+/**
+ * @param {Record<string, TrackDoc>} docs
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {Record<string, TrackDoc>}
+ */
+export function merge(docs, doc, command) {
+  /** @type {Record<string, TrackDoc>} */
+  const changed = {};
+  for (const key of new Set(command.others ?? [])) {
+    const other = docs[key];
+    if (!other || other.gone || key === doc.key) {
+      throw new CommandError(`Track ${key} cannot be merged: it is gone, or the same track.`);
+    }
+    doc = join(doc, other);
+    changed[key] = { ...other, gone: true, merged_into: doc.key };
+  }
+  return { [doc.key]: doc, ...changed };
+}
+
+/**
+ * @param {Record<string, TrackDoc>} docs
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {Record<string, TrackDoc>}
+ */
+export function split(docs, doc, command) {
+  const { frame } = command;
+  const made = needed(command.new_key, 'new_key');
+  if (docs[made]) throw new CommandError(`There is a track ${made} already.`);
+  const before = frame > 0 ? lineAt(doc, frame - 1) : null;
+  const at = lineAt(doc, frame);
+  if (at !== null && !doc.keys[frame]) doc = withKey(doc, frame, { box: at });
+  if (before !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: before });
+  const later = keysWithin(doc, frame, Infinity);
+  const carried = lastKey(doc, frame);
+  if (carried !== null && carried < frame) {
+    const state = stateOf(doc.keys[carried]);
+    if (state.occluded || state.outside || state.attributes) {
+      later[frame] = { box: null, class_id: null, followed: false, ...state, interpolate: false };
+    }
+  }
+  /** @type {TrackDoc} */
+  const fresh = {
+    ...blankDoc(made),
+    class_id: doc.class_id,
+    not_a_sign: doc.not_a_sign,
+    ...said(doc),
+    segments: clip(doc.segments, frame, OPEN_END),
+    keys: later,
+    notes: doc.notes.filter((n) => n.frame >= frame),
+  };
+  const old = {
+    ...doc,
+    segments: clip(doc.segments, -1, frame - 1),
+    keys: keysWithin(doc, -1, frame - 1),
+    notes: doc.notes.filter((n) => n.frame < frame),
+  };
+  if (isEmpty(old) || isEmpty(fresh)) {
+    throw new CommandError(`Track ${doc.key} has nothing on one side of frame ${frame}. Split it in between.`);
+  }
+  const class_id = command.class_id ?? null;
+  return { [old.key]: withClass(old, class_id), [fresh.key]: withClass(fresh, class_id) };
+}
+
+/**
+ * The document with the class that it showed, where it has lost all that the engine's label comes with.
+ * @param {TrackDoc} doc
+ * @param {number|null} class_id
+ * @returns {TrackDoc}
+ */
+function withClass(doc, class_id) {
+  return doc.class_id !== null || beganAs(doc) !== null ? doc : { ...doc, class_id };
+}

@@ -1,0 +1,12 @@
+// @ts-check
+/** A drag makes the box of a new track; with Shift it corrects the selected one. */
+
+/** @type {import('./index.js').Mode} */
+export const draw = {
+  enter: () => ({}),
+  exit: () => ({}),
+  changesBoxes: false,
+  cursor: 'crosshair',
+  take: null,
+  hint: () => 'Drag a box for a new track. Hold Shift to correct the selected one. Escape ends.',
+};

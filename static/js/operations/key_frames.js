@@ -1,0 +1,132 @@
+// @ts-check
+/** Key frames of the selected track, and what holds between them. */
+
+import { toast } from '../core/toast.js';
+import { docOf } from '../editing/revisions.js';
+import { keyFramesOf } from '../model/documents.js';
+import { shownSpan } from '../model/effective.js';
+import { settled, sizeOf } from '../model/geometry.js';
+import { knownBox } from '../review/known_box.js';
+import { nearestBox } from '../review/nearest_box.js';
+import { shownTrack } from '../review/shown_tracks.js';
+import { seek, setPlaying } from '../store/actions/review.js';
+import { editSelected, needsBoxes, needsTrack } from './helpers.js';
+import { editTelling } from './unseen.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../state-types.js').State} State */
+
+/** The state that holds at the cursor. @param {State} state @param {'occluded'|'outside'} what */
+function holds(state, what) {
+  const { review } = state;
+  const doc = review?.selected ? review.docs[review.selected] : undefined;
+  if (!doc || !review) return false;
+  const before = keyFramesOf(doc).findLast((k) => k <= review.frame);
+  return before === undefined ? false : doc.keys[before][what];
+}
+
+/**
+ * Say something of the selected track from here on. A box of the engine stays the engine's: only one that people have drawn,
+ * or that lies on a line between two such, is pinned here.
+ *
+ * @param {App} app
+ * @param {'set_occluded'|'set_outside'} name
+ * @param {'occluded'|'outside'} what
+ */
+export function toggle(app, name, what) {
+  const state = app.store.get();
+  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+  const box = shown === null || shown.origin === 'engine' ? null : shown.box;
+  editSelected(app, { name, value: !holds(state, what), box });
+}
+
+/** The two corrected key frames around the cursor. @param {State} state @returns {[number, number]|null} */
+export function around(state) {
+  const { review } = state;
+  const doc = review?.selected ? review.docs[review.selected] : undefined;
+  if (!doc || !review) return null;
+  const frames = keyFramesOf(doc).filter((k) => doc.keys[k].box !== null);
+  const first = frames.findLast((k) => k <= review.frame) ?? frames[0];
+  const last = frames.find((k) => k > review.frame) ?? frames.at(-1);
+  if (first === undefined || last === undefined) return null;
+  if (first < last) return [first, last];
+  const earlier = frames.at(-2);
+  return earlier === undefined ? null : [earlier, last];
+}
+
+/**
+ * Keep the box of the cursor's frame, or let it go. Out of the track's frames its nearest box is copied here, and told.
+ * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
+ * @param {import('./unseen.js').Say} [say]
+ */
+export function setKeyFrame(app, say = toast) {
+  const { review } = app.store.get();
+  if (!review?.selected) return;
+  const doc = docOf(review, review.selected);
+  const shown = shownTrack(review, review.selected);
+  const nearest = shown ? null : nearestBox(review, review.selected);
+  if (shown && doc?.keys[review.frame]) editSelected(app, { name: 'remove_key' });
+  else if (shown) editSelected(app, { name: 'add_key', box: shown.box });
+  else if (nearest) {
+    const box = settled(nearest.box, sizeOf(review.video));
+    editTelling(app, review.selected, () => editSelected(app, { name: 'set_box', box }), { copied: nearest.frame, say });
+  }
+}
+
+/**
+ * Lay boxes on a line between two key frames, or take them off it. A drawn track has such lines from the beginning, so what
+ * has happened is said.
+ *
+ * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
+ * @param {import('./unseen.js').Say} [say]
+ */
+export function interpolate(app, say = toast) {
+  const state = app.store.get();
+  const range = around(state);
+  const key = state.review?.selected;
+  const doc = key ? state.review?.docs[key] : undefined;
+  if (!range || !key || !doc) return;
+  const [first, last] = range;
+  const value = !doc.keys[first].interpolate;
+  const without = doc.segments.length ? 'The engine’s boxes stand again' : 'There are no boxes any more';
+  const said = value ? `Boxes lie on a line between frames ${first} and ${last}.` : `${without} between frames ${first} and ${last}; press I again for the line.`;
+  editTelling(app, key, () => editSelected(app, { name: 'interpolate', first, last, value }), { said, say });
+}
+
+/**
+ * What a line between key frames lacks: a key frame here, or, where the only one is here, at the other end of the track.
+ * @param {State} state
+ * @returns {number|null} its frame; null: nothing is lacking, or there is no such frame
+ */
+export function lackingKey(state) {
+  const { review } = state;
+  if (needsTrack(state) !== null || !review?.selected || around(state)) return null;
+  const doc = docOf(review, review.selected);
+  if (!doc?.keys[review.frame]?.box) return review.frame;
+  const span = shownSpan(doc, review.tracks);
+  return span === null || span.first === span.last ? null : review.frame < span.last ? span.last : span.first;
+}
+
+/**
+ * Go to the frame that lacks a key frame and set it.
+ * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
+ * @param {import('./unseen.js').Say} [say]
+ */
+export function setLackingKey(app, say = toast) {
+  const state = app.store.get();
+  const frame = lackingKey(state);
+  const key = state.review?.selected;
+  if (frame === null || !key || !state.review) return;
+  const box = knownBox(state.review, key, frame);
+  if (frame !== state.review.frame) app.store.dispatch((now) => seek(setPlaying(now, false), frame));
+  const why = needsBoxes(app.store.get());
+  if (box) app.edit({ name: 'add_key', key, frame, box });
+  else if (why) say(`${why} Then press K.`, { topic: 'unseen' });
+  else setKeyFrame(app, say);
+}
+
+/** @param {number|null} frame   that could be made one */
+export const needsKeys = (frame) => `Needs a key frame before and after.${frame === null ? '' : ` Set one at frame ${frame}?`}`;
+
+/** @param {App} app */
+export const keyRemedy = (app) => (lackingKey(app.store.get()) === null ? null : { label: 'Set key frame', run: () => setLackingKey(app) });

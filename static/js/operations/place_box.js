@@ -1,0 +1,69 @@
+// @ts-check
+/** Boxes that a person draws, moves and resizes. */
+
+import { toast } from '../core/toast.js';
+import { nudged, settled, sizeOf } from '../model/geometry.js';
+import { shownTrack } from '../review/shown_tracks.js';
+import { askForClass, select, setMode } from '../store/actions/review.js';
+import { newKey } from './helpers.js';
+import { editTelling } from './unseen.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../state-types.js').State} State */
+
+/** @param {State} state */
+export const size = (state) => sizeOf(state.review?.video);
+
+/**
+ * A person has placed a box. Of a track that is being followed it is one more anchor, and nothing is stored until the
+ * proposals are accepted; else it is an edit.
+ * @param {Pick<App, 'store'|'edit'|'following'>} app
+ * @param {string} key
+ * @param {number} frame
+ * @param {import('../types.js').Box} box
+ * @param {string} [gesture]
+ * @param {import('./unseen.js').Say} [say]
+ */
+export function putBox(app, key, frame, box, gesture, say = toast) {
+  if (app.store.get().review?.following?.key === key) app.following.correct({ frame, box });
+  else editTelling(app, key, () => app.edit({ name: 'set_box', frame, key, box }, undefined, gesture), { say });
+}
+
+/** @param {App} app @param {number} dx @param {number} dy */
+export function nudge(app, dx, dy) {
+  const state = app.store.get();
+  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+  if (shown && state.review) putBox(app, shown.key, state.review.frame, nudged(shown.box, dx, dy, size(state)), 'move');
+}
+
+/** Right and lower edge move; the rest stays. @param {App} app @param {number} dx @param {number} dy */
+export function grow(app, dx, dy) {
+  const state = app.store.get();
+  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+  if (!shown || !state.review) return;
+  const [x1, y1, x2, y2] = shown.box;
+  putBox(app, shown.key, state.review.frame, settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)), 'resize');
+}
+
+/** A box was drawn. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   the selected track instead of a new one @param {import('./unseen.js').Say} [say] */
+export function drawn(app, box, correct, say = toast) {
+  const { review } = app.store.get();
+  if (!review) return;
+  if (correct && review.selected) {
+    putBox(app, review.selected, review.frame, box, undefined, say);
+    app.store.dispatch((state) => setMode(state, 'select'));
+    return;
+  }
+  app.store.dispatch((state) => askForClass(state, { key: newKey(), frame: review.frame, box }));
+}
+
+/**
+ * Make a drawn box a track.
+ * @param {Pick<App, 'store'|'edit'>} app
+ * @param {import('../state-types.js').Draft} draft
+ * @param {number|null} class_id   null: of none of the known classes
+ * @param {string} [label_key]     of that label
+ */
+export function create(app, { key, frame, box }, class_id, label_key) {
+  if (app.edit({ name: 'create_track', frame, key, box, class_id, ...(label_key !== undefined && { label_key }) })) app.store.dispatch((state) => select(state, key));
+}

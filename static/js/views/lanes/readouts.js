@@ -1,0 +1,81 @@
+// @ts-check
+/** What the lanes say at one frame: playhead, time, values beside each lane, votes, verdicts that flip. */
+
+import { placeAt } from '../../model/detail_columns.js';
+import { count, percent, plural } from '../../model/format.js';
+import { countFlips } from '../../model/gate_lane.js';
+import { engineName } from '../../model/labels.js';
+import { short } from '../../model/plain_words.js';
+import { SUB_LANES } from '../../model/sub_lanes.js';
+import { timeLabel, toFrame, toX } from '../../model/time_axis.js';
+import { setAttribute, setText } from '../dom.js';
+import { fillLegend } from './frame.js';
+import { secondsOf } from './seconds.js';
+
+/** @typedef {import('../../state-types.js').ReviewState} ReviewState */
+
+/**
+ * @param {import('./frame.js').LanesFrame} parts
+ * @param {object} view
+ * @param {ReviewState} view.review
+ * @param {{first: number, last: number}} view.span
+ * @param {number} view.frames
+ * @param {number} view.width            of the plots, px
+ * @param {number} view.gutter           left of them, px
+ * @param {number|null} view.hovered     where the pointer is, px
+ * @returns {number} the frame that is read: under the pointer, else at the cursor
+ */
+export function placeMarks(parts, { review: r, span, frames, width, gutter, hovered }) {
+  const x = toX(span, r.frame + 0.5, width);
+  parts.playhead.hidden = x < 0 || x > width;
+  parts.playhead.style.setProperty('transform', `translateX(${Math.round(gutter + x)}px)`);
+  parts.hover.hidden = hovered === null;
+  if (hovered !== null) parts.hover.style.setProperty('transform', `translateX(${Math.round(gutter + hovered)}px)`);
+  parts.window.style.setProperty('transform', `translateX(${(span.first / frames) * width}px)`);
+  parts.window.style.setProperty('width', `${Math.max(4, ((span.last - span.first) / frames) * width)}px`);
+  parts.overviewCursor.style.setProperty('transform', `translateX(${Math.round((r.frame / frames) * width)}px)`);
+  const frame = hovered === null ? r.frame : Math.min(frames - 1, Math.floor(toFrame(span, Math.max(0, hovered), width)));
+  setText(parts.readout, `${timeLabel(secondsOf(r, frame), 0.01)}  frame ${count(frame)}`);
+  setAttribute(parts.axisPlot, 'aria-valuenow', r.frame);
+  setAttribute(parts.axisPlot, 'aria-valuemin', 0);
+  setAttribute(parts.axisPlot, 'aria-valuemax', frames - 1);
+  setAttribute(parts.axisPlot, 'aria-valuetext', `frame ${r.frame}, ${timeLabel(secondsOf(r, r.frame), 0.01)}`);
+  return frame;
+}
+
+/**
+ * @param {import('./frame.js').LanesFrame} parts
+ * @param {ReturnType<typeof import('./tau_slider.js').createTauSlider>} slider
+ * @param {object} view
+ * @param {ReviewState} view.review
+ * @param {number} view.frame
+ * @param {import('../../model/detail_columns.js').DetailColumns|null} view.columns   null: no track with values is selected
+ * @param {import('../../types.js').TrackLane|null} view.lane
+ * @param {import('../../state-types.js').State['labels']} view.labels
+ * @param {import('./palette.js').Palette} view.palette
+ */
+export function showValues(parts, slider, { review: r, frame, columns, lane, labels, palette }) {
+  parts.reset.hidden = r.tau === null;
+  setText(parts.whatIf.children[1], r.tau === null ? 'What if tau = …' : `What if tau = ${short(r.tau)}`);
+  if (columns === null || lane === null) return;
+  const at = placeAt(columns.frame, frame);
+  const here = at >= 0 && columns.frame[at] === frame ? at : -1;
+  SUB_LANES.forEach((sub, i) => {
+    let text = sub.series.map((name) => (here < 0 ? '–' : short(columns?.series[name][here]))).join(' / ');
+    if (sub.kind === 'votes') text = '';
+    if (sub.id === 'svm' && here >= 0 && lane?.probability[here] !== null) text += ` (P ${short(lane?.probability[here])})`;
+    setText(parts.values[i], text);
+  });
+  const votes = here >= 0 ? lane.votes[here] : null;
+  fillLegend(parts.legend, lane.classes.slice(0, 4).map((id, c) => ({
+    name: engineName(labels, id, lane?.words?.[c]),
+    share: votes ? percent(votes[c]) : '–',
+    colour: palette.series[c],
+  })));
+  const { unit } = palette;
+  const tau = r.tau ?? lane.tau;
+  const flips = countFlips(lane, tau);
+  setText(parts.flips, flips.total > 0 ? `${flips.total} of ${plural(flips.verdicts, 'verdict')} flip` : plural(flips.verdicts, 'verdict'));
+  parts.flips.classList.toggle('lanes-flipping', flips.total > 0);
+  slider.update({ tau, domain: columns.domain, top: 4 * unit, height: SUB_LANES[0].height * unit - 8 * unit, dragged: r.tau !== null, flips });
+}

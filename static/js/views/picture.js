@@ -1,2 +1,0 @@
-// @ts-check
-export { createPicture } from './picture/index.js';

@@ -1,0 +1,66 @@
+// @ts-check
+/** The legend of the picture: switches for its layers. */
+
+import { runName } from '../../model/run_words.js';
+import { LAYER_NAMES, SHORT_NAMES, layerKey, switchLayer } from '../../operations/view.js';
+import { openDialog } from '../../store/actions/page.js';
+import { LAYERS } from '../../store/initial.js';
+import { h, setText } from '../dom.js';
+import { icon } from '../icons.js';
+import { STYLES } from './pen.js';
+
+/** @typedef {import('../../page-types.js').App} App */
+/** @typedef {import('../../state-types.js').State} State */
+
+/**
+ * The layers as switches, each with its key in its colour and line, and how many there are in the frame.
+ * @param {App} app
+ */
+export function createLegend(app) {
+  /** @type {Map<import('../../state-types.js').LayerName, {button: HTMLElement, count: HTMLElement}>} */
+  const rows = new Map();
+  const element = h('div', { class: 'legend', role: 'group', 'aria-label': 'Layers' });
+  LAYERS.forEach((name) => {
+    const count = h('span', { class: 'legend-count number' }, '0');
+    const swatch = h('kbd', { class: 'legend-swatch' }, layerKey(name).replace('Shift+', '⇧'));
+    swatch.dataset.layer = name;
+    swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
+    const button = h('button', {
+      class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${layerKey(name)})`,
+      onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
+    }, swatch, h('span', { class: 'legend-name truncate' }, SHORT_NAMES[name]), count);
+    rows.set(name, { button, count });
+    element.append(button);
+    if (name === 'second') {
+      element.append(h('button', {
+        class: 'legend-choose', type: 'button', title: 'Choose the second run … (Shift+8)', 'aria-label': 'Choose the second run', 'data-operation': 'second-run',
+        onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
+      }, icon('down')));
+    }
+  });
+
+  /** Whose boxes a layer shows. @param {'truth'|'second'} name @param {string|null} whose */
+  function entitle(name, whose) {
+    const title = `${LAYER_NAMES[name]}${whose === null ? '' : `: ${whose}`} (${layerKey(name)})`;
+    const button = rows.get(name)?.button;
+    if (button && button.title !== title) button.title = title;
+  }
+
+  return {
+    element,
+    /** @param {NonNullable<State['review']>} review @param {Record<string, number>} counts */
+    update({ layers: on, truthName, second, video }, counts) {
+      const over = second === null ? null : app.store.get().runs[video.id]?.find(({ id }) => id === second);
+      entitle('truth', truthName);
+      entitle('second', second === null ? 'none chosen yet' : over ? runName(over) : null);
+      for (const [name, { button, count }] of rows) {
+        // a second run that nobody has chosen is not shown, whatever the switch would say
+        const pressed = String(on[name] && (name !== 'second' || second !== null));
+        if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
+        // ground truth is fetched only while it is shown, and no second run has no boxes: 0 would say that there are none
+        const unknown = (name === 'truth' && !on.truth && counts.truth === 0) || (name === 'second' && second === null);
+        setText(count, unknown ? '' : String(counts[name]));
+      }
+    },
+  };
+}

@@ -1,0 +1,56 @@
+"""The layers of the page: a folder of ``static/js`` imports those before it in ``LAYERS``, never one behind it.
+
+Imports of types count too. Files directly below ``static/js`` are types alone, or put the page together.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.architecture.import_graph import PAGE_SOURCES as PAGE
+from tests.architecture.import_graph import circle, imported_by_page, page_modules
+
+LAYERS = ("model", "modes", "store", "core", "api", "frames", "editing", "review", "operations", "behaviours", "views")
+TYPES = ("dialog-types.js", "page-types.js", "state-types.js", "types.js")
+SOURCES = sorted(PAGE.rglob("*.js"))
+
+
+def layer(path: Path) -> str:
+    """The folder below ``static/js``, or the file's own name where it lies there."""
+    return path.relative_to(PAGE).parts[0]
+
+
+def wrong(path: Path, text: str) -> list[str]:
+    """What a module imports from a layer behind its own, or from one that has no place."""
+    own = layer(path)
+    if own not in LAYERS:
+        return []
+    allowed = {*LAYERS[: LAYERS.index(own) + 1], *TYPES}
+    return [f"{own}/{path.name}: {layer(one)}" for one in imported_by_page(path, text) if layer(one) not in allowed]
+
+
+def test_a_module_imports_no_later_layer() -> None:
+    assert [one for path in SOURCES for one in wrong(path, path.read_text(encoding="utf-8"))] == []
+
+
+def test_every_folder_has_its_place() -> None:
+    assert {layer(path) for path in SOURCES if path.parent != PAGE} == set(LAYERS)
+
+
+def test_modules_import_each_other_in_no_circle() -> None:
+    assert circle(page_modules()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("import { h } from '../views/dom.js';", ["store/x.js: views"]),
+        ("/** @param {import('../views/app.js').ViewApp} app */", ["store/x.js: views"]),
+        ("export { h } from '../main.js';", ["store/x.js: main.js"]),
+        ("import { a } from '../model/a.js'; /** @typedef {import('../types.js').Box} Box */", []),
+    ],
+)
+def test_a_later_layer_is_seen(text: str, found: list[str]) -> None:
+    assert wrong(PAGE / "store" / "x.js", text) == found
