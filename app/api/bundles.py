@@ -52,7 +52,5 @@ async def import_bundle(
 ) -> BundleImport:
     """Take a bundle into the library: its clip as a video, its run, its corrections; all of it, or nothing."""
     person = who.author(author)
-    async with received(request, context, name) as path:
-        work = path.parent / "work"
-        work.mkdir()
+    async with received(request, context, name) as (path, work):
         return await while_there(request, lambda left: context.bundle_imports.bring_in(path, work, person, left))

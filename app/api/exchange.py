@@ -99,7 +99,7 @@ async def import_file(
     """
     person = who.author(author)
     said = _json(_SWITCHES, switches, "switches"), _json(_LABELS, label_map, "label_map")
-    async with received(request, context, file or name) as path:
+    async with received(request, context, file or name) as (path, work):
         incoming = Incoming(
             path=path,
             name=name,
@@ -109,7 +109,7 @@ async def import_file(
             unknown=unknown,
             added=frozenset(_json(_NAMES, add, "add")),
             author=person,
-            scratch=path.parent,
+            scratch=work,
         )
         with context.underway.begun(progress) as underway:
             return await while_there(

@@ -42,8 +42,10 @@ def safe_name(name: str, otherwise: str) -> str:
 
 
 @asynccontextmanager
-async def received(request: Request, context: Context, name: str) -> AsyncIterator[Path]:
-    """The body of a request as a file in a fresh folder, which goes when the block ends.
+async def received(request: Request, context: Context, name: str) -> AsyncIterator[tuple[Path, Path]]:
+    """The body of a request as a file, and an empty folder to work in; both go when the block ends.
+
+    The file has a folder of its own: a person may call it like anything that is made on the way.
 
     Args:
         request: its body has not been read.
@@ -55,9 +57,12 @@ async def received(request: Request, context: Context, name: str) -> AsyncIterat
     """
     part = await anyio.to_thread.run_sync(context.imports.new_part)
     try:
-        path = part / safe_name(name, "import")
+        sent, work = part / "sent", part / "work"
+        sent.mkdir()
+        work.mkdir()
+        path = sent / safe_name(name, "import")
         await receive(request, path, context.settings.upload_max_mb * 2**20)
-        yield path
+        yield path, work
     finally:
         with anyio.CancelScope(shield=True):
             await anyio.to_thread.run_sync(_remove, part)

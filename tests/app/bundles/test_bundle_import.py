@@ -299,6 +299,8 @@ def test_bodies_that_are_none(server: Server) -> None:
     answer = server.client.post("/api/bundles", content=b"hello")
     assert (answer.status_code, answer.json()["error"]["code"]) == (422, "bad_bundle")
     assert "bundle.zip" in answer.json()["error"]["message"]
+    for name in ("work", "sent", "bundle"):
+        assert server.client.post("/api/bundles", params={"name": name}, content=b"hello").status_code == 422
     named = server.client.post("/api/bundles", params={"name": "wet/road (2).zip"}, content=b"hello")
     assert "wet_road (2).zip" in named.json()["error"]["message"]
     assert server.stranger().post("/api/bundles", content=b"hello").status_code == 401

@@ -87,6 +87,12 @@ def test_a_file_becomes_a_run_that_every_screen_can_show(desk: Desk, annotations
     assert not (desk.home / "runs" / run_id).exists()
 
 
+@pytest.mark.parametrize("name", ["run", "tracks.npz", "sent", "work", "..", "."])
+def test_a_file_may_be_called_like_what_an_import_makes_on_the_way(desk: Desk, annotations: bytes, name: str) -> None:
+    assert desk.bring_in(annotations, "run", name=name)["tracks"] == 2
+    assert [path for path in (desk.home / "uploads").iterdir() if path.name.startswith(".import")] == []
+
+
 def test_an_imported_run_keeps_what_people_said_of_its_tracks(desk: Desk) -> None:
     """Hidden stretches, verdicts and notes are the first operation of its log; boxes to ignore cannot be held."""
     desk.correct()
