@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -13,7 +12,7 @@ from pydantic import Field
 from app.compare.matching import Matching
 from app.compare.pairs import Pair, PairFinder
 from app.evidence.tables import BoxTable, IntColumn
-from app.shapes import Model
+from app.shapes import JsonObject, Model
 
 __all__ = ["FIRST_WORD", "LEAST_WIDTH", "MOST", "OF_CANDIDATE", "Cell", "Confusion", "Figure", "confusion", "figures"]
 
@@ -202,7 +201,7 @@ class _Places:
         order = np.argsort(codes, kind="stable")
         self._codes, self._tracks, self._keys = codes[order], other.track[partners][order], other.keys
 
-    def at(self, frames: list[int], tracks: list[str]) -> dict[str, Any]:
+    def at(self, frames: list[int], tracks: list[str]) -> JsonObject:
         """The fields ``partners`` and ``pairs`` of places, one for each frame and key of this side."""
         partners = self._partners(frames, tracks)
         return {"partners": partners, "pairs": self._pairs.at(frames, tracks, partners)}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from sqlalchemy import select
@@ -20,9 +19,7 @@ from app.storage.models import GroundTruth
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses, resolved_labels
 from tsr_engine.labels.model import LabelSet
-
-if TYPE_CHECKING:
-    from tsr_engine.recording import BoxRows
+from tsr_engine.recording import BoxRows
 
 __all__ = ["corrected_rows", "truth_of", "truth_rows"]
 
@@ -37,7 +34,6 @@ def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: R
     """
     if not documents:
         return None
-    from tsr_engine.recording import BoxRows
 
     with EvidenceReader(evidence) as reader:
         last = reader.last_frame
@@ -73,8 +69,6 @@ def truth_of(session: Session, video_id: str, truth_id: str | None, labels: Labe
 
 def truth_rows(packed: bytes, labels: LabelSet) -> BoxRows:
     """Ground truth as it lies in the database, with labels of a set."""
-    from tsr_engine.recording import BoxRows
-
     rows = unpack(packed)
     ids, names = resolved_labels(rows[:, 6].astype(np.int64), labels), _shorts(labels)
     texts = tuple(
