@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import types
 import typing
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -73,7 +73,7 @@ def _limit(item: object, name: str) -> float | None:
     return value if isinstance(value, int | float) else None
 
 
-def _kind(annotation: Any) -> tuple[Literal["number", "integer", "boolean", "choice", "text"], list[str] | None]:
+def _kind(annotation: object) -> tuple[Literal["number", "integer", "boolean", "choice", "text"], list[str] | None]:
     if typing.get_origin(annotation) is Literal:
         return "choice", [str(choice) for choice in typing.get_args(annotation)]
     if isinstance(annotation, types.UnionType):
@@ -81,5 +81,5 @@ def _kind(annotation: Any) -> tuple[Literal["number", "integer", "boolean", "cho
     return _KINDS.get(annotation, "text"), None
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     return list(value) if isinstance(value, tuple) else value

@@ -12,8 +12,11 @@ from app.bundles.importing import BundleImports
 from app.bundles.service import BundleService
 from app.cages.cage import Cages
 from app.compare.service import CompareService
+from app.edits.bulk import BulkEdits
+from app.edits.log_store import LogStore
 from app.edits.service import EditService
 from app.events import EventBus
+from app.evidence.pixels import RunPixels
 from app.evidence.service import EvidenceService
 from app.exchange.caged import CagedImports
 from app.exchange.imports import ImportService
@@ -80,7 +83,9 @@ class Context:
     frames: FrameService
     runs: RunService
     evidence: EvidenceService
+    pixels: RunPixels
     edits: EditService
+    bulk_edits: BulkEdits
     ground_truths: GroundTruthService
     take_overs: TakeOverService
     whatif: WhatIfService
@@ -113,6 +118,7 @@ class Context:
         self.cages.close()
         self.scene3d.close()
         self.frames.close()
+        self.pixels.close()
         self.evidence.close()
         self.servers.leave()
         self.database.close()
@@ -143,10 +149,11 @@ def build_context(settings: Settings) -> Context:
         raise
     videos = VideoService(settings, database, events, jobs, uploads, servers)
     evidence = EvidenceService(settings, database)
-    edits = EditService(database, events, evidence, settings)
+    log = LogStore(database, events, evidence, settings)
+    edits, bulk_edits = EditService(log), BulkEdits(log)
     search = SearchIndex(database, evidence)
     ground_truths = GroundTruthService(database)
-    imports = ImportService(settings, database, events, edits, ground_truths)
+    imports = ImportService(settings, database, events, bulk_edits, ground_truths)
     frames = FrameService(settings, database, partial(CagedDecoder, cages, memory_mb=settings.worker_memory_mb))
     outputs = OutputService(settings, database, events, jobs)
     return Context(
@@ -167,12 +174,14 @@ def build_context(settings: Settings) -> Context:
         frames=frames,
         runs=RunService(settings, database, events, jobs, servers),
         evidence=evidence,
+        pixels=RunPixels(settings, database, evidence),
         edits=edits,
+        bulk_edits=bulk_edits,
         ground_truths=ground_truths,
-        take_overs=TakeOverService(settings, database, edits, ground_truths),
+        take_overs=TakeOverService(settings, database, bulk_edits, ground_truths),
         whatif=WhatIfService(database, events, jobs),
         follows=FollowService(database, jobs),
-        compare=CompareService(database, evidence, edits, ground_truths),
+        compare=CompareService(database, evidence, ground_truths),
         outputs=outputs,
         training=TrainingService(settings, database, events, jobs),
         exports=ExportService(settings, database, outputs),
@@ -181,17 +190,15 @@ def build_context(settings: Settings) -> Context:
         underway=ImportsUnderway(),
         recordings=RecordingService(database, evidence, outputs),
         viewer=ViewerFiles(settings.home),
-        scene3d=Scene3dService(
-            database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)
-        ),
+        scene3d=Scene3dService(database, events, evidence, frames, lambda run: find_prior(settings, database, run)),
         scenes=SceneService(database, evidence, outputs),
         bundles=BundleService(database, evidence, outputs),
-        bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits, cages),
+        bundle_imports=BundleImports(settings, database, events, jobs, uploads, bulk_edits, cages),
         labels=LabelService(database, events),
         labelled_videos=LabelledVideos(database, evidence),
         pictograms=Pictograms(database),
         search=search,
-        search_actions=SearchActions(database, edits, search),
+        search_actions=SearchActions(database, edits, bulk_edits, search),
     )
 
 

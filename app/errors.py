@@ -20,7 +20,7 @@ Every answer of status 400 and above is ``{"error": {"code", "message", "field",
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final
+from typing import ClassVar, Final
 
 from tsr_engine.errors import ImportProblem
 
@@ -62,7 +62,12 @@ class ApiError(Exception):
     default_code: ClassVar[str] = "internal"
 
     def __init__(
-        self, message: str, *, code: str | None = None, field: str | None = None, details: dict[str, Any] | None = None
+        self,
+        message: str,
+        *,
+        code: str | None = None,
+        field: str | None = None,
+        details: dict[str, object] | None = None,
     ) -> None:
         super().__init__(message)
         self.message = message
@@ -70,14 +75,14 @@ class ApiError(Exception):
         self.field = field
         self.details = details
 
-    def body(self) -> dict[str, Any]:
+    def body(self) -> dict[str, object]:
         """The JSON answer."""
         return error_body(self.code, self.message, self.field, self.details)
 
 
 def error_body(
-    code: str, message: str, field: str | None = None, details: dict[str, Any] | None = None
-) -> dict[str, Any]:
+    code: str, message: str, field: str | None = None, details: dict[str, object] | None = None
+) -> dict[str, object]:
     """The one shape of a failure; what is quoted from a request may hold halves of characters, which no JSON can."""
     reported = None if field is None else _whole(field)
     return {"error": {"code": code, "message": _whole(message), "field": reported, "details": details}}

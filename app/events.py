@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from sqlalchemy import delete, func, select, text
 from sqlalchemy.orm import Session
 
+from app.shapes import JsonObject
 from app.storage.models import Event
 
 __all__ = ["EventBus"]
@@ -27,7 +27,7 @@ class EventBus:
             session.execute(text("SELECT pg_advisory_xact_lock(7461)"))
             session.info[_ORDERED] = True  # sessions of app.storage.database last for one transaction
 
-    def publish(self, session: Session, kind: str, subject: str, data: dict[str, Any]) -> None:
+    def publish(self, session: Session, kind: str, subject: str, data: JsonObject) -> None:
         """Append within the caller's transaction: pages hear of what was committed, and of nothing else."""
         self.order(session)
         session.add(Event(kind=kind, subject=subject, data=data))

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import logging
 import uuid
-from collections.abc import MutableMapping
-from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -18,6 +16,7 @@ from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.errors import RETRY_AFTER, ApiError, Busy, error_body
+from app.shapes import JsonObject
 from app.storage.database import storage_failure
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.extras import MissingExtra, missing_extra
@@ -68,11 +67,11 @@ class Shaped:
             await _unexpected(Request(scope), error)(scope, receive, send)
 
 
-def _is_json(start: MutableMapping[str, Any]) -> bool:
+def _is_json(start: Message) -> bool:
     return Headers(raw=start["headers"]).get("content-type", "").startswith("application/json")
 
 
-def _as_json(start: MutableMapping[str, Any], text: bytes) -> Response:
+def _as_json(start: Message, text: bytes) -> Response:
     headers = Headers(raw=start["headers"])
     said = (
         text.decode("utf-8", "replace").strip().rstrip(".") if "text/plain" in headers.get("content-type", "") else ""
@@ -135,7 +134,7 @@ def _reported(error: ApiError) -> Response:
     return JSONResponse(error.body(), status_code=error.status, headers=headers)
 
 
-def _first_of(error: RequestValidationError) -> dict[str, Any]:
+def _first_of(error: RequestValidationError) -> JsonObject:
     """One sentence about the first value that is wrong."""
     first = error.errors()[0]
     place = [str(part) for part in first["loc"] if part not in ("body", "query", "path", "header")]

@@ -8,13 +8,10 @@ from __future__ import annotations
 from functools import partial
 from typing import Final
 
-from app.follows.on_job_failed import follow_job_failed
 from app.jobs.kinds import JobKind, JobKinds, Task
+from app.on_job_failed import on_job_failed
 from app.outputs.folders import clear_folder
-from app.outputs.on_job_failed import output_job_failed
-from app.runs.on_job_failed import run_job_failed
-from app.training.on_job_failed import version_job_failed
-from app.videos.on_job_failed import video_job_failed
+from app.storage.models import Follow, ModelVersion, Output, Run, Video
 
 __all__ = ["KINDS"]
 
@@ -23,10 +20,6 @@ def _recording() -> Task:
     from app.recordings.task import record_run
 
     return record_run
-
-
-def _recorder() -> None:
-    import tsr_engine.recording  # noqa: F401
 
 
 def _sdk() -> None:
@@ -39,10 +32,6 @@ def _whatif() -> Task:
     from app.whatif.task import run_whatif
 
     return run_whatif
-
-
-def _replay() -> None:
-    import tsr_engine.runs.replay  # noqa: F401
 
 
 def _follow() -> Task:
@@ -95,17 +84,20 @@ def _retrain() -> Task:
     return partial(retrain_models, export_reviews=export_reviews)
 
 
+_output_failed = partial(on_job_failed, Output)
+_run_failed = partial(on_job_failed, Run)
+
 KINDS: Final = JobKinds(
     (
-        JobKind("follow", "short", _follow, follow_job_failed, prepare=(_follower,)),
-        JobKind("recording", "short", _recording, output_job_failed, clear_folder, prepare=(_recorder, _sdk)),
-        JobKind("whatif", "short", _whatif, run_job_failed, prepare=(_replay,)),
-        JobKind("import", "imports", _import, video_job_failed, by_frame=True),
-        JobKind("export", "short", _export, output_job_failed, clear_folder),
-        JobKind("bundle", "short", _bundle, output_job_failed, clear_folder),
-        JobKind("scene", "short", _scene, output_job_failed, clear_folder),
-        JobKind("track", "long", _track, run_job_failed, by_frame=True),
-        JobKind("retrain", "long", _retrain, version_job_failed),
+        JobKind("follow", "short", _follow, partial(on_job_failed, Follow), prepare=(_follower,)),
+        JobKind("recording", "short", _recording, _output_failed, clear_folder, prepare=(_sdk,)),
+        JobKind("whatif", "short", _whatif, _run_failed),
+        JobKind("import", "imports", _import, partial(on_job_failed, Video), by_frame=True),
+        JobKind("export", "short", _export, _output_failed, clear_folder),
+        JobKind("bundle", "short", _bundle, _output_failed, clear_folder),
+        JobKind("scene", "short", _scene, _output_failed, clear_folder),
+        JobKind("track", "long", _track, _run_failed, by_frame=True),
+        JobKind("retrain", "long", _retrain, partial(on_job_failed, ModelVersion)),
     ),
     worker="app.worker",
 )

@@ -22,7 +22,7 @@ def static_folder() -> Path:
 class _Revalidated(StaticFiles):
     """Files that a browser may keep but asks about: an update is seen at once, an unchanged file costs a 304."""
 
-    def file_response(self, *args: Any, **options: Any) -> Response:
+    def file_response(self, *args: Any, **options: Any) -> Response:  # handed on as they come
         answer = super().file_response(*args, **options)
         answer.headers["Cache-Control"] = "no-cache"
         return answer

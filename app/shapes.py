@@ -8,7 +8,10 @@ from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-__all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "Model"]
+__all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "JsonObject", "Model"]
+
+JsonObject = dict[str, Any]
+"""An object of JSON whose shape is that of its writer, of this version or an older one: columns, messages, answers."""
 
 PLAIN = r"^[^\x00]*$"
 """Pattern of texts that go into the database: anything but NUL, which PostgreSQL cannot hold."""
@@ -42,7 +45,7 @@ class ErrorDetail(Model):
     code: str
     message: str
     field: str | None
-    details: dict[str, Any] | None
+    details: JsonObject | None
 
 
 class ErrorAnswer(Model):

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 from fastapi import Depends
 from starlette.requests import HTTPConnection
+from starlette.routing import Route
 
 from app.api.roles import least_role
 from app.context import Context
@@ -42,7 +43,7 @@ class Who:
         return self.identity.reader(said, self.otherwise)
 
 
-def operation_of(route: Any) -> str:
+def operation_of(route: Route) -> str:
     """The name of a route's operation: that of the OpenAPI document, else that of its function."""
     return str(getattr(route, "operation_id", None) or route.endpoint.__name__)
 

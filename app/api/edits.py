@@ -15,8 +15,8 @@ from app.context import ContextDep
 from app.edits.commands import Command, Redo, Undo
 from app.edits.documents import Key
 from app.edits.earlier import Earlier, earlier_corrections
-from app.edits.service import Adopted, Annotation, EditAnswer, LogEntry
 from app.edits.track_history import TrackHistory, track_history
+from app.edits.views import Adopted, Annotation, EditAnswer, LogEntry
 from app.errors import Invalid
 from app.shapes import PLAIN, Model
 
@@ -102,7 +102,7 @@ def get_track_history(
 @router.post("/runs/{run_id}/adopt", operation_id="adopt_edits", responses=failures(404, 409))
 def adopt_edits(run_id: RunId, source: AdoptFrom, context: ContextDep, who: WhoDep) -> Adopted:
     """Carry the edits of another run of the same video over to this one."""
-    return context.edits.adopt(run_id, source.from_run, who.author(source.author))
+    return context.bulk_edits.adopt(run_id, source.from_run, who.author(source.author))
 
 
 @router.get("/runs/{run_id}/earlier", operation_id="get_earlier_corrections", responses=failures(404))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, cast
+from typing import Annotated, cast
 
 from fastapi import APIRouter, Header, Request
 from fastapi.responses import StreamingResponse
@@ -11,12 +11,13 @@ from app.api.access import WhoDep
 from app.api.responses import failures
 from app.context import ContextDep
 from app.errors import Invalid
+from app.shapes import JsonObject
 from app.startup import Running
 
 __all__ = ["router"]
 
 router = APIRouter(tags=["events"])
-_SSE: dict[str, Any] = {"content": {"text/event-stream": {"schema": {"type": "string"}}}}
+_SSE: JsonObject = {"content": {"text/event-stream": {"schema": {"type": "string"}}}}
 
 
 @router.get(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Header, Path, Query
 from fastapi.responses import Response
@@ -19,7 +19,7 @@ from app.evidence.lanes import LaneColumns
 from app.evidence.overlays import Overlay
 from app.evidence.tracks import TrackColumns
 from app.runs.view import StartedRun, started_run
-from app.shapes import PLAIN, Model
+from app.shapes import PLAIN, JsonObject, Model
 
 __all__ = ["router"]
 
@@ -28,7 +28,7 @@ router = APIRouter(tags=["evidence"])
 Ordinal = Annotated[int, Query(ge=0, le=2**31 - 1)]
 TrackId = Annotated[int, Path(ge=0, le=2**62, description="number of the engine's track")]
 Frame = Annotated[int, Path(ge=0, le=2**31 - 1, description="ordinal of the frame")]
-_PNG: dict[str, Any] = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
+_PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
 
 
 class Overlays(Model):
@@ -102,7 +102,7 @@ def get_crop(
     headers = {"ETag": tag, "Cache-Control": "private, max-age=31536000, immutable"}
     if if_none_match == tag:
         return Response(status_code=304, headers=headers)
-    content = context.evidence.crop(run_id, track_id, frame, size, of, context.frames.raw)
+    content = context.pixels.crop(run_id, track_id, frame, size, of, context.frames.raw)
     return Response(content, media_type="image/png", headers=headers)
 
 
@@ -111,7 +111,7 @@ def get_crop(
 )
 def explain_verdict(run_id: RunId, track_id: TrackId, frame: Frame, context: ContextDep) -> Explanation:
     """The mirror matches and the two hashes behind one verdict of the gate."""
-    return context.evidence.explain(run_id, track_id, frame)
+    return context.pixels.explain(run_id, track_id, frame)
 
 
 @router.post("/runs/{run_id}/whatif", operation_id="start_whatif", status_code=202, responses=failures(404, 409))

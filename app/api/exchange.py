@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, TypeVar
 
 from fastapi import APIRouter, Path, Query, Request
 from pydantic import TypeAdapter, ValidationError
@@ -16,7 +16,8 @@ from app.context import Context, ContextDep
 from app.errors import Invalid, bad_file
 from app.exchange.export import ExportRequest
 from app.exchange.formats import FormatView, format_view
-from app.exchange.imports import ImportKind, ImportResult, Incoming
+from app.exchange.imports import ImportKind, ImportResult
+from app.exchange.incoming import Incoming
 from app.exchange.underway import Import, ImportProgress
 from app.outputs.view import OutputView, output_view
 from app.shapes import PLAIN, Model
@@ -25,6 +26,8 @@ from tsr_engine.exchange.formats import UnknownNames
 from tsr_engine.exchange.registry import FORMATS
 
 __all__ = ["router"]
+
+_T = TypeVar("_T")
 
 router = APIRouter(tags=["exchange"])
 
@@ -100,6 +103,7 @@ async def import_file(
     person = who.author(author)
     said = _json(_SWITCHES, switches, "switches"), _json(_LABELS, label_map, "label_map")
     async with received(request, context, file or name) as (path, work):
+        names = _json(_NAMES, add, "add")
         incoming = Incoming(
             path=path,
             name=name,
@@ -107,7 +111,7 @@ async def import_file(
             switches=said[0],
             label_map=said[1],
             unknown=unknown,
-            added=frozenset(_json(_NAMES, add, "add")),
+            added=frozenset(names),
             author=person,
             scratch=work,
         )
@@ -144,7 +148,7 @@ def _bring_in(
         raise bad_file(str(error), error.kind) from None
 
 
-def _json(shape: TypeAdapter[Any], text: str, field: str) -> Any:
+def _json(shape: TypeAdapter[_T], text: str, field: str) -> _T:
     try:
         return shape.validate_json(text, strict=True)
     except (ValidationError, ValueError):

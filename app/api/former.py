@@ -72,7 +72,7 @@ def list_truths(video_id: VideoId, context: ContextDep) -> _Truths:
     return _Truths(truths=ground_truths.list_ground_truths(video_id, context).ground_truths)
 
 
-def _same(path: str, endpoint: Callable[..., Any], method: str, status: int = 200, **options: Any) -> None:
+def _same(path: str, endpoint: Callable[..., object], method: str, status: int = 200, **options: Any) -> None:
     router.add_api_route(path, endpoint, methods=[method], status_code=status, **options)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path as FilePath
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Body, Header, Path, Query
 from fastapi.responses import Response
@@ -22,7 +22,7 @@ from app.labels.commands import LabelChange
 from app.labels.store import SET_KEY
 from app.labels.usage import LabelUse, label_usage
 from app.labels.views import Brought, Change, LabelSetView, LabelVersion, LabelView
-from app.shapes import Model
+from app.shapes import JsonObject, Model
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, read_labels, write_labels
 from tsr_engine.labels.files import dump_set
@@ -32,10 +32,10 @@ __all__ = ["router"]
 
 router = APIRouter(tags=["labels"])
 
-_PNG: dict[str, Any] = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
-_SET: dict[str, Any] = {"content": {"application/json": {"schema": {"type": "object"}}}}
-_TEXT: dict[str, Any] = {"schema": {"type": "string"}}
-_FILE: dict[str, Any] = {
+_PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
+_SET: JsonObject = {"content": {"application/json": {"schema": {"type": "object"}}}}
+_TEXT: JsonObject = {"schema": {"type": "string"}}
+_FILE: JsonObject = {
     "content": {
         "application/json": {"schema": {}},
         **dict.fromkeys(("text/plain", "application/yaml", "application/xml"), _TEXT),

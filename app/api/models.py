@@ -9,7 +9,7 @@ from fastapi import APIRouter, Path
 from app.api.responses import failures
 from app.context import ContextDep
 from app.shapes import Model
-from app.training.service import NewModel
+from app.training.request import NewModel
 from app.training.sources import TrainingSources
 from app.training.view import ModelView
 

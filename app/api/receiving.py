@@ -11,7 +11,7 @@ import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Any, BinaryIO, Final, TypeVar
+from typing import BinaryIO, Final, TypeVar
 
 import anyio
 import anyio.to_thread
@@ -20,10 +20,11 @@ from starlette.requests import ClientDisconnect
 
 from app.context import Context
 from app.errors import Invalid, StorageFull, TooLarge
+from app.shapes import JsonObject
 
 __all__ = ["RAW_BODY", "receive", "received", "safe_name", "while_there"]
 
-RAW_BODY: Final[dict[str, Any]] = {
+RAW_BODY: Final[JsonObject] = {
     "requestBody": {
         "required": True,
         "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from http import HTTPStatus
-from typing import Any
 
-from app.shapes import ErrorAnswer
+from app.shapes import ErrorAnswer, JsonObject
 
 __all__ = ["PICTURE", "failures"]
 
 
 _BYTES = {"schema": {"type": "string", "format": "binary"}}
-PICTURE: dict[str, Any] = {"content": dict.fromkeys(("image/jpeg", "image/webp", "image/png"), _BYTES)}
+PICTURE: JsonObject = {"content": dict.fromkeys(("image/jpeg", "image/webp", "image/png"), _BYTES)}
 
 
-def failures(*statuses: int) -> dict[int | str, dict[str, Any]]:
+def failures(*statuses: int) -> dict[int | str, JsonObject]:
     """The failures of a route; those that every route can give are added."""
     every = {400, 401, 403, 413, 422, 503, 507, *statuses}
     return {s: {"model": ErrorAnswer, "description": HTTPStatus(s).phrase} for s in sorted(every)}

@@ -12,6 +12,7 @@ from app.api.responses import failures
 from app.context import ContextDep
 from app.runs.view import RunView, StartedRun, run_view, started_run
 from app.shapes import PLAIN, Model
+from app.storage.of_run import require_run
 
 __all__ = ["ParameterName", "ParameterValue", "RunId", "VideoId", "router"]
 
@@ -104,7 +105,7 @@ def start_run_by_hand(video_id: VideoId, context: ContextDep, who: WhoDep, wante
     """A run without an engine and without tracks: a person draws them."""
     made = context.caged_imports.begin_by_hand(video_id, wanted.name, who.author(wanted.author))
     with context.database.read() as session:
-        return run_view(context.runs.get(session, made.id))
+        return run_view(require_run(session, made.id))
 
 
 @router.get("/run-queue", operation_id="get_run_queue", responses=failures())
@@ -123,7 +124,7 @@ def move_run(run_id: RunId, wanted: Turn, context: ContextDep) -> RunView:
 def get_run(run_id: RunId, context: ContextDep) -> RunView:
     """One run."""
     with context.database.read() as session:
-        return run_view(context.runs.get(session, run_id))
+        return run_view(require_run(session, run_id))
 
 
 @router.delete("/runs/{run_id}", operation_id="remove_run", status_code=204, responses=failures(404, 409))

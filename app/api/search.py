@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Header, Query
 from fastapi.responses import Response
@@ -16,14 +16,14 @@ from app.context import ContextDep
 from app.errors import Invalid
 from app.search.actions import MOST_TRACKS, Operation, TrackAction, TracksDone, WantedTrack
 from app.search.query import SearchAnswer, SearchRequest, answer
-from app.shapes import Model
+from app.shapes import JsonObject, Model
 from app.videos.tags import TagRequest, change_tags
 
 __all__ = ["router"]
 
 router = APIRouter(tags=["search"])
 
-_PNG: dict[str, Any] = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
+_PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
 _SOON = 0.1
 """Seconds that a search waits for edits that are not in its tables yet."""
 _NUMBER = re.compile(r"-?[0-9]{1,7}(\.[0-9]{1,6})?")
@@ -80,7 +80,7 @@ def get_search_crop(
     headers = {"ETag": tag, "Cache-Control": "private, max-age=31536000, immutable"}
     if if_none_match == tag:
         return Response(status_code=304, headers=headers)
-    content = context.evidence.crop_of_box(run, frame, edges, size, context.frames.raw)
+    content = context.pixels.crop_of_box(run, frame, edges, size, context.frames.raw)
     return Response(content, media_type="image/png", headers=headers)
 
 

@@ -12,7 +12,7 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Coroutine
-from typing import Annotated, Any, Final, cast
+from typing import TYPE_CHECKING, Annotated, Any, Final, cast
 
 from fastapi import APIRouter, Header, Path
 from fastapi.responses import Response
@@ -27,6 +27,9 @@ from app.scene3d.page import viser_page
 from app.scene3d.view import View
 from app.security.access import identity_of
 from tsr_engine.errors import TsrError
+
+if TYPE_CHECKING:
+    from websockets.asyncio.client import ClientConnection
 
 __all__ = ["ViewName", "router"]
 
@@ -138,7 +141,7 @@ async def _while_let_in(socket: WebSocket) -> None:
         await asyncio.sleep(_LOOK)
 
 
-async def _to_page(upstream: Any, socket: WebSocket) -> None:
+async def _to_page(upstream: ClientConnection, socket: WebSocket) -> None:
     async for message in upstream:
         if isinstance(message, bytes):
             await socket.send_bytes(message)
@@ -146,7 +149,7 @@ async def _to_page(upstream: Any, socket: WebSocket) -> None:
             await socket.send_text(message)
 
 
-async def _to_viser(socket: WebSocket, upstream: Any) -> None:
+async def _to_viser(socket: WebSocket, upstream: ClientConnection) -> None:
     while True:
         message = await socket.receive()
         if message["type"] == "websocket.disconnect":

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import resource
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from app.cages.talk import Talk
+from app.shapes import JsonObject
 from tsr_engine.bundle.check import make_ready
 from tsr_engine.bundle.load import Bundle
 from tsr_engine.errors import ImportFormatError
@@ -22,7 +23,7 @@ _PIXEL: Final = 1e-7
 """Seconds that a pixel may take: ten times what decoding it, hashing it and reading its evidence take."""
 
 
-def check_bundle(talk: Talk, path: Path, folder: Path, limits: VideoLimits) -> dict[str, Any]:
+def check_bundle(talk: Talk, path: Path, folder: Path, limits: VideoLimits) -> JsonObject:
     """What ``tsr_engine.bundle.check.make_ready`` says, with computing limited by the length of the clip."""
 
     def afford(bundle: Bundle) -> None:

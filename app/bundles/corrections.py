@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
 from app.edits.documents import NO_CLASS, KeyFrame, Note, Segment, TrackDoc
+from app.shapes import JsonObject
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.matching import LabelFinder
@@ -21,7 +21,7 @@ _MOST = 5000
 _DOCUMENTS = TypeAdapter(list[TrackDoc])
 
 
-def label_keys(documents: Iterable[Mapping[str, Any]], labels: LabelSet) -> dict[str, str]:
+def label_keys(documents: Iterable[JsonObject], labels: LabelSet) -> dict[str, str]:
     """Key of each label that documents name, by its id: ids are those of the library that makes the bundle.
 
     Args:
@@ -32,7 +32,7 @@ def label_keys(documents: Iterable[Mapping[str, Any]], labels: LabelSet) -> dict
     return {str(number): keys[number] for number in sorted(_named(documents)) if number in keys}
 
 
-def _named(documents: Iterable[Mapping[str, Any]]) -> set[int]:
+def _named(documents: Iterable[JsonObject]) -> set[int]:
     said = [part.get("class_id") for doc in documents for part in (doc, *doc.get("keys", {}).values())]
     return {label for label in said if label is not None and label != NO_CLASS}
 
@@ -80,7 +80,7 @@ def read_corrections(path: Path) -> tuple[list[TrackDoc], dict[int, str]]:
         ImportFormatError: the first thing in it that breaks a rule.
     """
     try:
-        content: Any = json.loads(path.read_text(encoding="utf-8"))
+        content: object = json.loads(path.read_text(encoding="utf-8"))
         if (
             not isinstance(content, dict)
             or content.get("format") != 1

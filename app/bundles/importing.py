@@ -7,7 +7,6 @@ import uuid
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
@@ -15,8 +14,8 @@ from sqlalchemy.orm import Session, undefer
 from app.bundles.corrections import moved_document, read_corrections, relabelled_documents
 from app.cages.cage import CageError, Cages, CagesClosed
 from app.cages.limits import Limits
+from app.edits.bulk import BulkEdits
 from app.edits.documents import TrackDoc, engine_doc
-from app.edits.service import EditService
 from app.errors import ApiError, Busy, bad_file
 from app.events import EventBus
 from app.jobs.queue import JobQueue
@@ -27,7 +26,7 @@ from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import RunView, publish_run, run_view
 from app.settings import Settings
-from app.shapes import Model
+from app.shapes import JsonObject, Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.storage.places import require_here
@@ -99,7 +98,7 @@ class BundleImports:
         events: EventBus,
         jobs: JobQueue,
         uploads: Uploads,
-        edits: EditService,
+        edits: BulkEdits,
         cages: Cages,
     ) -> None:
         self._cages = cages
@@ -173,7 +172,7 @@ class BundleImports:
             video = session.get(Video, video_id)
             return newest(session, default_key(session) if video is None else video.label_set or default_key(session))
 
-    def _checked(self, path: Path, folder: Path, stop: Callable[[], bool]) -> dict[str, Any]:
+    def _checked(self, path: Path, folder: Path, stop: Callable[[], bool]) -> JsonObject:
         """What a cage says about the bundle: a hostile one costs that process alone."""
         with path.open("rb") as stream:
             if not stream.read(4).startswith(b"PK"):
@@ -181,7 +180,7 @@ class BundleImports:
         limits = Limits(self._settings.worker_memory_mb, computing=_COMPUTING, wall=_WALL, writable=(folder,))
         check = "app.bundles.checking:check_bundle"
         try:
-            found: dict[str, Any] = self._cages.run(
+            found: JsonObject = self._cages.run(
                 check, path, folder, self._settings.video_limits, limits=limits, stop=stop
             )
         except CagesClosed as error:
@@ -292,9 +291,9 @@ class BundleImports:
         if not documents:
             return
         untouched = {f"m{track}": engine_doc(track, *span) for track, span in spans.items()}
-        said = {key: (untouched.get(key), doc) for key, doc in documents.items()}
+        before = {key: untouched.get(key) for key in documents}
         command = {"name": "import_bundle", "video": report.video_name, "offset": report.offset}
-        self._edits.record_first(session, run, author, command, said, report.first)
+        self._edits.record(session, run, author, command, before, documents, report.first)
 
 
 def _look(expectation: Expectation, expected: Sequence[ExpectedView], first: int) -> tuple[int, str | None]:
@@ -306,12 +305,12 @@ def _look(expectation: Expectation, expected: Sequence[ExpectedView], first: int
     return (one.frames or expectation.signs[one.sign].frames[-1:])[0], one.sign
 
 
-def _configuration(manifest: Manifest) -> tuple[str, dict[str, Any]]:
+def _configuration(manifest: Manifest) -> tuple[str, JsonObject]:
     """Preset, and what differs from it; parameters that this version does not know are left out."""
     preset = manifest.run.preset if manifest.run.preset in PRESETS else "default"
     params = Params.preset(preset)
     usual = params.model_dump(mode="json")
-    changed: dict[str, Any] = {}
+    changed: JsonObject = {}
     stored = present_sections(manifest.run.parameters)
     for section, leaf in Params.names():
         values = stored.get(section)

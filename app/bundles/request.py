@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from app.bundles.corrections import label_keys
 from app.bundles.expectation import expectation_of
 from app.edits.documents import TrackDoc
 from app.exchange.dataset import Source
 from app.recordings.annotation import corrected_rows
+from app.shapes import JsonObject
+from tsr_engine.bundle import Bounds, BundleReport, BundleRequest, read_expectation
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.evidence import EvidenceReader
+from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, named
-
-if TYPE_CHECKING:
-    from tsr_engine.bundle import BundleReport, BundleRequest
-    from tsr_engine.io.frame_table import FrameTable
 
 __all__ = ["bundle_request", "report_summary"]
 
@@ -58,8 +56,6 @@ def bundle_request(
         UsageError: a track that is neither the engine's nor a person's.
         ImportFormatError: ``expectation`` breaks a rule.
     """
-    from tsr_engine.bundle import Bounds, BundleRequest, read_expectation
-
     about = source.provenance["run"]
     if about["kind"] == "imported":
         raise InputError(f"{about['name']} was made by another program, so the engine cannot replay it.")
@@ -105,7 +101,7 @@ def _known(reader: EvidenceReader, source: Source, tracks: Collection[str]) -> N
             raise UsageError(f"The run has no track {key[:40]!r}. The engine's are called m1, m2 and so on.")
 
 
-def _reported(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[dict[str, Any]]:
+def _reported(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[JsonObject]:
     """Documents that say something about the frames, by key."""
     return [
         document.model_dump(mode="json")
@@ -123,7 +119,7 @@ def _touches(document: TrackDoc, first: int, stop: int) -> bool:
     return any(piece.first < stop and piece.last >= first for piece in document.segments)
 
 
-def report_summary(report: BundleReport) -> dict[str, Any]:
+def report_summary(report: BundleReport) -> JsonObject:
     """A report as plain JSON values."""
     facts = report.manifest
     return {

@@ -14,6 +14,7 @@ from app.runs.of_job import run_of_job
 from app.storage.models import Video
 from app.training.folders import models_of_run
 from app.videos.table import unpack
+from tsr_engine.bundle import make_bundle
 from tsr_engine.errors import InputError, ModelError
 
 __all__ = ["FILE", "make_run_bundle"]
@@ -23,8 +24,6 @@ FILE = "bundle.zip"
 
 def make_run_bundle(task: TaskContext) -> None:
     """Make the bundle, with the corrections that are stored when it begins."""
-    from tsr_engine.bundle import make_bundle
-
     outputs = OutputService.of_task(task)
     output, folder = outputs.begin(task)
     options = output.options

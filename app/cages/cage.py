@@ -19,6 +19,7 @@ from typing import Any, Final
 from app.cages.failures import CageError, raised
 from app.cages.limits import Limits
 from app.cages.talk import Ended, Talk
+from app.shapes import JsonObject
 
 __all__ = ["Cage", "CageError", "Cages", "CagesClosed"]
 
@@ -130,7 +131,7 @@ class Cages:
         """Let cages begin at once from soon on."""
         _NURSERY.start()
 
-    def open(self, function: str, *arguments: Any, limits: Limits) -> Cage:
+    def open(self, function: str, *arguments: object, limits: Limits) -> Cage:
         """A cage that does something, and may say something meanwhile.
 
         Args:
@@ -175,10 +176,10 @@ class Cages:
     def run(
         self,
         function: str,
-        *arguments: Any,
+        *arguments: object,
         limits: Limits,
         stop: Callable[[], bool] = lambda: False,
-        tell: Callable[[dict[str, Any]], None] = lambda _: None,
+        tell: Callable[[JsonObject], None] = lambda _: None,
     ) -> Any:
         """What a function returns that runs in a cage, as JSON.
 

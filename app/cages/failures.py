@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import errno
 import logging
-from typing import Any, cast
+from typing import cast
 
 from sqlalchemy.exc import DBAPIError
 
 import app.errors as of_requests
 import tsr_engine.errors as of_engine
 from app.errors import ApiError, StorageFull
+from app.shapes import JsonObject
 from app.storage.database import storage_failure
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError
 
@@ -23,7 +24,7 @@ class CageError(TsrError):
     """A cage did not come to an end: it was killed, or went over a limit."""
 
 
-def report(error: Exception) -> dict[str, Any]:
+def report(error: Exception) -> JsonObject:
     """A failure for the other side; one that nobody expected is in the log of this one."""
     if isinstance(error, DBAPIError):
         error = storage_failure(error) or error
@@ -44,7 +45,7 @@ def report(error: Exception) -> dict[str, Any]:
     return {"unexpected": type(error).__name__}
 
 
-def raised(failure: dict[str, Any], memory_mb: int) -> Exception:
+def raised(failure: JsonObject, memory_mb: int) -> Exception:
     """The failure that a cage tells of. Classes are looked up by name among ours, whatever it says."""
     message = str(failure.get("message", ""))
     if "request" in failure:

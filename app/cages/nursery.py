@@ -16,7 +16,7 @@ import signal
 import socket
 import sys
 import traceback
-from typing import Any, Final
+from typing import Final
 
 from app.cages.confine import confine, die_with_parent
 from app.cages.failures import report
@@ -78,7 +78,7 @@ def _serve(parent: int, end: socket.socket) -> None:
         os._exit(code)
 
 
-def _do(talk: Talk, name: str, limits: Limits, arguments: tuple[Any, ...]) -> None:
+def _do(talk: Talk, name: str, limits: Limits, arguments: tuple[object, ...]) -> None:
     module, _, function = name.partition(":")
     do = getattr(importlib.import_module(module), function)
     confine(limits)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import socket
 import struct
-from typing import Any, Final
+from typing import Final
+
+from app.shapes import JsonObject
 
 __all__ = ["Ended", "Talk"]
 
@@ -37,7 +39,7 @@ class Talk:
         """Take the other side for gone when a piece of a message takes longer than this."""
         self._end.settimeout(seconds)
 
-    def say(self, text: dict[str, Any], content: bytes | memoryview = b"") -> None:
+    def say(self, text: JsonObject, content: bytes | memoryview = b"") -> None:
         """Send a message.
 
         Raises:
@@ -51,7 +53,7 @@ class Talk:
         except OSError:
             raise Ended from None
 
-    def receive(self) -> tuple[dict[str, Any], bytearray]:
+    def receive(self) -> tuple[JsonObject, bytearray]:
         """The next message.
 
         Raises:

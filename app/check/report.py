@@ -6,7 +6,7 @@ import html
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from app.check.figures import FIGURES
 from app.check.places import Place
 from app.check.run import CheckedDrive, CheckReport
+from app.shapes import JsonObject
 from tsr_engine.batch.pages import page
 from tsr_engine.bundle import Bounds, BundleRequest, Expectation, Expected, ExpectedSign, make_bundle
 from tsr_engine.errors import TsrError
@@ -60,7 +61,7 @@ def _name(labels: LabelSet, label_id: int) -> str:
     return f"label {label_id}" if label is None else label.name
 
 
-def as_json(report: CheckReport) -> dict[str, Any]:
+def as_json(report: CheckReport) -> JsonObject:
     """The report in JSON's own types."""
     return {
         "drives": [

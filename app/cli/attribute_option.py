@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Final
+from typing import Final
 
 from tsr_engine.errors import UsageError
 
@@ -18,7 +18,7 @@ _FORM: Final = re.compile(
 )
 
 
-def parse_attribute(text: str) -> dict[str, Any]:
+def parse_attribute(text: str) -> dict[str, object]:
     """Fields of an attribute; see ``Attribute`` in ``tsr_engine.labels.model``.
 
     Raises:
@@ -28,7 +28,7 @@ def parse_attribute(text: str) -> dict[str, Any]:
     if found is None:
         raise _wrong(text)
     kind, values, default = found["kind"], found["values"], found["default"]
-    facts: dict[str, Any] = {"name": found["name"].strip(), "kind": kind, "mutable": found["mutable"] is not None}
+    facts: dict[str, object] = {"name": found["name"].strip(), "kind": kind, "mutable": found["mutable"] is not None}
     if kind == "select" and values:
         facts["values"] = [value.strip() for value in values.split("|")]
     elif kind == "number" and values:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -51,7 +51,7 @@ def label_service(home: Path | None) -> Iterator[tuple[LabelService, str]]:
         yield LabelService(database, EventBus()), settings.author
 
 
-def change_labels(service: LabelService, key: str | None, author: str, change: dict[str, Any]) -> Change:
+def change_labels(service: LabelService, key: str | None, author: str, change: dict[str, object]) -> Change:
     """Carry out a change as a page would send it."""
     from pydantic import TypeAdapter, ValidationError
 
@@ -62,7 +62,7 @@ def change_labels(service: LabelService, key: str | None, author: str, change: d
         command: LabelChange = TypeAdapter(LabelChange).validate_python(change)
     except ValidationError as error:
         place, problem = first_problem(error)
-        raise UsageError(f"{place.removeprefix(change['type'] + '.')}: {problem}.") from None
+        raise UsageError(f"{place.removeprefix(str(change['type']) + '.')}: {problem}.") from None
     return service.change(service.get(key).key, author, command)
 
 
@@ -97,7 +97,7 @@ def set_key_of(key: str) -> str:
     return key
 
 
-def written(value: Any) -> str:
+def written(value: object) -> str:
     """A value of an answer for people."""
     if isinstance(value, list):
         return "; ".join(written(each) for each in value)

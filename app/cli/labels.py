@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -116,7 +116,7 @@ def add(
     Example:
       tsr labels add "no parking" --alias Parkverbot --attribute 'occluded:checkbox,mutable'
     """
-    facts: dict[str, Any] = {
+    facts: dict[str, object] = {
         "name": name,
         "key": key,
         "short": short,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from app.cli.bundle import bundle
 from app.cli.check import check
-from app.cli.exchange import export, formats, import_file
+from app.cli.export import export, formats
+from app.cli.import_file import import_file
 from app.cli.labels import app as labels
 from app.cli.models import app as models
 from app.cli.people import app as people

@@ -65,7 +65,7 @@ def search(
     from app.search.query import SearchRequest
     from tsr_engine.labels.wording import first_problem
 
-    asked: dict[str, Any] = {
+    asked: dict[str, object] = {
         "label": label,
         "state": state,
         "uncertainty_min": uncertainty_min,

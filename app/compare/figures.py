@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from pydantic import Field
 
 from app.compare.pairs import Pair, PairFinder
 from app.evidence.tables import IntColumn
-from app.shapes import Model
+from app.shapes import JsonObject, Model
 from tsr_engine.evaluation.matching import Matching
 from tsr_engine.track_table import TrackTable
 
@@ -203,7 +202,7 @@ class _Places:
         order = np.argsort(codes, kind="stable")
         self._codes, self._tracks, self._keys = codes[order], other.track[partners][order], other.names
 
-    def at(self, frames: list[int], tracks: list[str]) -> dict[str, Any]:
+    def at(self, frames: list[int], tracks: list[str]) -> JsonObject:
         """The fields ``partners`` and ``pairs`` of places, one for each frame and key of this side."""
         partners = self._partners(frames, tracks)
         return {"partners": partners, "pairs": self._pairs.at(frames, tracks, partners)}

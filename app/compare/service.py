@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from app.compare.annotation import corrected_boxes
 from app.compare.figures import FIRST_WORD, Confusion, Figure, confusion, figures
-from app.edits.service import EditService
+from app.edits.log_store import documents_of
 from app.edits.track_name import track_name
 from app.errors import Conflict, Invalid
 from app.evidence.service import EvidenceService
@@ -74,12 +74,9 @@ class Side:
 class CompareService:
     """Loads two sides and measures one against the other."""
 
-    def __init__(
-        self, database: Database, evidence: EvidenceService, edits: EditService, ground_truths: GroundTruthService
-    ) -> None:
+    def __init__(self, database: Database, evidence: EvidenceService, ground_truths: GroundTruthService) -> None:
         self._database = database
         self._evidence = evidence
-        self._edits = edits
         self._ground_truths = ground_truths
 
     def compare(self, reference: str, candidate: str) -> Comparison:
@@ -141,11 +138,11 @@ class CompareService:
         place = self._evidence.place(identity)
         with self._database.read() as session:
             title = session.get_one(Run, place.id).name
+            documents = documents_of(session, place.id)
         span = self._evidence.stored_frames(place.id)
         if span is None:
             raise Conflict(f"{title} has stored nothing yet. Wait for its first frames.", code="no_evidence")
         table = self._evidence.boxes(place.id, lambda word: words.setdefault(word, FIRST_WORD - len(words)))
-        documents = self._edits.documents(place.id)
         if kind == "run":
             return Side(kind, place.video_id, title, table, *span, edited=bool(documents))
         names = {key: track_name(key, doc) for key, doc in documents.items() if key.startswith("h")}

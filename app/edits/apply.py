@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import singledispatch
 from itertools import pairwise
-from typing import Any
 
 from app.edits import commands as c
-from app.edits.documents import OPEN_END, KeyFrame, Note, Segment, TrackDoc
+from app.edits.documents import OPEN_END, KeyFrame, Note, TrackDoc
 from app.edits.join import join
 from app.edits.relabel import relabelled, with_attribute
+from app.edits.split import clip, split
 
 __all__ = ["CommandError", "apply_command", "touched_keys", "with_class"]
 
@@ -20,14 +21,14 @@ class CommandError(ValueError):
     """A command that makes no sense for the documents; the message is one sentence."""
 
 
-def touched_keys(command: Any) -> list[str]:
+def touched_keys(command: c.Command) -> list[str]:
     """Keys of the tracks that a command reads or changes."""
     others = list(command.others) if isinstance(command, c.Merge | c.ReviewTracks) else []
     new = [command.new_key] if isinstance(command, c.Split) else []
     return list(dict.fromkeys([command.key, *others, *new]))
 
 
-def with_class(docs: Docs, command: Any, label: Callable[[int], int | None]) -> Any:
+def with_class(docs: Docs, command: c.Command, label: Callable[[int], int | None]) -> c.Command:
     """The command with the engine's class of its track, where it hands that on (a split).
 
     Args:
@@ -35,14 +36,16 @@ def with_class(docs: Docs, command: Any, label: Callable[[int], int | None]) -> 
         command: see :mod:`app.edits.commands`.
         label: number of an engine's track -> its class, None: unknown.
     """
-    doc = docs.get(command.key) if isinstance(command, c.Split) else None
+    if not isinstance(command, c.Split):
+        return command
+    doc = docs.get(command.key)
     if doc is None or doc.class_id is not None:
         return command
     track = doc.began_as()
     return command.model_copy(update={"class_id": None if track is None else label(track)})
 
 
-def apply_command(docs: Docs, command: Any, author: str = "", time: str = "") -> dict[str, TrackDoc]:
+def apply_command(docs: Docs, command: c.Command, author: str = "", time: str = "") -> dict[str, TrackDoc]:
     """The documents that a command leaves behind, revisions not yet raised.
 
     Args:
@@ -70,14 +73,20 @@ def apply_command(docs: Docs, command: Any, author: str = "", time: str = "") ->
     if isinstance(command, c.Merge):
         return _merge(docs, doc, command)
     if isinstance(command, c.ReviewTracks):
-        return {key: _set_review(_alive(docs, key), command) for key in touched_keys(command)}
+        return {key: _set_review(command, _alive(docs, key)) for key in touched_keys(command)}
     if isinstance(command, c.Split):
         return _split(docs, doc, command)
     if isinstance(command, c.AddNote):
         return {doc.key: _add_note(doc, command, author, time)}
     if isinstance(command, c.EditNote):
         return {doc.key: _edit_note(doc, command, author, time)}
-    return {doc.key: _ALONE[type(command)](doc, command)}
+    return {doc.key: _changed(command, doc)}
+
+
+@singledispatch
+def _changed(command: c.Command, doc: TrackDoc) -> TrackDoc:
+    """The document of a track after a command that is about it alone."""
+    raise NotImplementedError(f"Nothing says what {command.name} does.")
 
 
 def _present(docs: Docs, key: str) -> TrackDoc:
@@ -110,49 +119,56 @@ def _restore(doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"gone": False})
 
 
-def _set_box(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _set_box(command: c.SetBox, doc: TrackDoc) -> TrackDoc:
     return doc.with_key(command.frame, box=command.box, outside=False, followed=False)
 
 
-def _relabel_track(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _relabel_track(command: c.RelabelTrack, doc: TrackDoc) -> TrackDoc:
     return relabelled(doc, command.class_id)
 
 
-def _relabel_box(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _relabel_box(command: c.RelabelBox, doc: TrackDoc) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
     changes = {"class_id": command.class_id}
     return doc.with_key(command.frame, **changes, **({} if box is None else {"box": box}))
 
 
-def _delete_from(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _delete_from(command: c.DeleteFrom, doc: TrackDoc) -> TrackDoc:
     if not doc.shows_from(command.frame):
-        raise CommandError(f"{_shows_nothing(doc, command)} There is nothing to delete.")
+        raise CommandError(f"{_shows_nothing(doc, command.frame)} There is nothing to delete.")
     # a line that is cut must end where it was when it was cut
     edge = doc.line_at(command.frame - 1) if command.frame > 0 else None
     if edge is not None and str(command.frame - 1) not in doc.keys:
         doc = doc.with_key(command.frame - 1, box=edge)
     kept = doc.model_copy(
         update={
-            "segments": _clip(doc.segments, -1, command.frame - 1),
+            "segments": clip(doc.segments, -1, command.frame - 1),
             "keys": {k: key for k, key in doc.keys.items() if int(k) < command.frame},
         }
     )
-    return _delete_track(doc, command) if kept.empty() else kept
+    return doc.model_copy(update={"gone": True}) if kept.empty() else kept
 
 
-def _shows_nothing(doc: TrackDoc, command: Any) -> str:
-    return f"Track {doc.key} shows nothing from frame {command.frame} on."
+def _shows_nothing(doc: TrackDoc, frame: int) -> str:
+    return f"Track {doc.key} shows nothing from frame {frame} on."
 
 
-def _delete_track(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _delete_track(command: c.DeleteTrack, doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"gone": True})
 
 
-def _add_key(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _add_key(command: c.AddKey, doc: TrackDoc) -> TrackDoc:
     return doc.with_key(command.frame, box=command.box, followed=False)
 
 
-def _remove_key(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _remove_key(command: c.RemoveKey, doc: TrackDoc) -> TrackDoc:
     if str(command.frame) not in doc.keys:
         raise CommandError(f"Frame {command.frame} is no key frame of track {doc.key}.")
     left = doc.model_copy(update={"keys": {k: key for k, key in doc.keys.items() if k != str(command.frame)}})
@@ -161,7 +177,8 @@ def _remove_key(doc: TrackDoc, command: Any) -> TrackDoc:
     return left
 
 
-def _interpolate(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _interpolate(command: c.Interpolate, doc: TrackDoc) -> TrackDoc:
     inside = [k for k in doc.frames() if command.first <= k <= command.last]
     if len([k for k in inside if doc.keys[str(k)].box is not None]) < 2:
         raise CommandError("Interpolation needs two key frames with a box. Correct the box in two frames first.")
@@ -169,7 +186,8 @@ def _interpolate(doc: TrackDoc, command: Any) -> TrackDoc:
     return doc.model_copy(update={"keys": {**doc.keys, **lines}})
 
 
-def _follow(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _follow(command: c.Follow, doc: TrackDoc) -> TrackDoc:
     """Key frames at the given boxes, on lines; those that were followed before make room, a person's stay."""
     boxes = {entry.frame: entry for entry in command.boxes}
     first, last = command.boxes[0].frame, command.boxes[-1].frame
@@ -203,30 +221,35 @@ def _until(doc: TrackDoc, frame: int) -> int:
     return OPEN_END + 1 if following is None else following
 
 
-def _set_occluded(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _set_occluded(command: c.SetOccluded, doc: TrackDoc) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
     return doc.with_key(command.frame, occluded=command.value, **({} if box is None else {"box": box}))
 
 
-def _set_outside(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _set_outside(command: c.SetOutside, doc: TrackDoc) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
     if command.value and not doc.shows_from(command.frame):
-        raise CommandError(f"{_shows_nothing(doc, command)} It is outside already.")
+        raise CommandError(f"{_shows_nothing(doc, command.frame)} It is outside already.")
     after = doc.with_key(command.frame, outside=command.value, **({} if box is None else {"box": box}))
     if not command.value and not after.shows_from(command.frame):
-        raise CommandError(f"{_shows_nothing(doc, command)} Nothing could come back into sight: draw a box.")
+        raise CommandError(f"{_shows_nothing(doc, command.frame)} Nothing could come back into sight: draw a box.")
     return after
 
 
-def _set_not_a_sign(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _set_not_a_sign(command: c.SetNotASign, doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"not_a_sign": command.value})
 
 
-def _set_ignore(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _set_ignore(command: c.SetIgnore, doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"ignore": command.value})
 
 
-def _set_attribute(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _set_attribute(command: c.SetAttribute, doc: TrackDoc) -> TrackDoc:
     if not command.from_here:
         return with_attribute(doc, command.attribute, command.value, None)
     box = command.box if command.box is not None else doc.line_at(command.frame)
@@ -234,18 +257,19 @@ def _set_attribute(doc: TrackDoc, command: Any) -> TrackDoc:
     return with_attribute(doc, command.attribute, command.value, command.frame)
 
 
-def _set_review(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _set_review(command: c.SetReview | c.ReviewTracks, doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"review": command.review})
 
 
-def _add_note(doc: TrackDoc, command: Any, author: str, time: str) -> TrackDoc:
+def _add_note(doc: TrackDoc, command: c.AddNote, author: str, time: str) -> TrackDoc:
     if any(note.id == command.note_id for note in doc.notes):
         raise CommandError("There is a note of that name already.")
     note = Note(id=command.note_id, frame=command.frame, text=command.text, author=author, time=time)
     return doc.model_copy(update={"notes": (*doc.notes, note)})
 
 
-def _edit_note(doc: TrackDoc, command: Any, author: str, time: str) -> TrackDoc:
+def _edit_note(doc: TrackDoc, command: c.EditNote, author: str, time: str) -> TrackDoc:
     """A note with other words; those of somebody else never stand under the name of who wrote it."""
     _require_note(doc, command.note_id)
 
@@ -256,7 +280,8 @@ def _edit_note(doc: TrackDoc, command: Any, author: str, time: str) -> TrackDoc:
     return doc.model_copy(update={"notes": tuple(changed(n) if n.id == command.note_id else n for n in doc.notes)})
 
 
-def _remove_note(doc: TrackDoc, command: Any) -> TrackDoc:
+@_changed.register
+def _remove_note(command: c.RemoveNote, doc: TrackDoc) -> TrackDoc:
     _require_note(doc, command.note_id)
     return doc.model_copy(update={"notes": tuple(n for n in doc.notes if n.id != command.note_id)})
 
@@ -266,7 +291,7 @@ def _require_note(doc: TrackDoc, identity: str) -> None:
         raise CommandError("There is no such note (any more).")
 
 
-def _merge(docs: Docs, doc: TrackDoc, command: Any) -> dict[str, TrackDoc]:
+def _merge(docs: Docs, doc: TrackDoc, command: c.Merge) -> dict[str, TrackDoc]:
     changed: dict[str, TrackDoc] = {}
     for key in dict.fromkeys(command.others):
         other = docs.get(key)
@@ -277,72 +302,10 @@ def _merge(docs: Docs, doc: TrackDoc, command: Any) -> dict[str, TrackDoc]:
     return {doc.key: doc, **changed}
 
 
-def _split(docs: Docs, doc: TrackDoc, command: Any) -> dict[str, TrackDoc]:
+def _split(docs: Docs, doc: TrackDoc, command: c.Split) -> dict[str, TrackDoc]:
     if command.new_key in docs:
         raise CommandError(f"There is a track {command.new_key} already.")
-    frame = command.frame
-    before, at = (doc.line_at(f) if f >= 0 else None for f in (frame - 1, frame))
-    if at is not None and str(frame) not in doc.keys:
-        doc = doc.with_key(frame, box=at)
-    if before is not None and str(frame - 1) not in doc.keys:
-        doc = doc.with_key(frame - 1, box=before)
-    carried = doc.last_key(frame)
-    later = {k: key for k, key in doc.keys.items() if int(k) >= frame}
-    if carried is not None and carried < frame:
-        state = doc.keys[str(carried)]
-        if state.occluded or state.outside or state.attributes:
-            later[str(frame)] = KeyFrame(**{**state.state(), "interpolate": False})
-    new = TrackDoc(
-        key=command.new_key,
-        class_id=doc.class_id,
-        review="open",
-        not_a_sign=doc.not_a_sign,
-        attributes=doc.attributes,
-        ignore=doc.ignore,
-        segments=_clip(doc.segments, frame, 2**31),
-        keys=later,
-        notes=tuple(n for n in doc.notes if n.frame >= frame),
-    )
-    old = doc.model_copy(
-        update={
-            "segments": _clip(doc.segments, -1, frame - 1),
-            "keys": {k: key for k, key in doc.keys.items() if int(k) < frame},
-            "notes": tuple(n for n in doc.notes if n.frame < frame),
-        }
-    )
-    if old.empty() or new.empty():
-        raise CommandError(f"Track {doc.key} has nothing on one side of frame {frame}. Split it in between.")
-    return {half.key: _with_class(half, command.class_id) for half in (old, new)}
-
-
-def _with_class(doc: TrackDoc, class_id: int | None) -> TrackDoc:
-    """The document with the class that it showed, where it has lost all that the engine's label comes with."""
-    if doc.class_id is not None or doc.began_as() is not None:
-        return doc
-    return doc.model_copy(update={"class_id": class_id})
-
-
-def _clip(segments: tuple[Segment, ...], first: int, last: int) -> tuple[Segment, ...]:
-    """What lies within first to last, both included."""
-    cut = ((s, max(s.first, first), min(s.last, last)) for s in segments)
-    return tuple(Segment(track=s.track, first=a, last=b) for s, a, b in cut if a <= b)
-
-
-_ALONE: dict[type, Callable[[TrackDoc, Any], TrackDoc]] = {
-    c.SetBox: _set_box,
-    c.RelabelTrack: _relabel_track,
-    c.RelabelBox: _relabel_box,
-    c.DeleteFrom: _delete_from,
-    c.DeleteTrack: _delete_track,
-    c.AddKey: _add_key,
-    c.RemoveKey: _remove_key,
-    c.Interpolate: _interpolate,
-    c.Follow: _follow,
-    c.SetOccluded: _set_occluded,
-    c.SetOutside: _set_outside,
-    c.SetNotASign: _set_not_a_sign,
-    c.SetIgnore: _set_ignore,
-    c.SetAttribute: _set_attribute,
-    c.SetReview: _set_review,
-    c.RemoveNote: _remove_note,
-}
+    halves = split(doc, command.frame, command.new_key, command.class_id)
+    if any(half.empty() for half in halves):
+        raise CommandError(f"Track {doc.key} has nothing on one side of frame {command.frame}. Split it in between.")
+    return {half.key: half for half in halves}

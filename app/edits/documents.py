@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from itertools import zip_longest
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     AfterValidator,
@@ -30,7 +30,7 @@ from pydantic import (
     WrapValidator,
 )
 
-from app.shapes import PLAIN, Model
+from app.shapes import PLAIN, JsonObject, Model
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = [
@@ -76,7 +76,7 @@ ClassId = Annotated[int, Field(ge=NO_CLASS, le=2**31 - 1, strict=True)]
 AttributeName = Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
 
 
-def _value(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+def _value(value: object, handler: ValidatorFunctionWrapHandler) -> object:
     try:
         return handler(value)
     except ValidationError:
@@ -132,7 +132,7 @@ class KeyFrame(Model):
     attributes: Attributes = Field(default_factory=dict, max_length=200, exclude_if=_is_empty)
     """Those that a person has set for these frames alone; the others are the track's."""
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> JsonObject:
         """What holds in the frames up to the next key frame."""
         held = {"occluded": self.occluded, "outside": self.outside, "interpolate": self.interpolate}
         return {**held, "attributes": self.attributes}
@@ -207,7 +207,7 @@ class TrackDoc(Model):
         x1, y1, x2, y2 = (p + share * (q - p) for p, q in zip(a, b, strict=True))
         return x1, y1, x2, y2
 
-    def with_key(self, frame: int, **changes: Any) -> TrackDoc:
+    def with_key(self, frame: int, **changes: object) -> TrackDoc:
         """The document with a key frame: what stands there, or else what is carried over, with changes."""
         present = self.keys.get(str(frame))
         if present is None:

@@ -6,11 +6,11 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.edits.documents import TrackDoc
-from app.edits.stored import documents_of
-from app.errors import NotFound
+from app.edits.log_store import documents_of
 from app.evidence.service import EvidenceService
 from app.shapes import Model
 from app.storage.models import Edit, Run
+from app.storage.of_run import require_run
 from app.storage.places import is_here
 
 __all__ = ["Earlier", "earlier_corrections"]
@@ -43,9 +43,7 @@ def earlier_corrections(session: Session, evidence: EvidenceService, run_id: str
     Raises:
         NotFound: no such run.
     """
-    run = session.get(Run, run_id)
-    if run is None:
-        raise NotFound(f"There is no run {run_id[:40]!r}.")
+    run = require_run(session, run_id)
     if run.kind == "whatif" or run.state != "complete":
         return None
     newest = (

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import takewhile
-from typing import Any
 
 from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
+from app.shapes import JsonObject
 
 __all__ = ["join"]
 
@@ -96,7 +96,7 @@ def _end_line(before: dict[int, KeyFrame], keys: dict[int, KeyFrame]) -> bool:
     return wanted
 
 
-def _state(keys: dict[int, KeyFrame], frame: int) -> dict[str, Any]:
+def _state(keys: dict[int, KeyFrame], frame: int) -> JsonObject:
     """What the last key frame at or before a frame says about it."""
     last = max((k for k in keys if k <= frame), default=None)
     return (KeyFrame() if last is None else keys[last]).state()

@@ -9,9 +9,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.edits.documents import TrackDoc
-from app.errors import NotFound
-from app.shapes import Model
-from app.storage.models import Edit, Run
+from app.shapes import JsonObject, Model
+from app.storage.models import Edit
+from app.storage.of_run import require_run
 
 __all__ = ["Difference", "Happened", "TrackHistory", "differences", "track_history"]
 
@@ -27,7 +27,7 @@ class Difference(Model):
 
     what: str
     """``label``, ``review``, ``boxes``, ``notes`` ...: see :func:`differences`."""
-    before: Any
+    before: Any  # a text, a number, a list or an object of the document
     after: Any
     """Of boxes, notes and attributes: those alone that differ."""
     more: int = 0
@@ -68,8 +68,7 @@ def track_history(session: Session, run_id: str, key: str, before: int | None = 
     Raises:
         NotFound: there is no such run.
     """
-    if session.get(Run, run_id) is None:
-        raise NotFound(f"There is no run {run_id[:40]!r}.")
+    require_run(session, run_id)
     found: list[Happened] = []
     for row in _rows(session, run_id, key, before):
         if len(found) == _PAGE:
@@ -115,7 +114,7 @@ def differences(before: TrackDoc | None, after: TrackDoc | None) -> list[Differe
     return [Difference(what=what, **_sides(old[what], new[what])) for what in old if old[what] != new[what]]
 
 
-def _sides(old: Any, new: Any) -> dict[str, Any]:
+def _sides(old: object, new: object) -> JsonObject:
     """Both sides of a difference; of what holds many things, those alone that differ."""
     if not (isinstance(old, dict) and isinstance(new, dict)):
         return {"before": old, "after": new}
@@ -128,7 +127,7 @@ def _sides(old: Any, new: Any) -> dict[str, Any]:
     }
 
 
-def _facts(doc: TrackDoc | None) -> dict[str, Any]:
+def _facts(doc: TrackDoc | None) -> JsonObject:
     """What a document says, each in a form that is short enough for a list."""
     if doc is None:
         doc = TrackDoc(key="m0")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from app.edits.adopt import Adoption
 from app.edits.documents import TrackDoc
-from app.edits.history import Target
-from app.shapes import Model
+from app.edits.undo import Target
+from app.shapes import JsonObject, Model
 from app.storage.models import Edit
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "LogEntry", "adopted", "log_entry"]
@@ -55,7 +53,7 @@ class LogEntry(Model):
     name: str
     frame: int | None
     reverts: str | None
-    command: dict[str, Any]
+    command: JsonObject
     keys: list[str]
     time: str
 

@@ -8,13 +8,14 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.evidence.tracks import TrackFacts
 from app.evidence.uncertainty import Disagreement
 from app.storage.database import Database
-from app.storage.models import Edit, Run, TrackDocument
+from app.storage.models import Run, TrackDocument
+from app.storage.of_run import newest_edit
 from app.storage.places import is_here
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evaluation.matching import box_pairs
@@ -48,7 +49,7 @@ class Others:
         """Changes when another run is complete or a person edits this one."""
         with self._database.read() as session:
             other = _other_run(session, run_id, video_id)
-            seq = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
+            seq = newest_edit(session, run_id)
         return ("" if other is None else other.id), str(seq)
 
     def forget(self, run_id: str) -> None:

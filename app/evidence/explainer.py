@@ -14,13 +14,17 @@ import threading
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
+from app.evidence.crops import pixels_in_frame
 from app.evidence.explain import Explanation, explain
+from app.shapes import JsonObject
 from app.videos.opened import CheckedFile
 from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.evidence.regions import FramePixels
+from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
+from tsr_engine.protocols import PixelSource
 
 __all__ = ["Explainer", "Question"]
 
@@ -149,7 +153,7 @@ def main() -> None:
         question = Question(**json.loads(line))
         try:
             found = _explain(question)
-            answer: dict[str, Any] = {"found": None if found is None else found.model_dump(mode="json")}
+            answer: JsonObject = {"found": None if found is None else found.model_dump(mode="json")}
         except TsrError as error:
             answer = {"error": str(error)}
         print(json.dumps(answer), flush=True)
@@ -157,10 +161,6 @@ def main() -> None:
 
 
 def _explain(question: Question) -> Explanation | None:
-    from app.evidence.crops import pixels_in_frame
-    from tsr_engine.evidence.regions import FramePixels
-    from tsr_engine.io.video import open_video
-    from tsr_engine.protocols import PixelSource
 
     with EvidenceReader(Path(question.folder)) as reader, EvidenceReader(Path(question.pixels)) as source:
 

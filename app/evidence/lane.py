@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from app.shapes import Model
 from tsr_engine.evidence.columns import BOX, Columns, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
+from tsr_engine.records import FloatArray
 
 __all__ = ["LEADING", "TrackEvent", "TrackLane", "track_lane"]
 
@@ -131,7 +132,7 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
     )
 
 
-def _leading(votes: list[Any], classes: RunClasses) -> list[list[int]]:
+def _leading(votes: Sequence[FloatArray | None], classes: RunClasses) -> list[list[int]]:
     """The classes with the most final votes, the winner first; those of one label together."""
     final = next((v for v in reversed(votes) if v is not None), None)
     if final is None:
@@ -149,7 +150,7 @@ def _word(seen: int, classes: RunClasses) -> str | None:
     return classes.name(seen) if classes.is_unmapped(seen) else None
 
 
-def _of(values: Any, groups: list[list[int]]) -> list[float]:
+def _of(values: FloatArray, groups: list[list[int]]) -> list[float]:
     return [round(float(values[group].sum()), 4) for group in groups]
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any, Literal
+from collections.abc import Iterable, Iterator
+from typing import Literal
 
 import numpy as np
 
@@ -210,7 +210,7 @@ def number(value: float | None, instead: float = 0.0) -> float:
     return round(value, 4) if math.isfinite(value) else math.copysign(LARGEST, value) if value == value else instead
 
 
-def box_of(values: Any) -> Box:
+def box_of(values: Iterable[float]) -> Box:
     """Four edges, rounded to 2 decimals."""
     x1, y1, x2, y2 = (round(number(v), 2) for v in values)
     return x1, y1, x2, y2

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from sqlalchemy.orm import Session
 
+from app.edits.bulk import BulkEdits
 from app.edits.documents import TrackDoc
-from app.edits.service import EditService
 from app.exchange.as_annotation import Annotated, annotate
 from app.exchange.dataset import Source
 from app.exchange.engine_tracks import engine_facts
@@ -19,12 +18,12 @@ __all__ = ["annotate_run"]
 
 
 def annotate_run(
-    edits: EditService,
+    edits: BulkEdits,
     source: Source,
     run_id: str,
     tracks: Sequence[Track],
     author: str,
-    command: Mapping[str, Any],
+    command: Mapping[str, object],
     *,
     exported: bool = False,
     begin: Callable[[Session], None] | None = None,
@@ -61,5 +60,5 @@ def annotate_run(
         found = annotate(tracks, shown, present, author, size, exported, engine)
         return found.documents
 
-    seq, _ = edits.put_documents(run_id, author, command, make, begin)
+    seq = edits.put_documents(run_id, author, command, make, begin)
     return found, seq

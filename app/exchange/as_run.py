@@ -11,11 +11,12 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from app.exchange.dataset import VideoFacts
+from app.shapes import JsonObject
 from tsr_engine.evidence.encode import TableEntry
 from tsr_engine.evidence.header import RunHeader, VideoIdentity
 from tsr_engine.evidence.writer import EvidenceWriter
@@ -24,7 +25,7 @@ from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.params import Params
 from tsr_engine.recognition.catalogue import CLASS_COUNT
-from tsr_engine.records import Detections, Event, FrameEvidence, Recognition, TrackFrame
+from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence, Recognition, TrackFrame
 
 __all__ = ["write_run"]
 
@@ -37,7 +38,7 @@ class _Box(NamedTuple):
     """A track in one frame."""
 
     number: int
-    box: Any
+    box: FloatArray
     score: float
     stated: bool
     label: int
@@ -49,7 +50,7 @@ def write_run(
     size: int,
     table: FrameTable,
     tracks: Iterable[Track],
-    about: dict[str, Any],
+    about: JsonObject,
     tell: Callable[[int], None] = lambda _done: None,
 ) -> int:
     """Write the evidence; returns the number of tracks.
@@ -86,7 +87,7 @@ def write_run(
         keep_pixels=False,
     )
     count = max([CLASS_COUNT, *(_largest(track) + 1 for track in listed)])
-    votes: dict[int, Any] = {}
+    votes: dict[int, FloatArray] = {}
     seconds = (table.pts.astype(np.float64) * float(table.time_base)).tolist()
     last = {numbers[track.uid]: int(track.frames[-1]) for track in listed}
     with EvidenceWriter.create(folder, header, chunk=_CHUNK) as writer:
@@ -128,7 +129,7 @@ def _frame(
     video: VideoFacts,
     boxes: list[_Box],
     events: list[Event],
-    votes: dict[int, Any],
+    votes: dict[int, FloatArray],
     count: int,
 ) -> FrameEvidence:
     stated = [box for box in boxes if box.stated]
@@ -168,7 +169,7 @@ def _frame(
     )
 
 
-def _vote(box: _Box, votes: dict[int, Any], count: int) -> Recognition | None:
+def _vote(box: _Box, votes: dict[int, FloatArray], count: int) -> Recognition | None:
     """The file's label as one vote among ``count``; None: it says none."""
     if box.label < 0:
         return None

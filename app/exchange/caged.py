@@ -12,23 +12,26 @@ from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from app.cages.cage import CageError, Cages, CagesClosed
 from app.cages.limits import Limits
 from app.cages.talk import Talk
-from app.edits.service import EditService
+from app.edits.bulk import BulkEdits
+from app.edits.log_store import LogStore
 from app.errors import Busy, TooLarge
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.exchange.as_truth import truth_rows
 from app.exchange.dataset import VideoFacts
-from app.exchange.imports import ImportKind, ImportResult, ImportService, Incoming, Onto, read_incoming, target_of
+from app.exchange.imports import ImportKind, ImportResult, ImportService
+from app.exchange.incoming import Incoming, Onto, read_incoming, target_of
 from app.exchange.underway import Import
 from app.ground_truths.service import GroundTruthService
 from app.settings import Settings
+from app.shapes import JsonObject
 from app.storage.database import Database
 from app.storage.identity import server_of
 from app.storage.models import Base, Video
@@ -92,7 +95,7 @@ class CagedImports:
         def ended() -> bool:
             return underway.cancelled.is_set() or stop()
 
-        def note(said: dict[str, Any]) -> None:
+        def note(said: JsonObject) -> None:
             underway.boxes = int(said.get("boxes", 0))
 
         try:
@@ -154,7 +157,7 @@ def store_apart(
     kind: ImportKind,
     run_id: str | None,
     packed: Path,
-) -> dict[str, Any]:
+) -> JsonObject:
     """In the second one: the arrays into the database and the data folder."""
     dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
     packed.unlink()
@@ -162,7 +165,7 @@ def store_apart(
         return imports.store(video_id, onto, incoming, kind, run_id, dataset).model_dump(mode="json")
 
 
-def begin_apart(_: Talk, settings: Settings, video_id: str, name: str, author: str, onto: Onto) -> dict[str, Any]:
+def begin_apart(_: Talk, settings: Settings, video_id: str, name: str, author: str, onto: Onto) -> JsonObject:
     """In a cage: a run without tracks."""
     with _imports_of(settings) as imports:
         return imports.begin_by_hand(video_id, name, author, onto).model_dump(mode="json")
@@ -175,7 +178,7 @@ def _imports_of(settings: Settings) -> Iterator[ImportService]:
     events = EventBus()
     evidence = EvidenceService(settings, database)
     try:
-        edits = EditService(database, events, evidence, settings)
+        edits = BulkEdits(LogStore(database, events, evidence, settings))
         yield ImportService(settings, database, events, edits, GroundTruthService(database))
     finally:
         evidence.close()

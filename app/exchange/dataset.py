@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from app.errors import Conflict, Invalid
 from app.evidence.tables import FloatColumn
 from app.exchange.rates import exact_rate
 from app.exchange.tracks import boxes_beyond, run_tracks
+from app.shapes import JsonObject
 from tsr_engine.errors import EvidenceError, InputError
 from tsr_engine.evidence.columns import size_of
 from tsr_engine.evidence.reader import EvidenceReader
@@ -103,7 +103,7 @@ class Source:
     first: int
     stop: int
     origin: str
-    provenance: Mapping[str, Any]
+    provenance: JsonObject
     classes: RunClasses
     keys: frozenset[str] | None = None
 
@@ -231,7 +231,7 @@ def source_of(
     documents: Mapping[str, TrackDoc],
     facts: VideoFacts,
     revision: int,
-    about: Mapping[str, Any],
+    about: JsonObject,
     classes: RunClasses | None = None,
 ) -> Source:
     """A run from its evidence and what is known besides.

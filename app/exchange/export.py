@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from app.edits.documents import Key
 from app.exchange.dataset import Source, VideoFacts, dataset_of
-from app.shapes import PLAIN, Model
+from app.shapes import PLAIN, JsonObject, Model
 from app.videos.opened import ChangedError
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.export import CROPS, export_dataset
@@ -164,9 +164,9 @@ def export_sources(
     return export_dataset(dataset, chosen, out, options, zipped=zipped, about=about)
 
 
-def summary_of(manifest: Manifest) -> dict[str, Any]:
+def summary_of(manifest: Manifest) -> JsonObject:
     """What pages show of an export: counts, and what was left out why."""
-    content: Mapping[str, Any] = manifest.content
+    content = manifest.content
     return {
         "format": content["format"]["name"],
         "title": content["format"]["title"],
@@ -189,7 +189,7 @@ def summary_of(manifest: Manifest) -> dict[str, Any]:
     }
 
 
-def _fell(content: Mapping[str, Any]) -> dict[str, int]:
+def _fell(content: JsonObject) -> dict[str, int]:
     """How many signs each subset got; empty without a split. What people rejected is none."""
     rejected = {(v["sha256"] or v["name"], one["id"]) for v in content["videos"] for one in v.get("negatives", ())}
     sides = Counter(side for video, uid, side in content["split"]["tracks"] if (video, uid) not in rejected)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import shutil
 import uuid
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
@@ -13,14 +12,15 @@ from typing import Literal
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
-from app.edits.service import EditService
+from app.edits.bulk import BulkEdits
 from app.errors import Busy, Invalid, NotFound
 from app.events import EventBus
 from app.exchange.annotate_run import annotate_run
 from app.exchange.as_run import write_run
 from app.exchange.as_truth import truth_rows
 from app.exchange.brought import Fitted, Overtaken, fitted, keep_words, words_of
-from app.exchange.dataset import LABELS, Source, VideoFacts
+from app.exchange.dataset import Source
+from app.exchange.incoming import Incoming, Onto, read_incoming
 from app.exchange.marks import ignored, marks
 from app.exchange.stored import home_source, require_source, video_facts
 from app.ground_truths.service import GroundTruthService
@@ -33,46 +33,27 @@ from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.storage.places import require_here
 from app.videos.table import unpack
-from tsr_engine.bundle.layout import FRAMES, OUTPUT
-from tsr_engine.bundle.layout import MANIFEST as BUNDLE_MANIFEST
-from tsr_engine.errors import ImportFormatError
 from tsr_engine.evidence.schema import LOCK_FILE
-from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
-from tsr_engine.exchange.formats import Format, ImportLimits, ImportTarget, UnknownNames
-from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.exchange.numbering import track_numbers
-from tsr_engine.exchange.opened_zip import entry_names, is_archive
-from tsr_engine.exchange.registry import format_named, switches_of
-from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.locks import is_locked
-from tsr_engine.labels.model import LabelSet
 
 __all__ = [
     "ImportKind",
     "ImportResult",
     "ImportService",
-    "Incoming",
-    "Onto",
     "SkippedView",
-    "read_incoming",
-    "target_of",
 ]
 
 ImportKind = Literal["annotation", "truth", "run"]
 BY_HAND = "drawn by hand"
 """What a run without an engine and without a file says of where it comes from."""
-HTTP_WAYS = (
-    "Say which labels they are (label_map), add them to the set (unknown=add, or some of them with add), or leave "
-    "their tracks out (unknown=skip)."
-)
 _PART = ".import-"
 _TRIES = 50
 """Attempts to store while others change the label set."""
 Begin = Callable[[Session], None]
 """What the transaction that stores tracks does first."""
-_MOST_NAMES = 2000
-"""Names in the answer about those that no label has."""
 
 
 class SkippedView(Model):
@@ -107,47 +88,6 @@ class ImportResult(Model):
     skipped: list[SkippedView]
 
 
-@dataclass(frozen=True, slots=True)
-class Incoming:
-    """A file, and what a person says about it.
-
-    Attributes:
-        path: file, archive or folder.
-        name: what the truth or run is to be called; of a truth, one of the same name is replaced.
-        format: name of its format; None: found out.
-        switches: options of the format.
-        label_map: name in the file -> number or key of a label, -1: no label of the set.
-        unknown: what becomes of other names that no label has; see ``ImportTarget``.
-        added: names that are added to the set, whatever ``unknown`` says of the others.
-        ways: how a person says what becomes of names, for the refusal of those that no label has.
-        author: who brings it.
-        scratch: where archives are unpacked for the moment; None: the system's folder.
-    """
-
-    path: Path
-    name: str
-    format: str | None = None
-    switches: Mapping[str, str] = field(default_factory=dict)
-    label_map: Mapping[str, int | str] = field(default_factory=dict)
-    unknown: UnknownNames = "refuse"
-    added: frozenset[str] = frozenset()
-    ways: str = HTTP_WAYS
-    author: str = ""
-    scratch: Path | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Onto:
-    """The video that something is laid onto, its labels, what was said of names in earlier files, and limits."""
-
-    facts: VideoFacts
-    table: FrameTable
-    size: int
-    limits: ImportLimits
-    labels: LabelSet = LABELS
-    words: Mapping[str, int] = field(default_factory=dict)
-
-
 class ImportService:
     """Reads a file, checks all of it, then stores it in one transaction."""
 
@@ -156,7 +96,7 @@ class ImportService:
         settings: Settings,
         database: Database,
         events: EventBus,
-        edits: EditService,
+        edits: BulkEdits,
         ground_truths: GroundTruthService,
     ) -> None:
         self._settings = settings
@@ -323,7 +263,9 @@ class ImportService:
                 session.add(run)
                 publish_run(session, self._events, run)
                 if said:
-                    edit = self._edits.record_first(session, run, author, _command(incoming), said)
+                    before = {key: bare for key, (bare, _) in said.items()}
+                    after = {key: doc for key, (_, doc) in said.items()}
+                    edit = self._edits.record(session, run, author, _command(incoming), before, after).seq
                 work.put(part, folder)
         except BaseException:
             shutil.rmtree(part, ignore_errors=True)
@@ -350,101 +292,10 @@ def _nothing(_: Session) -> None:
     """Begin a transaction with nothing."""
 
 
-def read_incoming(incoming: Incoming, onto: Onto, tell: Callable[[int], None] | None = None) -> Dataset:
-    """What a file says about a video.
-
-    Args:
-        incoming: the file.
-        onto: the video.
-        tell: hears now and then how many boxes have been read.
-
-    Raises:
-        Invalid: it says nothing, an option that makes no sense, or names that no label has (code ``unknown_labels``;
-            ``details`` lists them).
-        UsageError: an unknown format, option or class.
-        ImportFormatError: the first thing that breaks a rule: file, line, rule.
-    """
-    _no_annotations(incoming.path)
-    try:
-        target = replace(target_of(incoming, onto), tell=tell)
-        dataset = read_dataset(incoming.path, target, _chosen(incoming), scratch=incoming.scratch)
-    except UnknownLabels as error:
-        raise _unknown(error, incoming.ways) from None
-    if next(iter(dataset.videos[0].tracks()), None) is None:
-        raise Invalid(f"{incoming.path.name} holds no boxes for {onto.facts.name}. Check the file.", code="nothing")
-    return dataset
-
-
-def target_of(incoming: Incoming, onto: Onto) -> ImportTarget:
-    """What a file is read onto.
-
-    Raises:
-        Invalid, UsageError: as of ``read_incoming``.
-    """
-    chosen = _chosen(incoming)
-    asked = dict(incoming.switches)
-    # of a format that is found out, the reader looks at them
-    switches = asked if chosen is None else switches_of(chosen, asked, reading=True)
-    return ImportTarget(
-        onto.facts.without_tracks(),
-        onto.labels,
-        switches,
-        dict(incoming.label_map),
-        remembered=onto.words,
-        unknown=incoming.unknown,
-        added=incoming.added,
-        limits=onto.limits,
-    )
-
-
-def _unknown(error: UnknownLabels, ways: str) -> Invalid:
-    """The names of a file that no label has, for a page to ask about."""
-    names = [
-        {
-            "name": each.name,
-            "tracks": each.tracks,
-            "boxes": each.boxes,
-            "suggestions": [{"id": label.id, "key": label.key, "name": label.name} for label in each.suggestions],
-            "example": {"frame": each.frame, "box": list(each.box)},
-        }
-        for each in error.labels[:_MOST_NAMES]
-    ]
-    details = {"labels": names, "count": len(error.labels)}
-    return Invalid(f"{error} {ways}", code="unknown_labels", field="label_map", details=details)
-
-
-def _chosen(incoming: Incoming) -> Format | None:
-    chosen = None if incoming.format is None else format_named(incoming.format)
-    if chosen is not None and chosen.read is None:
-        raise Invalid(f"{chosen.title} can be exported, not imported. Choose another format.", field="format")
-    return chosen
-
-
 def _named(run_id: str | None) -> str:
     if run_id is None:
         raise Invalid("An annotation corrects a run: say which with run=.", field="run")
     return run_id
-
-
-def _no_annotations(path: Path) -> None:
-    """Refuse what would be reported as of no known format: the beginning of an archive, and a bug bundle.
-
-    Raises:
-        ImportFormatError: it is one of these, or an archive that is damaged or over the limits.
-    """
-    if not path.is_file():
-        return
-    if is_archive(path):
-        if {BUNDLE_MANIFEST, FRAMES, OUTPUT} <= set(entry_names(path)):
-            raise ImportFormatError(
-                f"{path.name}: is a bug bundle, no annotations. Replay it with 'tsr replay {path.name}', or open it "
-                "with 'Open bug bundle' in the library."
-            )
-        return
-    with path.open("rb") as file:
-        begins = file.read(4)
-    if begins == b"PK\x03\x04":
-        raise ImportFormatError(f"{path.name}: is a ZIP archive whose end is missing. Copy or download it again.")
 
 
 def _result(

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
-from app.edits.stored import documents_of
-from app.errors import Conflict, Invalid, NotFound
+from app.edits.log_store import documents_of
+from app.errors import Conflict, Invalid
 from app.exchange.dataset import Source, VideoFacts, source_of, times_of
 from app.exchange.rates import exact_rate
 from app.labels.mapping import classes_in
 from app.settings import Settings
-from app.storage.models import Edit, Run, Video
+from app.storage.models import Run, Video
+from app.storage.of_run import newest_edit, require_run
 from app.storage.places import require_here
 from app.videos.opened import library_file
 from app.videos.table import unpack
@@ -39,7 +40,7 @@ def home_source(session: Session, settings: Settings, run_id: str) -> Source:
     folder = settings.home / run.folder
     query = select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))
     facts = video_facts(session.scalars(query).one(), settings)
-    revision = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
+    revision = newest_edit(session, run_id)
     about = {"id": run.id, "name": run.name, "kind": run.kind, "preset": run.preset}
     return source_of(folder, documents_of(session, run_id), facts, revision, about, classes_in(session, run))
 
@@ -56,9 +57,7 @@ def require_source(session: Session, settings: Settings, run_id: str, video_id: 
 
 
 def _finished(session: Session, settings: Settings, run_id: str) -> Run:
-    run = session.get(Run, run_id)
-    if run is None:
-        raise NotFound(f"There is no run {run_id[:40]!r}.")
+    run = require_run(session, run_id)
     require_here(session, run.place, run.name)
     if run.state in ("queued", "running"):
         raise Conflict(

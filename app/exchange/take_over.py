@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from sqlalchemy import select
 
-from app.edits.service import EditService
+from app.edits.bulk import BulkEdits
 from app.errors import Conflict, Invalid
 from app.exchange.annotate_run import annotate_run
 from app.exchange.stored import home_source
@@ -47,7 +47,7 @@ class TakeOverService:
     """Takes signs of a ground truth over."""
 
     def __init__(
-        self, settings: Settings, database: Database, edits: EditService, ground_truths: GroundTruthService
+        self, settings: Settings, database: Database, edits: BulkEdits, ground_truths: GroundTruthService
     ) -> None:
         self._settings = settings
         self._database = database

@@ -13,12 +13,13 @@ from sqlalchemy import delete, select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from app.edits.extent import known_frames
+from app.edits.checks import known_frames
 from app.errors import Invalid, NotFound
 from app.follows.view import FollowAnchor, FollowView, Only, follow_view
 from app.jobs.queue import JobQueue
 from app.storage.database import Database
-from app.storage.models import Follow, FollowPiece, Job, Run
+from app.storage.models import Follow, FollowPiece, Job
+from app.storage.of_run import require_run
 from app.storage.places import require_here
 
 __all__ = ["LEASE", "FollowService"]
@@ -67,9 +68,7 @@ class FollowService:
             Invalid: a frame that the video does not have, two anchors in one frame, or one outside of first to last.
         """
         with self._database.write() as session:
-            run = session.get(Run, run_id)
-            if run is None:
-                raise NotFound(f"There is no run {run_id[:40]!r}.")
+            run = require_run(session, run_id)
             require_here(session, run.place, run.name)
             frames = known_frames(session, run)
             last = frames - 1 if last is None else min(last, frames - 1)

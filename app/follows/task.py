@@ -6,20 +6,20 @@ import time
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from sqlalchemy.orm import undefer
 
 from app.jobs.context import Stopped, TaskContext
+from app.shapes import JsonObject
 from app.storage.models import Follow, FollowPiece, Run, Video
 from app.training.folders import models_of_run
 from app.videos.opened import library_file
 from app.videos.same_file import require_same
 from app.videos.table import unpack
-
-if TYPE_CHECKING:
-    from tsr_engine.follow import FollowerModels, Proposal
+from tsr_engine.follow import Anchor, FollowerModels, Proposal, follow
+from tsr_engine.following import follow_video, load_follower
 
 __all__ = ["follow_track", "warm"]
 
@@ -29,9 +29,6 @@ _TELL = 0.08
 
 def follow_track(task: TaskContext) -> None:
     """Follow from the anchors; a follow that was stopped half way starts over, for it takes seconds."""
-    from tsr_engine.follow import Anchor, Proposal
-    from tsr_engine.following import follow_video
-
     with task.database.read() as session:
         follow = _still_wanted(session.get(Follow, task.job.subject))
         run = session.get_one(Run, follow.run_id)
@@ -69,15 +66,11 @@ def follow_track(task: TaskContext) -> None:
 @lru_cache(maxsize=2)
 def _parts(models: Path | None) -> FollowerModels:
     """What following needs of the models, kept for the next one: a version's folder never changes."""
-    from tsr_engine.following import load_follower
-
     return load_follower(models)
 
 
 def warm() -> None:
     """Load what the next follow with the shipped models will need, its compiled parts by following noise once."""
-    from tsr_engine.follow import Anchor, follow
-
     noise = np.random.default_rng(0).integers(0, 256, (120, 160, 3)).astype(np.uint8)
     still = SimpleNamespace(picture=noise, corrupt=False)
     anchor = Anchor(1, np.array([40.0, 30.0, 80.0, 70.0]))
@@ -97,8 +90,8 @@ class _Pieces:
     def __init__(self, task: TaskContext) -> None:
         self._task = task
         self._number = 0
-        self._waiting: list[list[Any]] = []
-        self._endings: list[dict[str, Any]] = []
+        self._waiting: list[list[Any]] = []  # see FollowPiece.proposals
+        self._endings: list[JsonObject] = []
         self._reported = 0.0
 
     def begin(self) -> None:
@@ -116,7 +109,7 @@ class _Pieces:
         if proposal.source != "anchor" and time.monotonic() - self._reported > _TELL:
             self._store("running")
 
-    def end(self, ending: dict[str, Any]) -> None:
+    def end(self, ending: JsonObject) -> None:
         """One direction is over."""
         self._endings.append(ending)
         self._store("running")

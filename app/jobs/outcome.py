@@ -11,7 +11,7 @@ from app.jobs.context import TaskContext
 from app.jobs.queue import Fenced, JobQueue
 from app.storage.models import Job
 
-__all__ = ["clear_subject", "give_back", "report_failure", "take_back", "tell_subject"]
+__all__ = ["cancel_subject", "clear_subject", "give_back", "report_failure", "take_back", "tell_subject"]
 
 
 def tell_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: str | None) -> None:
@@ -27,6 +27,14 @@ def tell_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: 
     kind = jobs.kinds.get(job.kind)
     if kind is not None:
         kind.on_failed(session, jobs.events, job, state, error)
+
+
+def cancel_subject(session: Session, jobs: JobQueue, subject: str) -> bool:
+    """Ask the jobs of a subject to stop, and tell the pages of those that had not begun: whether there were any."""
+    waited = [job for job in jobs.cancel(session, subject) if job.state == "cancelled"]
+    for job in waited:
+        tell_subject(session, jobs, job, "cancelled", None)
+    return bool(waited)
 
 
 def clear_subject(home: Path, jobs: JobQueue, job: Job) -> None:

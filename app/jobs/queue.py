@@ -9,7 +9,6 @@ from __future__ import annotations
 import uuid
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
-from typing import Any
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
@@ -18,6 +17,7 @@ from app.events import EventBus
 from app.jobs.deaths import Cause
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import Lane
+from app.shapes import JsonObject
 from app.storage.models import Job
 from app.storage.places import is_here
 
@@ -52,7 +52,7 @@ class JobQueue:
         session: Session,
         kind: str,
         subject: str,
-        payload: dict[str, Any] | None = None,
+        payload: JsonObject | None = None,
         priority: int = 0,
         place: str | None = None,
     ) -> Job:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.shapes import Model
+from app.shapes import JsonObject, Model
 from tsr_engine.labels.model import AttributeKind, AttributeValue, Category, Shape, Teach
 
 __all__ = [
@@ -55,7 +55,7 @@ class _Facts(Model):
     colour: _Colour | None = None
     pinned: _Digit | None = None
 
-    def facts(self) -> dict[str, Any]:
+    def facts(self) -> JsonObject:
         """What was sent, without what says which label it is about."""
         return self.model_dump(exclude_unset=True, exclude={"type", "id"})
 

@@ -9,6 +9,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from app.labels.store import labels_of_run
+from app.shapes import JsonObject
 from app.storage.models import Run
 from tsr_engine.labels.classes import RunClasses, classes_of_keys, classes_of_set
 from tsr_engine.labels.model import LabelSet
@@ -21,7 +22,7 @@ def classes_in(session: Session, run: Run) -> RunClasses:
     return run_classes(run, labels_of_run(session, run))
 
 
-def labels_of_model(keys: Sequence[str] | None) -> dict[str, Any] | None:
+def labels_of_model(keys: Sequence[str] | None) -> JsonObject | None:
     """What ``Run.labels`` says of a model whose classes have these keys; None: those of ``gtsrb-43``."""
     return None if keys is None else {"keys": list(keys)}
 

@@ -35,6 +35,7 @@ from app.labels.store import (
     set_keys,
 )
 from app.labels.views import Change, LabelSetView, LabelVersion, LabelView, label_view, version_view
+from app.shapes import JsonObject
 from app.storage.database import Database
 from app.storage.models import LabelSetDefault, LabelSetVersion, Video
 from app.videos.view import publish_video
@@ -317,7 +318,7 @@ def _refuse(session: Session, labels: LabelSet, error: ChangeError) -> NoReturn:
         raise Invalid(str(error), field=error.field) from None
     by = added_by(session, labels.key, error.label.id)
     reported = "" if by is None or not by[0] else f" It was added by {by[0]}."
-    details = {
+    details: JsonObject = {
         "label": label_view(labels, error.label).model_dump(mode="json"),
         "by": None if by is None else {"author": by[0], "time": by[1].isoformat()},
     }

@@ -11,7 +11,6 @@ import uuid
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -19,9 +18,9 @@ from sqlalchemy.orm import Session
 from app.errors import Conflict, NotFound
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
+from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.outputs.folders import clear_folder, output_folder, sync_file
-from app.outputs.on_job_failed import output_job_failed
 from app.outputs.view import OutputView, output_view, publish_output
 from app.settings import Settings
 from app.storage.database import Database
@@ -59,7 +58,7 @@ class OutputService:
     # ------------------------------------------------------------------------------------------------- for routes
 
     def queue(
-        self, session: Session, kind: str, run_id: str | None, name: str, options: Mapping[str, Any], job_kind: str
+        self, session: Session, kind: str, run_id: str | None, name: str, options: Mapping[str, object], job_kind: str
     ) -> Output:
         """Ask for an output, within the caller's transaction.
 
@@ -129,9 +128,7 @@ class OutputService:
         """Stop the making of an output; nothing of it stays. One that is finished stays as it is."""
         with self._database.write() as session:
             output = _require(session, output_id)
-            waited = [job for job in self._jobs.cancel(session, output_id) if job.state == "cancelled"]
-            for job in waited:
-                output_job_failed(session, self._events, job, "cancelled", None)
+            waited = cancel_subject(session, self._jobs, output_id)
         if waited:
             clear_folder(self._home, output_id)
         return output
@@ -211,7 +208,7 @@ class OutputService:
             publish_output(session, task.events, output)
 
     def complete(
-        self, task: TaskContext, output_id: str, path: Path, summary: Mapping[str, Any], name: str | None = None
+        self, task: TaskContext, output_id: str, path: Path, summary: Mapping[str, object], name: str | None = None
     ) -> None:
         """The file is whole.
 

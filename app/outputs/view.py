@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.shapes import Model
+from app.shapes import JsonObject, Model
 from app.storage.models import Output
 
 __all__ = ["OutputView", "output_view", "publish_output"]
@@ -23,13 +21,13 @@ class OutputView(Model):
     """Of the file."""
     state: str
     error: str | None
-    options: dict[str, Any]
+    options: JsonObject
     done: int
     total: int | None
     size: int | None
     """Bytes."""
     sha256: str
-    summary: dict[str, Any]
+    summary: JsonObject
     """Of an export: title, counts, skipped, skipped_count, videos, split."""
     created: str
     finished: str | None

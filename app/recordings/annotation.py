@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
@@ -21,9 +20,7 @@ from tsr_engine.evaluation.tracking_rows import truth_table
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses, resolved_labels
 from tsr_engine.labels.model import LabelSet
-
-if TYPE_CHECKING:
-    from tsr_engine.recording import BoxRows
+from tsr_engine.recording import BoxRows
 
 __all__ = ["corrected_rows", "truth_of", "truth_rows"]
 
@@ -38,7 +35,6 @@ def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: R
     """
     if not documents:
         return None
-    from tsr_engine.recording import BoxRows
 
     with EvidenceReader(evidence) as reader:
         last = reader.last_frame
@@ -74,8 +70,6 @@ def truth_of(session: Session, video_id: str, truth_id: str | None, labels: Labe
 
 def truth_rows(packed: bytes, labels: LabelSet) -> BoxRows:
     """Ground truth as it lies in the database, with labels of a set."""
-    from tsr_engine.recording import BoxRows
-
     table = truth_table(unpack(packed))
     ids, names = resolved_labels(table.class_id, labels), _shorts(labels)
     texts = tuple(

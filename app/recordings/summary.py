@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from tsr_engine.recording import RecordingReport
+from app.shapes import JsonObject
+from tsr_engine.recording import RecordingReport
 
 __all__ = ["report_summary"]
 
 
-def report_summary(report: RecordingReport) -> dict[str, Any]:
+def report_summary(report: RecordingReport) -> JsonObject:
     """A report as plain JSON values."""
     return {
         "first": report.first,

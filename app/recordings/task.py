@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
-from app.edits.stored import documents_of
+from app.edits.log_store import documents_of
 from app.jobs.context import TaskContext
 from app.labels.mapping import classes_in
 from app.outputs.service import OutputService
 from app.recordings.annotation import corrected_rows, truth_of
 from app.recordings.summary import report_summary
 from app.runs.of_job import run_of_job
-from app.storage.models import Edit, Video
+from app.storage.models import Video
+from app.storage.of_run import newest_edit
 from app.videos.opened import ChangedError, library_file
 from app.videos.same_file import confirm
 from app.videos.table import unpack
 from tsr_engine.errors import InputError
+from tsr_engine.recording import RecordingRequest, write_recording
 
 __all__ = ["record_run"]
 
 
 def record_run(task: TaskContext) -> None:
     """Make the recording."""
-    from tsr_engine.recording import RecordingRequest, write_recording
-
     outputs = OutputService.of_task(task)
     output, folder = outputs.begin(task)
     options = output.options
@@ -32,7 +32,7 @@ def record_run(task: TaskContext) -> None:
         run = run_of_job(session, output.run_id)
         video = session.scalars(select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))).one()
         documents = documents_of(session, run.id)
-        edits = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run.id)) or 0
+        edits = newest_edit(session, run.id)
         classes = classes_in(session, run)
         truth = truth_of(session, video.id, options.get("truth"), classes.labels)
     called = f"the run{f' {run.name!r}' if run.name else ''} of {video.name}"

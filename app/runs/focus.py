@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from app.shapes import JsonObject
 from tsr_engine.params import Params
 
 __all__ = ["focus_of"]
 
 
-def focus_of(params: Params, *, named: bool) -> dict[str, Any] | None:
+def focus_of(params: Params, *, named: bool) -> JsonObject | None:
     """Where undetected signs move away from in the picture; ``summary.focus`` of a run.
 
     Args:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from app.errors import Invalid
+from app.shapes import JsonObject
 from tsr_engine.errors import UsageError
 from tsr_engine.params import Params
 from tsr_engine.params.renamed import present_names
@@ -13,7 +13,7 @@ from tsr_engine.params.renamed import present_names
 __all__ = ["asked_parameters", "params_of"]
 
 
-def asked_parameters(asked: Mapping[str, Any]) -> dict[str, Any]:
+def asked_parameters(asked: Mapping[str, object]) -> JsonObject:
     """Parameters of a request by their present names.
 
     Raises:
@@ -25,7 +25,7 @@ def asked_parameters(asked: Mapping[str, Any]) -> dict[str, Any]:
         raise Invalid(str(error), field="parameters") from None
 
 
-def params_of(preset: str, changed: Mapping[str, Any]) -> Params:
+def params_of(preset: str, changed: Mapping[str, object]) -> Params:
     """A preset with changes.
 
     Raises:

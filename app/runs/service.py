@@ -6,20 +6,20 @@ import shutil
 import uuid
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
+from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
-from app.runs.on_job_failed import run_job_failed
 from app.runs.parameters import asked_parameters, params_of
 from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
+from app.storage.of_run import require_run
 from app.storage.places import Servers, require_here
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
@@ -45,17 +45,6 @@ class RunService:
         self._events = events
         self._jobs = jobs
         self._servers = servers
-
-    def get(self, session: Session, run_id: str) -> Run:
-        """One run.
-
-        Raises:
-            NotFound: there is none of that name.
-        """
-        run = session.get(Run, run_id)
-        if run is None:
-            raise NotFound(f"There is no run {run_id[:40]!r}.")
-        return run
 
     def of_video(self, video_id: str) -> list[Run]:
         """Runs of a video, the newest first.
@@ -87,7 +76,7 @@ class RunService:
             Conflict: one of the two does not wait, or they wait for different servers.
         """
         with self._database.write() as session:
-            run = self.get(session, run_id)
+            run = require_run(session, run_id)
             if not self._jobs.move(session, run_id, before):
                 raise Conflict(
                     f"{run.name} keeps its turn: it or the other run has begun, is over, or is another server's.",
@@ -101,7 +90,7 @@ class RunService:
         video_id: str,
         *,
         preset: str = "default",
-        parameters: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, object] | None = None,
         first: int = 0,
         stop: int | None = None,
         name: str = "",
@@ -160,7 +149,7 @@ class RunService:
         if not name.strip():
             raise Invalid("A run needs a name.", field="name")
         with self._database.write() as session:
-            run = self.get(session, run_id)
+            run = require_run(session, run_id)
             run.name = name.strip()
             publish_run(session, self._events, run)
         return run
@@ -168,10 +157,8 @@ class RunService:
     def cancel(self, run_id: str) -> Run:
         """Stop a run; what it has stored stays and can be resumed."""
         with self._database.write() as session:
-            run = self.get(session, run_id)
-            for job in self._jobs.cancel(session, run_id):
-                if job.state == "cancelled":
-                    run_job_failed(session, self._events, job, "cancelled", None)
+            run = require_run(session, run_id)
+            cancel_subject(session, self._jobs, run_id)
         return run
 
     def resume(self, run_id: str) -> Run:
@@ -181,7 +168,7 @@ class RunService:
             Conflict: it is running, or complete.
         """
         with self._database.write() as session:
-            run = self.get(session, run_id)
+            run = require_run(session, run_id)
             if run.state in _ACTIVE or run.state == "complete":
                 raise Conflict(f"{run.name} is {run.state}: there is nothing to resume.", code="not_resumable")
             run.state, run.error = "queued", None
@@ -197,7 +184,7 @@ class RunService:
             Conflict: it is still going on, or a what-if of it is.
         """
         with self._database.write() as session:
-            run = self.get(session, run_id)
+            run = require_run(session, run_id)
             self._require_here(session, run)
             if run.state in _ACTIVE:
                 raise Conflict(f"{run.name} is {run.state}. Cancel it first.", code="still_running")
@@ -221,7 +208,7 @@ class RunService:
             NotFound: no such run.
         """
         with self._database.write() as session:
-            run = self.get(session, run_id)
+            run = require_run(session, run_id)
             self._require_here(session, run)
             query = select(Run).where(Run.parent_id == run.id, Run.kind == "whatif", Run.state.not_in(_ACTIVE))
             gone = list(session.scalars(query))

@@ -18,6 +18,8 @@ from app.videos.opened import library_file
 from app.videos.same_file import require_same
 from app.videos.table import unpack
 from app.videos.words import in_words
+from tsr_engine.pipeline import load_components
+from tsr_engine.runs.live import Progress, RunRequest, track_video
 from tsr_engine.version import __version__
 
 __all__ = ["track"]
@@ -28,9 +30,6 @@ _TELL = 0.3
 
 def track(task: TaskContext) -> None:
     """Run the engine, or go on where an earlier process was stopped."""
-    from tsr_engine.pipeline import load_components
-    from tsr_engine.runs.live import Progress, RunRequest, track_video
-
     with task.database.read() as session:
         found = session.get_one(Run, task.job.subject)
         video = session.get_one(Video, found.video_id, options=(undefer(Video.frame_table),))

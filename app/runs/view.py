@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.shapes import Model
+from app.shapes import JsonObject, Model
 from app.storage.models import Run, Video
 from app.videos.view import publish_video
 from tsr_engine.params.renamed import present_names, rename_warnings
@@ -27,7 +26,7 @@ class RunView(Model):
     state: str
     error: str | None
     preset: str
-    parameters: dict[str, Any]
+    parameters: JsonObject
     """What differs from the preset."""
     first: int
     stop: int | None
@@ -41,7 +40,7 @@ class RunView(Model):
     """Confirmed tracks."""
     engine_version: str
     models: dict[str, str]
-    summary: dict[str, Any]
+    summary: JsonObject
     """Of a complete run; `focus`: its camera's focus of expansion, null or {x, y: shares of the picture, named: by
     a person}; of a what-if: `identical_frames`, `missing_pixels` in `missing_frames` that the evidence lacks,
     `difference`.
@@ -87,7 +86,7 @@ def run_view(run: Run) -> RunView:
     )
 
 
-def started_run(run: Run, asked: Mapping[str, Any]) -> StartedRun:
+def started_run(run: Run, asked: Mapping[str, object]) -> StartedRun:
     """A run that has just been queued, with a warning for each renamed parameter among those ``asked``."""
     return StartedRun(**run_view(run).model_dump(), warnings=rename_warnings(asked))
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.evidence.service import EvidenceService
 from app.evidence.tables import FloatColumn, IntColumn
+from app.shapes import JsonObject
 from tsr_engine.evidence.columns import BOX, read_columns, size_of, spread_detections
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.model import Label, LabelSet
@@ -179,7 +179,7 @@ def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[i
     )
 
 
-def _signs(reported: Mapping[str, Any], labels: LabelSet) -> tuple[IntColumn, dict[int, Sign]]:
+def _signs(reported: JsonObject, labels: LabelSet) -> tuple[IntColumn, dict[int, Sign]]:
     """Each track's sign, shape (t,), and what these are."""
     signs = {label.id: Sign(label.name, _size(label), label.pictogram) for label in labels}
     strange: dict[str, int] = {}

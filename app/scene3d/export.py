@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
 from app.scene3d.colours import legend_html
 from app.scene3d.host import Host
@@ -13,11 +13,14 @@ from app.scene3d.scenes.stage import Image, Look, Stage
 from app.scene3d.view import SCENES, aim, set_up
 from app.scene3d.view_state import ViewState
 
+if TYPE_CHECKING:
+    import viser
+
 __all__ = ["scene_html"]
 
 
 def scene_html(
-    stage: Callable[[Any], Stage], picture: Callable[[int], Image | None], view_state: ViewState, title: str
+    stage: Callable[[viser.SceneApi], Stage], picture: Callable[[int], Image | None], view_state: ViewState, title: str
 ) -> str:
     """Draw one scene and pack it.
 

@@ -72,7 +72,7 @@ def _checked(secret: str) -> Iterator[None]:
 
     given = library.serve
 
-    def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:
+    def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:  # what both libraries agree on
         def check(connection: Any, request: Any) -> Any:
             sent = request.headers.get_all(HEADER)
             if len(sent) != 1 or not hmac.compare_digest(sent[0].encode(), secret.encode()):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from app.errors import NotFound
 from app.evidence.service import EvidenceService
@@ -26,7 +25,7 @@ class SceneService:
         self._evidence = evidence
         self._outputs = outputs
 
-    def start(self, run_id: str, options: Mapping[str, Any], name: str = "") -> OutputView:
+    def start(self, run_id: str, options: Mapping[str, object], name: str = "") -> OutputView:
         """Queue a scene.
 
         Args:

@@ -12,6 +12,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from tsr_engine.errors import StorageError
 
 __all__ = ["BAR", "HUSH", "PLAIN", "ViserPage", "policy", "viser_page"]
@@ -135,8 +137,6 @@ def _scripts(page: str) -> tuple[bytes, ...]:
 
 def _base88(text: str) -> bytes:
     """Five characters are four bytes; a rest of k characters is k - 1 bytes."""
-    import numpy as np
-
     values = np.full(128, 0, np.uint64)
     values[[ord(c) for c in _ALPHABET]] = np.arange(88, dtype=np.uint64)
     digits = values[np.frombuffer(text.encode("ascii"), np.uint8)]

@@ -13,6 +13,7 @@ from app.storage.database import Database
 from app.storage.models import ModelVersion, Run
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.errors import TsrError
+from tsr_engine.io.models import SHIPPED, load_component, read_manifest
 
 __all__ = ["Prior", "find_prior"]
 
@@ -48,8 +49,6 @@ def find_prior(settings: Settings, database: Database, run_id: str) -> Prior | N
 
 def _load(folder: Path | None) -> tuple[SpatialPrior, str] | None:
     """A folder's prior and its hash; None: it has none that can be read."""
-    from tsr_engine.io.models import SHIPPED, load_component, read_manifest
-
     try:
         if "prior" not in read_manifest(SHIPPED if folder is None else folder)["components"]:
             return None

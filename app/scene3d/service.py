@@ -6,12 +6,12 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 
-from app.edits.service import EditService
+from app.edits.log_store import documents_of
 from app.errors import ApiError, Busy
 from app.events import EventBus
 from app.evidence.service import EvidenceService
@@ -21,11 +21,15 @@ from app.scene3d.prior import Prior
 from app.scene3d.scenes.stage import Image, Stage
 from app.scene3d.view import LONG, MANY, View
 from app.scene3d.view_state import Mode, ViewState
+from app.shapes import JsonObject
 from app.storage.database import Database
 from app.storage.models import Run
 from app.videos.frames import FrameService
 from tsr_engine.errors import TsrError
 from tsr_engine.records import Picture
+
+if TYPE_CHECKING:
+    import viser
 
 __all__ = ["Scene3dService", "first_view_state", "marked_tracks", "pictures_of", "stage_of"]
 
@@ -41,7 +45,7 @@ class Scene3dService:
     """Views by run and by the name that a page gives its view; thread-safe.
 
     Args:
-        database, events, evidence, frames, edits: of the server.
+        database, events, evidence, frames: of the server.
         prior: the spatial prior of a run; None: there is none.
     """
 
@@ -51,17 +55,16 @@ class Scene3dService:
         events: EventBus,
         evidence: EvidenceService,
         frames: FrameService,
-        edits: EditService,
         prior: Callable[[str], Prior | None],
     ) -> None:
         self._database, self._events = database, events
-        self._evidence, self._frames, self._edits, self._prior = evidence, frames, edits, prior
+        self._evidence, self._frames, self._prior = evidence, frames, prior
         self._pictograms = Pictograms(database)
         self.idle = IDLE
         self._lock = threading.Lock()
         self._views: dict[tuple[str, str], View] = {}
         self._opening: dict[tuple[str, str], threading.Lock] = {}
-        self._view_states: OrderedDict[tuple[str, str], dict[str, Any]] = OrderedDict()
+        self._view_states: OrderedDict[tuple[str, str], JsonObject] = OrderedDict()
         self._ended = threading.Event()
         self._reaper: threading.Thread | None = None
 
@@ -142,7 +145,7 @@ class Scene3dService:
     # ------------------------------------------------------------------------------------------------------ inside
 
     def _open(self, run_id: str, name: str) -> View:
-        data = load_scene3d(self._evidence, run_id, marked_tracks(self._edits, run_id))
+        data = load_scene3d(self._evidence, run_id, marked_tracks(self._database, run_id))
         with self._database.read() as session:
             run = session.get(Run, run_id)
             title = (run.name if run is not None else "") or "Run"
@@ -151,7 +154,7 @@ class Scene3dService:
             view.ask(track=data.key(track), frame=frame)
             self._tell(run_id, {"view": name, "track": data.key(track), "frame": frame})
 
-        def stage(scene: Any) -> Stage:
+        def stage(scene: viser.SceneApi) -> Stage:
             made = stage_of(scene, data, self._evidence, self._prior, self._pictograms)
             made.on_pick = picked
             return made
@@ -181,7 +184,7 @@ class Scene3dService:
             view.ask(**view_states)
         return True
 
-    def _tell(self, run_id: str, facts: dict[str, Any]) -> None:
+    def _tell(self, run_id: str, facts: JsonObject) -> None:
         with self._database.write() as session:
             self._events.publish(session, "space", run_id, {"run": run_id, **facts})
 
@@ -207,9 +210,10 @@ class Scene3dService:
             view.stop()
 
 
-def marked_tracks(edits: EditService, run_id: str) -> frozenset[int]:
+def marked_tracks(database: Database, run_id: str) -> frozenset[int]:
     """The engine's tracks that a person has marked as needing work."""
-    documents = edits.documents(run_id)
+    with database.read() as session:
+        documents = documents_of(session, run_id)
     return frozenset(
         int(key[1:])
         for key, doc in documents.items()
@@ -225,7 +229,7 @@ def first_view_state(data: Scene3dData, mode: Mode = "volume") -> ViewState:
 
 
 def stage_of(
-    scene: Any,
+    scene: viser.SceneApi,
     data: Scene3dData,
     evidence: EvidenceService,
     prior: Callable[[str], Prior | None],

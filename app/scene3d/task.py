@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from app.edits.service import EditService
 from app.errors import ApiError
 from app.evidence.service import EvidenceService
 from app.jobs.context import TaskContext
@@ -10,6 +9,7 @@ from app.labels.pictures import Pictograms
 from app.outputs.service import OutputService
 from app.runs.of_job import run_of_job
 from app.scene3d.data import load_scene3d
+from app.scene3d.export import scene_html
 from app.scene3d.prior import Prior, find_prior
 from app.scene3d.service import first_view_state, marked_tracks, pictures_of, stage_of
 from app.scene3d.view_state import ViewState
@@ -25,8 +25,6 @@ def make_scene(task: TaskContext) -> None:
     Raises:
         InputError: the run is gone or has stored nothing.
     """
-    from app.scene3d.export import scene_html
-
     outputs = OutputService.of_task(task)
     output, folder = outputs.begin(task)
     evidence = EvidenceService(task.settings, task.database)
@@ -35,9 +33,8 @@ def make_scene(task: TaskContext) -> None:
         with task.database.read() as session:
             run = run_of_job(session, output.run_id)
         run_id, name = run.id, run.name or "Run"
-        edits = EditService(task.database, task.events, evidence, task.settings)
         try:
-            data = load_scene3d(evidence, run_id, marked_tracks(edits, run_id))
+            data = load_scene3d(evidence, run_id, marked_tracks(task.database, run_id))
         except ApiError as error:
             raise InputError(error.message) from None
         outputs.progress(task, output.id, 1, 3)

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.scene3d.colours import COLOURS, legend_html
 from app.scene3d.data import Scene3dData
@@ -19,6 +19,9 @@ from app.scene3d.scenes.prior import PriorScene
 from app.scene3d.scenes.stage import Image, Look, Scene, Stage
 from app.scene3d.scenes.volume import VolumeScene
 from app.scene3d.view_state import MODES, Mode, ViewState
+
+if TYPE_CHECKING:
+    import viser
 
 __all__ = ["SCENES", "View", "set_up"]
 
@@ -50,7 +53,7 @@ class View:
     def __init__(
         self,
         data: Scene3dData,
-        stage: Callable[[Any], Stage],
+        stage: Callable[[viser.SceneApi], Stage],
         picture: Callable[[int], Image | None],
         view_state: ViewState,
         on_mode: Callable[[Mode], None],
@@ -77,7 +80,7 @@ class View:
         self._thread.start()
 
     def ask(self, **changes: Any) -> None:
-        """Request for something else; what has not been drawn yet is skipped. Returns at once."""
+        """Request for other fields of the state; what has not been drawn yet is skipped. Returns at once."""
         with self._woken:
             self.view_state = replace(self.view_state, **changes)
             self._settled.clear()
@@ -147,7 +150,7 @@ class View:
         self._late = not known
 
 
-def set_up(server: Any) -> None:
+def set_up(server: viser.ViserServer) -> None:
     """What all scenes have in common."""
     server.scene.set_up_direction("+z")
     server.scene.world_axes.visible = False
@@ -159,7 +162,7 @@ def set_up(server: Any) -> None:
     server.initial_camera.fov = FIELD
 
 
-def aim(server: Any, look: Look) -> None:
+def aim(server: viser.ViserServer, look: Look) -> None:
     """Stand every viewer, present and future, where the scene is seen best."""
     server.initial_camera.position, server.initial_camera.look_at = look.position, look.look_at
     for client in server.get_clients().values():
@@ -170,7 +173,7 @@ def aim(server: Any, look: Look) -> None:
 class _Gui:
     """viser's panel: what can be set, and the legend."""
 
-    def __init__(self, server: Any, view: View) -> None:
+    def __init__(self, server: viser.ViserServer, view: View) -> None:
         self._view = view
         self._quiet = False
         gui = server.gui
@@ -203,7 +206,7 @@ class _Gui:
         self._listen(self.angle, lambda value: view.ask(view=float(value)))
         self._listen(self.size, lambda value: view.ask(size=float(value)))
 
-    def _listen(self, handle: Any, act: Callable[[Any], None]) -> None:
+    def _listen(self, handle: Any, act: Callable[[Any], None]) -> None:  # each kind of handle has values of its own
         @handle.on_update  # type: ignore[untyped-decorator]
         def _(_: Any) -> None:
             if not self._quiet:
@@ -214,7 +217,7 @@ class _Gui:
         self._quiet = True
         try:
             if self.mode.value != MODES[view_state.mode]:
-                self.mode.value = MODES[view_state.mode]
+                self.mode.value = MODES[view_state.mode]  # type: ignore[misc]  # handles take it by __setattr__
         finally:
             self._quiet = False
         for handle, mode in (

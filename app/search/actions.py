@@ -10,6 +10,7 @@ from uuid import uuid4
 from pydantic import Field
 from sqlalchemy import select
 
+from app.edits.bulk import BulkEdits
 from app.edits.commands import RelabelTrack, SetIgnore, SetNotASign, SetReview, Undo
 from app.edits.documents import Key, Review
 from app.edits.service import EditService
@@ -91,9 +92,10 @@ class TracksDone(Model):
 class SearchActions:
     """Changes what was found."""
 
-    def __init__(self, database: Database, edits: EditService, index: SearchIndex) -> None:
+    def __init__(self, database: Database, edits: EditService, bulk: BulkEdits, index: SearchIndex) -> None:
         self._database = database
         self._edits = edits
+        self._bulk = bulk
         self._index = index
 
     def apply(self, action: TrackAction, tracks: Sequence[WantedTrack], author: str, action_id: str) -> TracksDone:
@@ -122,7 +124,7 @@ class SearchActions:
                 stayed += [(run, key, make) for key in expected]
                 continue
             try:
-                done = self._edits.apply_to_tracks(run, op_id, author, OPERATION, make or _gone, expected)
+                done = self._bulk.apply_to_tracks(run, op_id, author, OPERATION, make or _gone, expected)
             except ApiError as error:  # another drive's file, server or run says nothing about the others
                 stayed += [(run, key, error.message.rstrip(".")) for key in expected]
                 continue

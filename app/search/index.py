@@ -17,7 +17,7 @@ from sqlalchemy import delete, func, insert, select, update
 from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from app.edits.stored import documents_of
+from app.edits.log_store import documents_of
 from app.errors import ApiError, NotFound
 from app.evidence.service import EvidenceService
 from app.exchange.tracks import run_tracks

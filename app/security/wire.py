@@ -13,7 +13,7 @@ import asyncio
 import json
 import re
 import resource
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import h11
 from h11._receivebuffer import ReceiveBuffer
@@ -22,6 +22,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
 from app.errors import error_body
+from app.shapes import JsonObject
 
 __all__ = ["BODY_SILENCE", "HEAD_DEADLINE", "Door"]
 
@@ -60,7 +61,7 @@ class Door:
         self,
         config: Config,
         server_state: ServerState,
-        app_state: dict[str, Any],
+        app_state: JsonObject,
         _loop: asyncio.AbstractEventLoop | None = None,
     ) -> asyncio.Protocol:
         """One connection."""
@@ -85,7 +86,7 @@ class _StrictHttp(H11Protocol):
         door: Door,
         config: Config,
         server_state: ServerState,
-        app_state: dict[str, Any],
+        app_state: JsonObject,
         loop: asyncio.AbstractEventLoop | None,
     ) -> None:
         super().__init__(config, server_state, app_state, loop)

@@ -7,15 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.settings import Settings
+from app.shapes import JsonObject
 from app.storage.models import ModelVersion, Run
 from app.storage.places import here_of, is_here
 from tsr_engine.errors import EvidenceError, ModelError
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.models import SHIPPED, read_manifest
 
 __all__ = ["SHIPPED_ID", "USED", "active_version", "begin_with", "folder_with", "hashes_of", "models_of_run"]
@@ -43,7 +46,7 @@ def hashes_of(folder: Path | None) -> dict[str, str]:
     Raises:
         ModelError: no manifest, or an unreadable one.
     """
-    components: Mapping[str, Any] = read_manifest(SHIPPED if folder is None else folder)["components"]
+    components: JsonObject = read_manifest(SHIPPED if folder is None else folder)["components"]
     return {name: str(components[name]["sha256"]) for name in USED if name in components}
 
 
@@ -108,9 +111,6 @@ def _has(models: Mapping[str, str], wanted: Mapping[str, str]) -> bool:
 
 def _recorded(folder: Path) -> dict[str, str]:
     """Hashes that a run's evidence names; empty: it has none yet."""
-    from tsr_engine.evidence import EvidenceReader
-    from tsr_engine.evidence.schema import RUN_FILE
-
     if not (folder / RUN_FILE).is_file():
         return {}
     try:

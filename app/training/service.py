@@ -5,60 +5,30 @@ from __future__ import annotations
 import shutil
 import uuid
 from datetime import UTC, datetime
-from typing import Annotated, Any, Final, Literal
+from typing import Final
 
-from pydantic import Field
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
+from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.settings import Settings
-from app.shapes import PLAIN, Model
 from app.storage.database import Database
-from app.storage.models import ModelVersion, Output, Run, Video
+from app.storage.models import ModelVersion, Run
 from app.storage.places import require_here
 from app.training.folders import SHIPPED_ID, USED, active_version, hashes_of
-from app.training.on_job_failed import version_job_failed
+from app.training.request import ACTIVE, NewModel, lineage_of, public_folders
 from app.training.sources import TrainingSources, training_sources
 from app.training.view import ModelView, label_facts, library_labels, model_view, publish_model
-from app.videos.paths import allowed_path
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import MANIFEST, SHIPPED, load_component, read_manifest
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["NewModel", "TrainingService"]
+__all__ = ["TrainingService"]
 
 JOB: Final = "retrain"
-_ACTIVE: Final = ("queued", "running")
-
-OutputName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
-RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
-
-
-class Folders(Model):
-    """Public data on this machine, inside the allowed folders."""
-
-    gtsdb: str | None = Field(None, max_length=4096, pattern=PLAIN)
-    gtsrb: str | None = Field(None, max_length=4096, pattern=PLAIN)
-
-
-class NewModel(Model):
-    """What a version is to be made from."""
-
-    name: str = Field("", max_length=120, pattern=PLAIN)
-    parts: list[Literal["detector", "prior", "lambda", "classifier", "online"]] = Field(
-        ["detector", "prior", "lambda", "classifier", "online"], min_length=1, max_length=5
-    )
-    reviews: list[RunName] = Field([], max_length=1000)
-    """Runs of different videos: their corrections as they are when the making begins."""
-    exports: list[OutputName] = Field([], max_length=100)
-    """Ids of outputs."""
-    folders: Folders = Field(default_factory=Folders)
-    seed: int = Field(0, ge=0, le=2**31 - 1)
-    parent: str | None = Field(None, pattern="^([0-9a-f]{32}|shipped)$")
-    """Version to start from; null: the active one."""
 
 
 class TrainingService:
@@ -105,32 +75,16 @@ class TrainingService:
             NotFound: no such run or export.
             Conflict: a run, an export or the parent is not complete.
         """
-        folders = {name: self._folder(path, name) for name, path in wanted.folders.model_dump().items() if path}
-        if not wanted.reviews and not wanted.exports and not folders:
-            raise Invalid(
-                "Name at least one reviewed run, one export of corrections, or folders of public data.", field="reviews"
-            )
+        folders = public_folders(wanted, self._settings.roots)
         with self._database.write() as session:
             parent = self._parent(session, wanted.parent)
-            exports = [_export(session, name) for name in dict.fromkeys(wanted.exports)]
-            reviews = _reviews(session, list(dict.fromkeys(wanted.reviews)))
+            asked = lineage_of(session, wanted, folders)
             version = ModelVersion(
                 id=uuid.uuid4().hex,
                 name=wanted.name or self._next_name(session),
                 state="queued",
                 parent_id=None if parent is None else parent.id,
-                lineage={
-                    "asked": {
-                        "parts": list(dict.fromkeys(wanted.parts)),
-                        "reviews": reviews,
-                        "exports": [
-                            {"artefact": e.id, "name": e.name, "sha256": e.sha256, "options": e.options}
-                            for e in exports
-                        ],
-                        "folders": folders,
-                        "seed": wanted.seed,
-                    }
-                },
+                lineage={"asked": asked},
                 figures={},
                 models={},
                 stage="",
@@ -196,9 +150,7 @@ class TrainingService:
         """Stop the making of a version; its entry stays, so that it can be resumed."""
         with self._database.write() as session:
             version = _require(session, version_id)
-            for job in self._jobs.cancel(session, version_id):
-                if job.state == "cancelled":
-                    version_job_failed(session, self._events, job, "cancelled", None)
+            cancel_subject(session, self._jobs, version_id)
             return model_view(version, False, library_labels(session))
 
     def resume(self, version_id: str) -> ModelView:
@@ -210,7 +162,7 @@ class TrainingService:
         """
         with self._database.write() as session:
             version = _require(session, version_id)
-            if version.state in (*_ACTIVE, "complete"):
+            if version.state in (*ACTIVE, "complete"):
                 raise Conflict(f"{version.name} is {version.state}: there is nothing to resume.", code="not_resumable")
             version.state, version.error, version.stage, version.done = "queued", None, "", 0
             self._jobs.submit(session, JOB, version.id, place=version.place)
@@ -227,7 +179,7 @@ class TrainingService:
         with self._database.write() as session:
             version = _require(session, version_id)
             require_here(session, version.place, version.name)
-            if version.state in _ACTIVE:
+            if version.state in ACTIVE:
                 raise Conflict(f"{version.name} is {version.state}. Cancel it first.", code="still_running")
             if version.promoted:
                 raise Conflict(f"{version.name} is promoted. Promote another version, or roll back.", code="in_use")
@@ -244,12 +196,6 @@ class TrainingService:
     def _tell(self, session: Session, version: ModelVersion | None) -> None:
         if version is not None:
             publish_model(session, self._events, version)
-
-    def _folder(self, path: str, name: str) -> str:
-        folder = allowed_path(path, self._settings.roots)
-        if not folder.is_dir():
-            raise Invalid(f"There is no folder at {path}. Unpack the data there.", field=f"folders.{name}")
-        return str(folder)
 
     def _parent(self, session: Session, name: str | None) -> ModelVersion | None:
         if name == SHIPPED_ID:
@@ -309,37 +255,10 @@ def _require(session: Session, version_id: str) -> ModelVersion:
     return version
 
 
-def _reviews(session: Session, runs: list[str]) -> list[dict[str, Any]]:
-    """What the lineage says of the reviews that are asked for."""
-    found: list[dict[str, Any]] = []
-    for run_id in runs:
-        run = session.get(Run, run_id)
-        if run is None:
-            raise NotFound(f"There is no run {run_id!r}.", field="reviews")
-        require_here(session, run.place, run.name)
-        name = session.get_one(Video, run.video_id).name
-        if run.state in _ACTIVE:
-            raise Conflict(f"The run of {name} is still {run.state}. Wait until it is complete.", code="still_running")
-        if any(one["video"] == run.video_id for one in found):
-            raise Invalid(f"Two of the runs are of {name}. Choose one run a video.", field="reviews")
-        found.append({"run": run_id, "video": run.video_id, "name": name})
-    return found
-
-
-def _export(session: Session, name: str) -> Output:
-    output = session.get(Output, name)
-    if output is None or output.kind != "export":
-        raise NotFound(f"There is no export {name!r}.", field="exports")
-    if output.state != "complete":
-        raise Conflict(f"The export {output.name} is {output.state}. Wait until it is complete.", code="not_complete")
-    require_here(session, output.place, output.name)
-    return output
-
-
 def _user(session: Session, version: ModelVersion) -> str | None:
     """Who needs a version: a version that starts from it, or a run that was made with it."""
     child = session.scalars(
-        select(ModelVersion).where(ModelVersion.parent_id == version.id, ModelVersion.state.in_(_ACTIVE)).limit(1)
+        select(ModelVersion).where(ModelVersion.parent_id == version.id, ModelVersion.state.in_(ACTIVE)).limit(1)
     ).first()
     if child is not None:
         return child.name

@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from app.jobs.context import Stopped, TaskContext
+from app.shapes import JsonObject
 from app.storage.models import ModelVersion, Output, Video
 from app.training.sources import export_age
 from app.training.view import publish_model
@@ -23,9 +23,9 @@ from app.videos.same_file import confirm
 from app.videos.words import in_words
 from tsr_engine.errors import InputError, ModelError
 from tsr_engine.io.unfinished import fsync_path
-
-if TYPE_CHECKING:
-    from tsr_engine.training.exports import OpenedExport
+from tsr_engine.training.exports import OpenedExport, open_export
+from tsr_engine.training.retrain import PARTS, Recipe, retrain
+from tsr_engine.training.whole import train_parts
 
 __all__ = ["retrain_models"]
 
@@ -69,15 +69,12 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
         task: the job.
         export_reviews: writes the present reviews of runs into a file; see :func:`app.exchange.reviews.export_reviews`.
     """
-    from tsr_engine.training.retrain import PARTS, Recipe, retrain
-    from tsr_engine.training.whole import train_parts
-
     home = task.settings.home
     with task.write() as session:
         version = session.get(ModelVersion, task.job.subject)
         if version is None:
             raise Stopped
-        asked: dict[str, Any] = dict(version.lineage["asked"])
+        asked: JsonObject = dict(version.lineage["asked"])
         parent = _parent(task, session.get(ModelVersion, version.parent_id) if version.parent_id else None, version)
         version.state, version.error = "running", None
         publish_model(session, task.events, version)
@@ -119,16 +116,14 @@ def _parent(task: TaskContext, parent: ModelVersion | None, version: ModelVersio
     return task.settings.home / parent.folder
 
 
-def _reviewed(
-    task: TaskContext, reviews: list[dict[str, Any]], work: Path, export_reviews: ExportReviews
-) -> OpenedExport:
+def _reviewed(task: TaskContext, reviews: list[JsonObject], work: Path, export_reviews: ExportReviews) -> OpenedExport:
     """The present reviews of some runs, by way of an export that nobody else sees."""
     export_reviews(task, [one["run"] for one in reviews], work / REVIEWS)
     opened = _with_videos(task, work / REVIEWS, "The review", work)
     return replace(opened, about={**opened.about, "name": "Present review"})
 
 
-def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExport:
+def _opened(task: TaskContext, entry: JsonObject, work: Path) -> OpenedExport:
     """An export of the data folder, and what has changed since it was made."""
     with task.database.read() as session:
         output = session.get(Output, entry["artefact"])
@@ -143,8 +138,6 @@ def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExpor
 
 def _with_videos(task: TaskContext, path: Path, name: str, work: Path) -> OpenedExport:
     """An export with the videos that the library knows."""
-    from tsr_engine.training.exports import open_export
-
     notes: list[str] = []
 
     def find(sha256: str, _name: str) -> CheckedFile | None:

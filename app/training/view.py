@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
 from app.labels.store import default_key, newest
-from app.shapes import Model
+from app.shapes import JsonObject, Model
 from app.storage.models import ModelVersion
 from app.training.folders import active_version
 from tsr_engine.labels.classes import classes_of_keys
@@ -26,8 +24,8 @@ class ModelView(Model):
     state: str
     error: str | None
     parent_id: str | None
-    lineage: dict[str, Any]
-    figures: dict[str, Any]
+    lineage: JsonObject
+    figures: JsonObject
     models: dict[str, str]
     """Part -> SHA-256."""
     stage: str
@@ -47,7 +45,7 @@ def library_labels(session: Session) -> LabelSet:
     return newest(session, default_key(session))
 
 
-def label_facts(keys: list[str] | None, labels: LabelSet) -> dict[str, Any]:
+def label_facts(keys: list[str] | None, labels: LabelSet) -> JsonObject:
     """Fields of a view about the labels of a model.
 
     Args:

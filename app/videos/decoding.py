@@ -7,7 +7,7 @@ millisecond, and while it is decoded the server is free to answer others.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 import cv2
 import numpy as np
@@ -17,6 +17,7 @@ from app.cages.failures import raised, report
 from app.cages.limits import Limits
 from app.cages.talk import Ended, Talk
 from app.errors import Busy, Invalid
+from app.shapes import JsonObject
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, named
@@ -157,7 +158,7 @@ class CagedDecoder:
         """End the cage."""
         self._cages.end(self._cage)
 
-    def _asked(self, question: dict[str, Any]) -> tuple[dict[str, Any], bytearray]:
+    def _asked(self, question: JsonObject) -> tuple[JsonObject, bytearray]:
         try:
             self._cage.talk.say(question)
         except Ended:
@@ -166,7 +167,7 @@ class CagedDecoder:
         self.position = int(said.get("position", 0))
         return said, content
 
-    def _received(self) -> tuple[dict[str, Any], bytearray]:
+    def _received(self) -> tuple[JsonObject, bytearray]:
         try:
             said, content = self._cage.talk.receive()
         except Ended:

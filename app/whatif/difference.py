@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from tsr_engine.labels.classes import RunClasses
-    from tsr_engine.pipeline import TrackSummary
-    from tsr_engine.runs.replay import ReplayReport
+from app.shapes import JsonObject
+from tsr_engine.labels.classes import RunClasses
+from tsr_engine.pipeline import TrackSummary
+from tsr_engine.runs.replay import ReplayReport
 
 __all__ = ["MOST", "difference"]
 
@@ -15,7 +13,7 @@ MOST = 500
 """Entries a list; ``counts`` holds the full numbers."""
 
 
-def difference(report: ReplayReport, classes: RunClasses) -> dict[str, Any]:
+def difference(report: ReplayReport, classes: RunClasses) -> JsonObject:
     """``{counts, gained, lost, switched, relabelled}`` of a finished replay.
 
     * gained: ``{track, frame, last, class_id, word}`` of the what-if's own tracks that lie on none of the run's;
@@ -60,7 +58,7 @@ def difference(report: ReplayReport, classes: RunClasses) -> dict[str, Any]:
     }
 
 
-def _entry(track: TrackSummary, classes: RunClasses) -> dict[str, Any]:
+def _entry(track: TrackSummary, classes: RunClasses) -> JsonObject:
     return {
         "track": track.track_id,
         "frame": track.first_frame,

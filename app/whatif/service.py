@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Mapping
-from typing import Any
 
 from sqlalchemy.orm import Session
 
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import Conflict, Invalid
 from app.events import EventBus
 from app.jobs.queue import JobQueue
 from app.runs.parameters import asked_parameters, params_of
 from app.runs.view import publish_run
 from app.storage.database import Database
 from app.storage.models import Run
+from app.storage.of_run import require_run
 from app.storage.places import require_here
 from tsr_engine.params import Params
 from tsr_engine.params.replayable import is_replayable
@@ -34,7 +34,7 @@ class WhatIfService:
         self._events = events
         self._jobs = jobs
 
-    def start(self, run_id: str, parameters: Mapping[str, Any], name: str = "") -> Run:
+    def start(self, run_id: str, parameters: Mapping[str, object], name: str = "") -> Run:
         """Queue a replay of a run with some parameters changed.
 
         A what-if of a what-if takes over its parameters and replays the run that it came from: only that one has
@@ -47,9 +47,7 @@ class WhatIfService:
         """
         parameters = asked_parameters(parameters)
         with self._database.write() as session:
-            asked = session.get(Run, run_id)
-            if asked is None:
-                raise NotFound(f"There is no run {run_id[:40]!r}.")
+            asked = require_run(session, run_id)
             origin = _origin(session, asked)
             require_here(session, origin.place, origin.name)
             _settled(origin)
@@ -96,7 +94,7 @@ def _settled(run: Run) -> None:
         raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
 
 
-def _changes(before: Params, params: Params, asked: Mapping[str, Any]) -> None:
+def _changes(before: Params, params: Params, asked: Mapping[str, object]) -> None:
     """Refuse what a replay cannot do, naming the parameter as it was asked for."""
     spelled = {name.rpartition(".")[2]: name for name in asked}
     changed = changed_names(before, params)

@@ -8,7 +8,6 @@ from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from app.jobs.context import Stopped, TaskContext
 from app.labels.mapping import classes_in, labels_of_model
@@ -19,13 +18,11 @@ from app.runs.view import publish_run
 from app.storage.models import Run
 from app.training.folders import models_of_run
 from app.whatif.difference import difference
+from tsr_engine.evidence import EvidenceReader, EvidenceWriter
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, load_components
+from tsr_engine.runs.replay import ReplayReport, check_models, replay, run_params
 from tsr_engine.version import __version__
-
-if TYPE_CHECKING:
-    from tsr_engine.evidence import EvidenceReader
-    from tsr_engine.params import Params
-    from tsr_engine.pipeline import Components
-    from tsr_engine.runs.replay import ReplayReport
 
 __all__ = ["replay_into", "run_whatif"]
 
@@ -35,10 +32,6 @@ _TELL = 0.3
 
 def run_whatif(task: TaskContext) -> None:
     """Replay; a what-if that was stopped half way starts over, for it takes seconds."""
-    from tsr_engine.evidence import EvidenceReader
-    from tsr_engine.pipeline import load_components
-    from tsr_engine.runs.replay import ReplayReport, check_models, run_params
-
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
         parent = run_of_job(session, run.parent_id)
@@ -97,9 +90,6 @@ def replay_into(
         components: trained parts.
         report: filled on the way.
     """
-    from tsr_engine.evidence import EvidenceWriter
-    from tsr_engine.runs.replay import replay
-
     header = replace(
         reader.header,
         parameters=params.model_dump(mode="json"),

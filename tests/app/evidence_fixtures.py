@@ -30,6 +30,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]
     """A data folder with one tracked toy drive."""
     made = toy_home.make_home(tmp_path_factory.mktemp("evidence"))
     yield made
+    made.pixels.close()
     made.evidence.close()
     made.database.close()
 

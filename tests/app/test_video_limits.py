@@ -99,13 +99,13 @@ def test_a_verdict_that_is_judged_again(
 ) -> None:
     """The process that does it is informed the limit with each question."""
     asked: list[Question] = []
-    monkeypatch.setattr(strict.context.evidence._explainer, "ask", asked.append)
+    monkeypatch.setattr(strict.context.pixels._explainer, "ask", asked.append)
     with home.reader() as reader:
         track = next(t for t in reader.tracks() if t.confirmed)
     strict.client.get(f"/api/runs/{home.run_id}/tracks/{track.track_id}/explain/{track.first_frame + 5}")
     (question,) = asked
     assert question.max_pixels == PIXELS - 1
-    monkeypatch.setattr("app.evidence.crops.pixels_in_frame", lambda *_: None)
+    monkeypatch.setattr("app.evidence.explainer.pixels_in_frame", lambda *_: None)
     with pytest.raises(VideoError, match=REFUSED):
         _explain(question)
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import uuid
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from app.events import EventBus
+from app.evidence.pixels import RunPixels
 from app.evidence.service import EvidenceService
 from app.jobs.queue import JobQueue
 from app.kinds import KINDS
@@ -34,6 +36,11 @@ class ToyHome:
     video_id: str
     run_id: str
     video: Path
+
+    @cached_property
+    def pixels(self) -> RunPixels:
+        """What lies under its boxes."""
+        return RunPixels(self.settings, self.database, self.evidence)
 
     @property
     def folder(self) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from app.scene3d.label_spread import label_text, lifts
 from app.scene3d.scenes.stage import ENGINES, Image, Look, Stage, drop
 from app.scene3d.view_state import ViewState
 from tsr_engine.records import FloatArray
+
+if TYPE_CHECKING:
+    import viser
 
 __all__ = ["DriveScene"]
 
@@ -44,8 +47,8 @@ class DriveScene:
         data = stage.data
         self._paint: Paint = paint("class", data.track, data.class_id, data.source, data.verdict, data.sign_names)
         self._camera = Camera(data.width, data.height, focal_length(data.width, 60.0))
-        self._frustum: Any = None
-        self._moving: list[Any] = []
+        self._frustum: viser.CameraFrustumHandle | None = None
+        self._moving: list[viser.SceneNodeHandle] = []
         self._draw_road()
 
     def clear(self) -> None:

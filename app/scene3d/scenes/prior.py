@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from app.scene3d.geometry import FLAT, drape, surface
 from app.scene3d.scenes.stage import Image, Look, Stage, drop
 from app.scene3d.view_state import ViewState
 from tsr_engine.detection.prior import SpatialPrior, parzen
+from tsr_engine.records import FloatArray
+
+if TYPE_CHECKING:
+    import viser
 
 __all__ = ["PriorScene"]
 
@@ -30,7 +34,7 @@ class PriorScene:
         self._stage = stage
         self._root = stage.scene.add_frame("/prior", show_axes=False)
         self._width = DEPTH * stage.data.width / stage.data.height
-        self._floor: Any = None
+        self._floor: viser.ImageHandle | None = None
         self._notes: tuple[str, ...] = ()
         self._legend: tuple[Entry, ...] = ()
 
@@ -116,7 +120,7 @@ class PriorScene:
         self._legend, self._notes = tuple(legend), tuple(notes)
         self._draw_axes()
 
-    def _on_surface(self, prior: SpatialPrior | None, centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    def _on_surface(self, prior: SpatialPrior | None, centres: FloatArray) -> FloatArray:
         heights = np.zeros(len(centres))
         if prior is not None:
             heights = prior.at(np.concatenate([centres, centres], axis=1), 1, 1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +72,7 @@ class Scene(Protocol):
         """Take everything off the stage."""
 
 
-def drop(*handles: Any) -> None:
+def drop(*handles: viser.SceneNodeHandle | None) -> None:
     """Remove what is there."""
     for handle in handles:
         if handle is not None:

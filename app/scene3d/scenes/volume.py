@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.scene3d.colours import COLOURS, INK, Paint, linear, paint
 from app.scene3d.geometry import UPRIGHT, Volume, bead_places, corner_rows, nice_step, pick_rows, strands
 from app.scene3d.label_spread import label_text
 from app.scene3d.scenes.stage import ENGINES, Image, Look, Stage, clock, drop
 from app.scene3d.view_state import ViewState
+
+if TYPE_CHECKING:
+    import viser
 
 __all__ = ["VolumeScene"]
 
@@ -42,14 +46,14 @@ class VolumeScene:
         self._volume = Volume(stage.data.width, stage.data.height, 0.0, 1.0)
         self._around = (0, -1)
         self._paint: Paint | None = None
-        self._fixed: list[Any] = []
-        self._plane: Any = None
-        self._outline: Any = None
+        self._fixed: list[viser.SceneNodeHandle] = []
+        self._plane: viser.ImageHandle | None = None
+        self._outline: viser.LineSegmentsHandle | None = None
         self._now = 0.0
-        self._label: Any = None
-        self._beads: Any = None
+        self._label: viser.LabelHandle | None = None
+        self._beads: viser.BatchedMeshHandle | None = None
         self._turn = 0
-        self._chosen: list[Any] = []
+        self._chosen: list[viser.SceneNodeHandle] = []
         self._left_out = 0
 
     def clear(self) -> None:
@@ -107,7 +111,7 @@ class VolumeScene:
         begin = min(max(begin, first), last - length)
         return begin, begin + length
 
-    def _within(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def _within(self) -> NDArray[np.bool_]:
         frame = self._stage.data.frame
         return np.asarray((frame >= self._around[0]) & (frame <= self._around[1]))
 
@@ -137,7 +141,7 @@ class VolumeScene:
         self._draw_box()
         self._draw_ticks()
 
-    def _keep(self, *handles: Any) -> None:
+    def _keep(self, *handles: viser.SceneNodeHandle) -> None:
         self._fixed += handles
 
     def _draw_box(self) -> None:
@@ -197,7 +201,7 @@ class VolumeScene:
         self._now = float(volume.along(at))
         w, h = volume.half_width, volume.size / 2
         text, place = f"frame {frame} · {clock(at, tenths=True)}", (0.0, self._now, h + 0.08)
-        if self._label is None:
+        if self._label is None or self._outline is None:
             corners = np.array([[-w, 0, -h], [w, 0, -h], [w, 0, h], [-w, 0, h]])
             edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
             self._outline = scene.add_line_segments(
@@ -241,7 +245,7 @@ class VolumeScene:
         )  # fmt: skip
 
         @self._beads.on_click  # type: ignore[untyped-decorator]
-        def _(event: Any) -> None:
+        def _(event: viser.SceneNodePointerEvent[viser.BatchedMeshHandle]) -> None:
             i = event.instance_index
             if i is not None and 0 <= i < len(rows):
                 self._stage.on_pick(int(data.track[rows[i]]), int(data.frame[rows[i]]))

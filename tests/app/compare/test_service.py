@@ -10,7 +10,6 @@ import pytest
 from app.compare.annotation import corrected_boxes
 from app.compare.service import CompareService
 from app.edits.documents import NO_CLASS, OPEN_END, KeyFrame, Segment, TrackDoc
-from app.edits.service import EditService
 from app.errors import Invalid, NotFound
 from app.ground_truths.service import GroundTruthService
 from app.storage.models import GroundTruth, TrackDocument
@@ -19,9 +18,7 @@ from tsr_engine.track_table import TrackTable
 
 def service(home: Any) -> CompareService:
     ground_truths = GroundTruthService(home.database)
-    return CompareService(
-        home.database, home.evidence, EditService(home.database, home.events, home.evidence), ground_truths
-    )
+    return CompareService(home.database, home.evidence, ground_truths)
 
 
 def machine() -> TrackTable:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from app.edits.bulk import BulkEdits
+from app.edits.documents import TrackDoc
+from app.edits.log_store import LogStore, documents_of
 from app.edits.service import EditService
 from app.events import EventBus
 from app.labels.store import start
@@ -38,8 +41,14 @@ class Desk:
 
     database: Database
     service: EditService
+    bulk: BulkEdits
     evidence: ToyEvidence
     run: str = RUN
+
+    def documents(self, run: str = RUN) -> dict[str, TrackDoc]:
+        """The documents of a run."""
+        with self.database.read() as session:
+            return documents_of(session, run)
 
 
 def make_desk(url: str, labels: LabelSet | None = None) -> Desk:
@@ -59,4 +68,5 @@ def make_desk(url: str, labels: LabelSet | None = None) -> Desk:
         session.flush()
         session.add(Run(id=RUN, video_id=VIDEO, state="complete", parameters={}, models={}, summary={}))
     evidence = ToyEvidence()
-    return Desk(database, EditService(database, EventBus(), evidence), evidence)  # type: ignore[arg-type]
+    log = LogStore(database, EventBus(), evidence)  # type: ignore[arg-type]
+    return Desk(database, EditService(log), BulkEdits(log), evidence)

@@ -175,7 +175,7 @@ def test_labels_that_were_given_out_are_taken(labelled: Desk) -> None:
         assert (caught.value.code, caught.value.field) == ("no_such_label", "command.class_id")
     stray = TrackDoc(key="hstray01", class_id=43, keys={"3": KeyFrame(box=(0.0, 0.0, 9.0, 9.0))})
     with pytest.raises(Invalid, match="Track hstray01: the label set 'ours' has no label 43"):
-        labelled.service.put_documents(labelled.run, "ann", {"name": "import"}, lambda _: {"hstray01": stray})
+        labelled.bulk.put_documents(labelled.run, "ann", {"name": "import"}, lambda _: {"hstray01": stray})
 
 
 def test_an_id_of_another_set_is_found_by_the_key_of_its_label(labelled: Desk) -> None:

@@ -12,7 +12,7 @@ from sqlalchemy import func, select
 
 from app.edits.commands import Command, Undo
 from app.edits.documents import TrackDoc
-from app.edits.service import EditAnswer
+from app.edits.views import EditAnswer
 from app.errors import Conflict, NotFound
 from app.storage.models import Edit, Run, Video
 from tests.app.edits.edit_desk import FRAMES, Desk
@@ -62,8 +62,8 @@ def test_nothing_is_said_of_a_video_whose_file_is_another_one(desk: Desk, path: 
         lambda: verdict(desk, "op-00000002", "m2"),
         lambda: desk.service.apply(FIRST, "op-00000003", "ann", drawn, {}),
         lambda: desk.service.apply(FIRST, "op-00000004", "ann", Undo(name="undo", op_id="op-00000001"), None),
-        lambda: desk.service.adopt(SECOND, FIRST, "ann"),
-        lambda: desk.service.put_documents(FIRST, "ann", {"name": "import"}, lambda _: {"hdrawn02": document}),
+        lambda: desk.bulk.adopt(SECOND, FIRST, "ann"),
+        lambda: desk.bulk.put_documents(FIRST, "ann", {"name": "import"}, lambda _: {"hdrawn02": document}),
     ):
         with pytest.raises(Conflict, match=r"drive\.mp4 has changed since it was added\. Put it back") as refused:
             edit()
@@ -106,4 +106,4 @@ def test_a_file_is_read_only_after_it_was_touched_and_once(
 
 def test_a_run_that_is_not_there_is_told_as_before(desk: Desk) -> None:
     with pytest.raises(NotFound):
-        desk.service.put_documents("e" * 32, "ann", {"name": "import"}, dict)
+        desk.bulk.put_documents("e" * 32, "ann", {"name": "import"}, dict)

@@ -19,7 +19,7 @@ from sqlalchemy import func, select
 
 from app.edits.commands import Command, Redo, Undo
 from app.edits.documents import OPEN_END, KeyFrame, Note, TrackDoc
-from app.edits.service import EditAnswer
+from app.edits.views import EditAnswer
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.storage.models import Edit, Event, Run, Video
 from tests.app.edits.edit_desk import FRAMES, VIDEO, Desk
@@ -41,7 +41,7 @@ def back(desk: Desk, op: str, kind: type[Undo] | type[Redo], target: str, author
 def content(desk: Desk) -> dict[str, Any]:
     """Documents without revisions; those of untouched and of gone person-made tracks left out."""
     fresh = {key: doc.model_dump(exclude={"revision"}) for key, doc in beginning().items()}
-    docs = {key: doc.model_dump(exclude={"revision"}) for key, doc in desk.service.documents(desk.run).items()}
+    docs = {key: doc.model_dump(exclude={"revision"}) for key, doc in desk.documents().items()}
     return {k: d for k, d in docs.items() if d != fresh.get(k) and not (k.startswith("h") and d["gone"])}
 
 
@@ -99,7 +99,7 @@ def test_all_undone_is_the_beginning_and_redone_is_the_end(desk: Desk, seed: int
             continue
         docs |= {doc.key: doc for doc in answer.docs}
     end, count = content(desk), 0
-    revisions = {key: doc.revision for key, doc in desk.service.documents(desk.run).items()}
+    revisions = {key: doc.revision for key, doc in desk.documents().items()}
     for state in reversed(states):
         target = desk.service.annotation(desk.run, "ann").undo
         assert target is not None
@@ -112,7 +112,7 @@ def test_all_undone_is_the_beginning_and_redone_is_the_end(desk: Desk, seed: int
         back(desk, f"r{seed}x{count}", Redo, target.op_id)
         count += 1
     assert content(desk) == end
-    assert all(desk.service.documents(desk.run)[key].revision > old for key, old in revisions.items())
+    assert all(desk.documents()[key].revision > old for key, old in revisions.items())
 
 
 @pytest.mark.parametrize(
@@ -143,16 +143,16 @@ def test_documents_that_are_brought_in_end_with_the_video(desk: Desk) -> None:
     def first(document: TrackDoc) -> None:
         with desk.database.write() as session:
             run = session.get_one(Run, desk.run)
-            desk.service.record_first(session, run, "ann", command, {"hdrawn01": (drawn, document)})
+            desk.bulk.record(session, run, "ann", command, {"hdrawn01": drawn}, {"hdrawn01": document})
 
     for document in (far, noted):
         with pytest.raises(Invalid, match=f"Track hdrawn01: .* Got {FRAMES}"):
-            desk.service.put_documents(desk.run, "ann", command, lambda _, d=document: {d.key: d})
+            desk.bulk.put_documents(desk.run, "ann", command, lambda _, d=document: {d.key: d})
         with pytest.raises(Invalid, match="Track hdrawn01"):
             first(document)
-    assert desk.service.documents(desk.run) == {}
+    assert desk.documents() == {}
     first(drawn)
-    assert desk.service.documents(desk.run)["hdrawn01"].same(drawn)
+    assert desk.documents()["hdrawn01"].same(drawn)
 
 
 def test_until_a_video_is_imported_it_has_the_frames_that_are_known(desk: Desk) -> None:
@@ -241,7 +241,7 @@ def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
         took.clear()
         list(pool.map(alone, range(20)))
     assert contended == 40
-    docs = desk.service.documents(desk.run)
+    docs = desk.documents()
     assert len(docs["m1"].notes) == 40
     assert all(docs[f"hown{n:04d}"].revision == 11 for n in range(20))
     p95, behind = (sorted(some)[int(0.95 * len(some))] for some in (took, passed))
@@ -313,7 +313,7 @@ def test_full_disk_is_told_and_passes(tmp_path: Path) -> None:
 
 def test_documents_survive_the_round_trip(desk: Desk) -> None:
     answer = send(desk, "1", {"name": "set_box", "frame": 4, "key": "m1", "box": [0.1, 0.2, 0.7, 1e4 / 3]}, {"m1": 0})
-    assert desk.service.documents(desk.run)["m1"] == answer.docs[0]
+    assert desk.documents()["m1"] == answer.docs[0]
     assert TrackDoc.model_validate_json(answer.docs[0].model_dump_json()) == answer.docs[0]
     with desk.database.read() as session:
         assert session.scalars(select(Edit)).one().command["box"] == [0.1, 0.2, 0.7, 1e4 / 3]

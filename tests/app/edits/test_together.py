@@ -70,7 +70,7 @@ def test_undo_at_once_is_one_undo(desk: Desk) -> None:
         desk.service.apply(desk.run, f"op-undo-{number}", "ann", Undo(name="undo", op_id="op-base-2"), None)
 
     assert at_once(back) == {"done": 1, "not_next": MANY - 1}
-    assert desk.service.documents(desk.run)["m1"].class_id == 1
+    assert desk.documents()["m1"].class_id == 1
 
 
 def test_adoption_and_edits_at_once(desk: Desk) -> None:
@@ -88,14 +88,14 @@ def test_adoption_and_edits_at_once(desk: Desk) -> None:
 
     def work(number: int) -> None:
         if number % 2:
-            desk.service.adopt(other, desk.run, "ann")
+            desk.bulk.adopt(other, desk.run, "ann")
         else:
             key = f"m{1 + number % 3}"
             desk.service.apply(other, f"op-edit-{number:04d}", f"p{number}", relabel(number, key), {key: 0})
 
     ended = at_once(work)
     assert set(ended) <= {"done", "stale"}
-    docs = desk.service.documents(other)
+    docs = desk.documents(other)
     assert set(docs) == {"m1", "m2", "m3"}
     adopted = [row for row in desk.service.log(other, 0) if row.name == "adopt"]
     edited = [row for row in desk.service.log(other, 0) if row.name != "adopt"]

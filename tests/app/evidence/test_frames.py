@@ -99,9 +99,9 @@ def test_a_crop_is_the_pixels_of_the_video(home: Any) -> None:
         picture = video.read(frame).picture
     expected = cut(picture, record.box, MARGIN)
     side = max(expected.shape[:2])
-    code = home.evidence.crop(home.run_id, track, frame, side, "result", no_picture)
+    code = home.pixels.crop(home.run_id, track, frame, side, "result", no_picture)
     assert np.array_equal(cv2.imdecode(np.frombuffer(code, np.uint8), cv2.IMREAD_COLOR), expected)
-    larger = home.evidence.crop(home.run_id, track, frame, 200, "result", no_picture)
+    larger = home.pixels.crop(home.run_id, track, frame, 200, "result", no_picture)
     assert max(cv2.imdecode(np.frombuffer(larger, np.uint8), cv2.IMREAD_COLOR).shape) == 200
 
 
@@ -125,7 +125,7 @@ def test_without_pixels_the_video_is_asked(home: Any, tmp_path: Any) -> None:
         with open_video(home.video) as file:
             return file.read(ordinal).picture
 
-    assert home.evidence.crop(bare, track, frame, 64, "result", picture) == home.evidence.crop(
+    assert home.pixels.crop(bare, track, frame, 64, "result", picture) == home.pixels.crop(
         home.run_id, track, frame, 64, "result", no_picture
     )
     assert asked == [(home.video_id, frame)]
@@ -146,7 +146,7 @@ def test_an_explanation_comes_to_the_stored_verdict(home: Any) -> None:
         ):
             if stored is None:
                 continue
-            found = home.evidence.explain(home.run_id, track, frame)
+            found = home.pixels.explain(home.run_id, track, frame)
             assert (found.l_positive, found.hash.distance, found.symmetry.magnitude) == (stored, distance, magnitude)
             assert (int(found.hash.crop, 16) ^ int(found.hash.mean, 16)).bit_count() == found.hash.distance
             width, height = found.symmetry.size
@@ -164,7 +164,7 @@ def test_a_frame_without_a_verdict_has_no_explanation(home: Any) -> None:
     birth = home.evidence.track(home.run_id, track).frame[0]
     for frame in (birth, 75, 2**31 - 2):  # the run ends at 74
         with pytest.raises(NotFound, match=f"did not judge track {track} in frame {frame}"):
-            home.evidence.explain(home.run_id, track, frame)
+            home.pixels.explain(home.run_id, track, frame)
 
 
 @pytest.mark.parametrize("tau", [0.5, 3.0, 8.0, 1e6])
@@ -193,9 +193,9 @@ def test_the_explaining_process_comes_back_when_it_was_killed(home: Any) -> None
     track = first_track(home)
     lane = home.evidence.track(home.run_id, track)
     frame = next(k for k, value in zip(lane.frame, lane.l_positive, strict=True) if value is not None)
-    before = home.evidence.explain(home.run_id, track, frame)
-    home.evidence._explainer._process.kill()
-    assert home.evidence.explain(home.run_id, track, frame) == before
+    before = home.pixels.explain(home.run_id, track, frame)
+    home.pixels._explainer._process.kill()
+    assert home.pixels.explain(home.run_id, track, frame) == before
 
 
 def test_the_explaining_process_ends_when_nobody_asks(home: Any) -> None:

@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from app.edits.documents import TrackDoc
+from app.edits.log_store import documents_of
 from app.exchange.dataset import dataset_of
-from app.exchange.imports import Incoming
+from app.exchange.incoming import Incoming
 from app.exchange.stored import home_source
 from tests.app.import_now import work_off
 from tests.app.toy_home import ToyHome
@@ -49,6 +51,11 @@ class Desk:
         answer = self.server.client.get(path)
         assert answer.status_code == 200, answer.text
         return answer.json()
+
+    def documents(self) -> dict[str, TrackDoc]:
+        """What people have said about the run's tracks."""
+        with self.server.context.database.read() as session:
+            return documents_of(session, self.run_id)
 
     def edit(self, command: dict[str, Any], revisions: dict[str, int]) -> Any:
         """Carry out one command."""

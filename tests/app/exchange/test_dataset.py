@@ -42,7 +42,7 @@ def test_a_corrected_run_goes_out_as_the_compare_screen_sees_it(desk: Desk) -> N
     desk.correct()
     tracks = desk.tracks()
     context = desk.server.context
-    wanted = corrected_boxes(context.evidence.boxes(desk.run_id), context.edits.documents(desk.run_id), 75)
+    wanted = corrected_boxes(context.evidence.boxes(desk.run_id), desk.documents(), 75)
     for place, key in enumerate(wanted.names):
         if key == "m2":  # rejected: nothing there, but it can be exported by its state
             continue

@@ -16,7 +16,8 @@ from sqlalchemy import select
 from app.cli.main import run as tsr
 from app.errors import Conflict
 from app.exchange import imports as imports_module
-from app.exchange.imports import ImportResult, Incoming
+from app.exchange.imports import ImportResult
+from app.exchange.incoming import Incoming
 from app.storage.models import LabelWord
 from tests.app.exchange.exchange_desk import ALL, Desk
 from tests.app.toy_home import ToyHome
@@ -156,7 +157,7 @@ def test_labels_and_answers_are_stored_with_the_tracks_or_not_at_all(
     context = desk.server.context
     before = desk.get("/api/label-sets/gtsrb-43/history")
     with monkeypatch.context() as patch:
-        patch.setattr(type(context.edits), "_record", fail)
+        patch.setattr(type(context.bulk_edits), "record", fail)
         patch.setattr("app.ground_truths.service.pack", fail)
         patch.setattr("app.exchange.imports.publish_run", fail)
         path = desk.home / "a.xml"

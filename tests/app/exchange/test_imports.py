@@ -228,7 +228,7 @@ def test_a_sign_of_none_of_the_classes_comes_in_goes_out_and_has_a_way_back(desk
     back = desk.bring_in(plain, "annotation", name="plain.csv")
     assert (back["tracks"], back["same"]) == (1, 1)
     assert desk.tracks()["m1"].source == "engine"
-    assert desk.server.context.edits.documents(desk.run_id)["m1"].class_id is None
+    assert desk.documents()["m1"].class_id is None
 
 
 def test_a_sign_that_was_merged_is_not_there_twice_in_another_run(desk: Desk) -> None:

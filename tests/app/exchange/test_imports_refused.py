@@ -180,7 +180,7 @@ import os, signal, sys
 from pathlib import Path
 from app.outputs import placing
 from app.context import build_context
-from app.exchange.imports import Incoming
+from app.exchange.incoming import Incoming
 from app.settings import Settings
 put = placing.Placing.put
 def put_and_die(self, source, place):

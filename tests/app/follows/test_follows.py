@@ -10,9 +10,9 @@ import pytest
 from sqlalchemy import func, select
 
 from app.follows import service
-from app.follows.on_job_failed import follow_job_failed
 from app.follows.task import follow_track
 from app.jobs.context import Stopped, TaskContext
+from app.on_job_failed import on_job_failed
 from app.storage.models import Event, Follow, FollowPiece, Job, Run, Video
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
@@ -190,7 +190,7 @@ def test_a_follow_that_is_dropped_while_it_runs_ends_without_a_trace(server: Ser
         follow_track(task)
     with context.database.write() as session:
         context.jobs.finish(session, job.id, job.token, "cancelled")
-        follow_job_failed(session, context.events, job, "cancelled", None)
+        on_job_failed(Follow, session, context.events, job, "cancelled", None)
     assert left(server) == NOTHING
 
 

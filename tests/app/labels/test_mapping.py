@@ -12,6 +12,7 @@ import pytest
 from app.compare.service import CompareService
 from app.edits.commands import RelabelTrack, Split
 from app.edits.documents import NO_CLASS
+from app.edits.log_store import LogStore
 from app.edits.service import EditService
 from app.ground_truths.service import GroundTruthService
 from app.labels.store import start
@@ -64,8 +65,8 @@ def test_a_set_that_lacks_what_the_model_reads(home: Any) -> None:
     seen = [t for frame in home.evidence.overlays(run, 0, 74) for t in frame.tracks if t.id == track]
     assert {(t.class_id, t.word) for t in seen if t.class_id is not None and t.word is not None} == {(NO_CLASS, word)}
     ground_truths = GroundTruthService(home.database)
-    edits = EditService(home.database, home.events, home.evidence)
-    compare = CompareService(home.database, home.evidence, edits, ground_truths)
+    edits = EditService(LogStore(home.database, home.events, home.evidence))
+    compare = CompareService(home.database, home.evidence, ground_truths)
     found = compare.compare(f"run:{run}", f"annotation:{run}")
     assert found.confusion.words == {-10: word}
     assert {(cell.reference, cell.candidate) for cell in found.confusion.cells if cell.reference == -10} == {(-10, -10)}
@@ -84,7 +85,7 @@ def test_labels_that_were_merged_are_one(home: Any) -> None:
     use(home, LabelSet(key="ours", name="Ours", next_id=43, labels=tuple(joined)))
     after = columns(home, home.run_id)
     assert after["class_id"] == [two if label == one else label for label in before["class_id"]]
-    edits = EditService(home.database, home.events, home.evidence)
+    edits = EditService(LogStore(home.database, home.events, home.evidence))
     key = f"m{before['id'][0]}"
     edits.apply(
         home.run_id, "op-000001", "ann", RelabelTrack(name="relabel_track", key=key, frame=0, class_id=two), {key: 0}
@@ -94,7 +95,7 @@ def test_labels_that_were_merged_are_one(home: Any) -> None:
     rows[:, 0], rows[:, 1], rows[:, 2:6], rows[:, 6] = boxes.frame, boxes.track, boxes.boxes, one
     with home.database.write() as session:
         session.add(GroundTruth(id="e" * 32, video_id=home.video_id, name="t", boxes=pack(rows), count=len(rows)))
-    compare = CompareService(home.database, home.evidence, edits, GroundTruthService(home.database))
+    compare = CompareService(home.database, home.evidence, GroundTruthService(home.database))
     corrected = compare.compare(f"truth:{'e' * 32}", f"annotation:{home.run_id}").confusion
     assert {cell.reference for cell in corrected.cells} <= {two, None}
     assert [cell.count for cell in corrected.cells if (cell.reference, cell.candidate) == (two, two)] == [

@@ -145,6 +145,7 @@ def test_only_steps_before_tracking_are_fixed() -> None:
 
 @pytest.mark.slow
 def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
+    from app.evidence.pixels import RunPixels
     from app.evidence.service import EvidenceService
     from app.runs.task import track
     from app.settings import Settings
@@ -203,7 +204,8 @@ def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
     def no_picture(video: str, frame: int) -> Any:
         raise AssertionError("the run that it replays has the pixels")
 
-    assert evidence.crop(asked.id, lane.id, lane.frame[0], 64, "result", no_picture)[:4] == b"\x89PNG"
+    pixels = RunPixels(settings, database, evidence)
+    assert pixels.crop(asked.id, lane.id, lane.frame[0], 64, "result", no_picture)[:4] == b"\x89PNG"
     evidence.close()
     leaving["now"] = True
     WhatIfService(database, events, jobs).start("a" * 32, {"tau": 30.0})

@@ -1,4 +1,4 @@
-"""``tsr export``, ``tsr import`` and ``tsr formats``: data sets out and in, without a server."""
+"""``tsr export`` and ``tsr formats``: data sets out, without a server."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 
@@ -6,24 +6,20 @@ from __future__ import annotations
 
 import json as jsons
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from app.cli.exchange_common import HomeOption, OptionOption, counted, pairs, print_lines
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
 from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:
+    from pydantic import ValidationError
+
     from app.exchange.export import ExportRequest
 
-__all__ = ["export", "formats", "import_file"]
-
-HomeOption = Annotated[
-    Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
-]
-OptionOption = Annotated[
-    list[str], typer.Option("--option", metavar="NAME=VALUE", help="An option of the format; repeatable.")
-]
+__all__ = ["export", "formats"]
 
 
 def formats(json: JsonOption = False) -> None:
@@ -141,7 +137,7 @@ def export(
     from tsr_engine.cli.progress import progress_bar
 
     first, stop = frame_range(frames)
-    asked: dict[str, Any] = {
+    asked: dict[str, object] = {
         "runs": ["0" * 32],  # named otherwise here
         "format": format,
         "pictures": pictures,
@@ -158,7 +154,7 @@ def export(
         "split_by": split_by,
         "split_seed": seed,
         "thin_px": thin,
-        "switches": _pairs("--option", options),
+        "switches": pairs("--option", options),
     }
     try:
         request: ExportRequest = ExportRequest.model_validate(asked)
@@ -183,148 +179,24 @@ def export(
         return
     counts = summary["counts"]
     console = out_console()
-    rejected = f", {_count(counts['negatives'], 'rejected track')}" if counts["negatives"] else ""
+    rejected = f", {counted(counts['negatives'], 'rejected track')}" if counts["negatives"] else ""
     fell = ", ".join(f"{side} {tracks}" for side, tracks in summary["split"]["tracks"].items())
     console.print(
-        f"{out}: {_count(counts['tracks'], 'track')}{fell and f' ({fell})'}{rejected}, "
-        f"{_count(counts['boxes'], 'box', 'boxes')}, "
-        f"{_count(counts['pictures'], 'picture')} in {_count(summary['files'] + 1, 'file')} ({summary['title']}).",
+        f"{out}: {counted(counts['tracks'], 'track')}{fell and f' ({fell})'}{rejected}, "
+        f"{counted(counts['boxes'], 'box', 'boxes')}, "
+        f"{counted(counts['pictures'], 'picture')} in {counted(summary['files'] + 1, 'file')} ({summary['title']}).",
         soft_wrap=True,
     )
     if summary["open_left"]:
         stay = "stays" if summary["open_left"] == 1 else "stay"
         console.print(
-            f"{_count(summary['open_left'], 'open track')} {stay} behind: nobody has accepted or edited them yet. "
+            f"{counted(summary['open_left'], 'open track')} {stay} behind: nobody has accepted or edited them yet. "
             "--states open,edited,accepted,rejected brings them too.",
             soft_wrap=True,
         )
     for side, words in summary["split"]["lacks"].items():
         console.print(f"{side} has no sign of: {', '.join(words)}.", soft_wrap=True, markup=False)
-    _print_lines([f"Left out: {item['what']}. {item['reason']}" for item in manifest.skipped])
-
-
-def import_file(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A file, ZIP archive or folder of another tool.")],
-    onto: Annotated[
-        str, typer.Option("--onto", metavar="VIDEO", help="The video: its file, its name in the library, or its id.")
-    ],
-    kind: Annotated[
-        str, typer.Option("--as", metavar="annotation|truth|run", help="What it becomes: corrections, truth, a run.")
-    ],
-    home: HomeOption = None,
-    run: Annotated[
-        str | None, typer.Option("--run", metavar="RUN", help="The run to correct; unset: the video's newest.")
-    ] = None,
-    format: Annotated[
-        str | None, typer.Option("--format", metavar="NAME", help="See 'tsr formats'; unset: found out.")
-    ] = None,
-    name: Annotated[str | None, typer.Option("--name", help="Of the truth or run; unset: the file's.")] = None,
-    labels: Annotated[
-        list[str],
-        typer.Option(
-            "--label",
-            metavar="NAME=LABEL",
-            help="Which label a name in the file is: its key or number, -1 for none; repeatable, and remembered.",
-        ),
-    ] = [],  # noqa: B006 - typer copies it
-    unknown: Annotated[
-        str,
-        typer.Option(
-            "--unknown",
-            metavar="refuse|add|skip",
-            help="Names that no label has: refuse the file with their list, add them to the set, or leave them out.",
-        ),
-    ] = "refuse",
-    added: Annotated[
-        list[str],
-        typer.Option(
-            "--add", metavar="NAME", help="A name to add to the set, whatever --unknown says of others; repeatable."
-        ),
-    ] = [],  # noqa: B006 - typer copies it
-    options: OptionOption = [],  # noqa: B006 - typer copies it
-    author: Annotated[str | None, typer.Option("--author", help="Whose corrections they are.")] = None,
-    json: JsonOption = False,
-) -> None:
-    """Lay a file of another tool onto a video: all of it, or nothing.
-
-    \b
-    Examples:
-      tsr import annotations.xml --onto drive.mp4 --as annotation
-      tsr import gt.zip --onto drive.mp4 --as truth --format mot
-      tsr import their_tracker.csv --onto drive.mp4 --as run --label Stopschild=stop --unknown add
-    """
-    from app.edits.service import EditService
-    from app.events import EventBus
-    from app.evidence.service import EvidenceService
-    from app.exchange.home import named_video, open_home
-    from app.exchange.imports import ImportService, Incoming
-    from app.exchange.named import as_command_error, named_sources
-    from app.ground_truths.service import GroundTruthService
-
-    if kind not in ("annotation", "truth", "run"):
-        raise UsageError(f"--as must be annotation, truth or run. Got '{kind}'.")
-    if run is not None and kind != "annotation":
-        raise UsageError("--run is for --as annotation: it names the run to correct. Leave it out.")
-    if unknown not in ("refuse", "add", "skip"):
-        raise UsageError(f"--unknown must be refuse, add or skip. Got '{unknown}'.")
-    label_map: dict[str, int | str] = {}
-    for text, value in _pairs("--label", labels).items():
-        label_map[text] = _word(value)
-    incoming = Incoming(
-        path=existing(file, "file"),
-        name=name or file.name,
-        format=format,
-        switches=_pairs("--option", options),
-        label_map=label_map,
-        unknown=unknown,  # type: ignore[arg-type]
-        added=frozenset(added),
-        ways=_WAYS,
-        author=author or "",
-    )
-    with as_command_error(), open_home(home) as (settings, database):
-        events = EventBus()
-        evidence = EvidenceService(settings, database)
-        edits = EditService(database, events, evidence, settings)
-        imports = ImportService(settings, database, events, edits, GroundTruthService(database))
-        with database.read() as session:
-            video = named_video(session, onto)
-        run_id = None
-        if kind == "annotation":
-            source = named_sources([run or video.id], settings.home, None, say)[0]
-            run_id = source.provenance["run"]["id"]
-        try:
-            result = imports.bring_in(video.id, incoming, kind, run_id)  # type: ignore[arg-type]
-        finally:
-            evidence.close()
-    if json:
-        print_json(result.model_dump(mode="json"))
-        return
-    console = out_console()
-    same = f"; {_count(result.same, 'track')} {'was' if result.same == 1 else 'were'} so already" if result.same else ""
-    brought = f"{_count(result.tracks, 'track')} with {_count(result.boxes, 'box', 'boxes')}"
-    console.print(f"{brought} became {_NOUN[kind]} {result.id}{same}.", soft_wrap=True)
-    _print_lines([f"Put right: {sentence}" for sentence in result.repaired])
-    _print_lines([f"Left out: {item.what}. {item.reason}" for item in result.skipped])
-
-
-def _count(number: int, one: str, many: str = "") -> str:
-    return f"{number} {one if number == 1 else many or one + 's'}"
-
-
-_WAYS = (
-    "Say which labels they are with --label NAME=KEY, and what becomes of the others with --unknown add|skip|refuse "
-    "(--add NAME adds a single one)."
-)
-_NOUN = {"annotation": "corrections of run", "truth": "ground truth", "run": "run"}
-
-
-def _print_lines(lines: list[str], most: int = 12) -> None:
-    """The first lines of a list, and how many more there are."""
-    console = out_console()
-    for line in lines[:most]:
-        console.print(line, soft_wrap=True, markup=False)
-    if len(lines) > most:
-        console.print(f"... and {len(lines) - most} more; --json lists all.", soft_wrap=True)
+    print_lines([f"Left out: {item['what']}. {item['reason']}" for item in manifest.skipped])
 
 
 def _parts(text: str) -> list[str]:
@@ -338,14 +210,6 @@ def _numbers(option: str, text: str) -> list[int]:
         raise UsageError(f"{option} expects whole numbers, for example 14 or 1,2,14. Got '{text}' instead.") from None
 
 
-def _word(text: str) -> int | str:
-    """A label as people write it: its number, or its key."""
-    try:
-        return int(text)
-    except ValueError:
-        return text
-
-
 def _shares(text: str) -> dict[str, float]:
     try:
         shares = [float(part) for part in text.split(",")]
@@ -356,17 +220,7 @@ def _shares(text: str) -> dict[str, float]:
     return dict(zip(("train", "val", "test"), [*shares, 0.0], strict=False))
 
 
-def _pairs(option: str, texts: list[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not name.strip() or not value.strip():
-            raise UsageError(f"{option} expects NAME=VALUE. Got '{text}' instead.")
-        found[name.strip()] = value.strip()
-    return found
-
-
-def _usage(error: Any) -> UsageError:
+def _usage(error: ValidationError) -> UsageError:
     """The first value that an export cannot have, by the name of its option."""
     first = error.errors()[0]
     place = str(first["loc"][0])

@@ -8,7 +8,7 @@ from collections import defaultdict
 import pytest
 from sqlalchemy import event
 
-from app.edits.history import targets
+from app.edits.undo import targets
 from app.storage.models import Edit
 from tests.app.edits.edit_desk import Desk
 

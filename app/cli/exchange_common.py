@@ -1,0 +1,49 @@
+"""What ``tsr export`` and ``tsr import`` share: options, and lines for people."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tsr_engine.cli.common import out_console
+from tsr_engine.errors import UsageError
+
+__all__ = ["HomeOption", "OptionOption", "counted", "pairs", "print_lines"]
+
+HomeOption = Annotated[
+    Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
+]
+OptionOption = Annotated[
+    list[str], typer.Option("--option", metavar="NAME=VALUE", help="An option of the format; repeatable.")
+]
+
+
+def counted(number: int, one: str, many: str = "") -> str:
+    """A number of things, in words."""
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def print_lines(lines: list[str], most: int = 12) -> None:
+    """The first lines of a list, and how many more there are."""
+    console = out_console()
+    for line in lines[:most]:
+        console.print(line, soft_wrap=True, markup=False)
+    if len(lines) > most:
+        console.print(f"... and {len(lines) - most} more; --json lists all.", soft_wrap=True)
+
+
+def pairs(option: str, texts: list[str]) -> dict[str, str]:
+    """The values of a repeatable option NAME=VALUE.
+
+    Raises:
+        UsageError: one of them is written otherwise.
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise UsageError(f"{option} expects NAME=VALUE. Got '{text}' instead.")
+        found[name.strip()] = value.strip()
+    return found

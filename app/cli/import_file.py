@@ -1,0 +1,135 @@
+"""``tsr import``: a file of another tool onto a video, without a server."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.cli.exchange_common import HomeOption, OptionOption, counted, pairs, print_lines
+from tsr_engine.cli.common import JsonOption, existing, out_console, print_json, say
+from tsr_engine.errors import UsageError
+
+__all__ = ["import_file"]
+
+
+_WAYS = (
+    "Say which labels they are with --label NAME=KEY, and what becomes of the others with --unknown add|skip|refuse "
+    "(--add NAME adds a single one)."
+)
+_NOUN = {"annotation": "corrections of run", "truth": "ground truth", "run": "run"}
+
+
+def import_file(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A file, ZIP archive or folder of another tool.")],
+    onto: Annotated[
+        str, typer.Option("--onto", metavar="VIDEO", help="The video: its file, its name in the library, or its id.")
+    ],
+    kind: Annotated[
+        str, typer.Option("--as", metavar="annotation|truth|run", help="What it becomes: corrections, truth, a run.")
+    ],
+    home: HomeOption = None,
+    run: Annotated[
+        str | None, typer.Option("--run", metavar="RUN", help="The run to correct; unset: the video's newest.")
+    ] = None,
+    format: Annotated[
+        str | None, typer.Option("--format", metavar="NAME", help="See 'tsr formats'; unset: found out.")
+    ] = None,
+    name: Annotated[str | None, typer.Option("--name", help="Of the truth or run; unset: the file's.")] = None,
+    labels: Annotated[
+        list[str],
+        typer.Option(
+            "--label",
+            metavar="NAME=LABEL",
+            help="Which label a name in the file is: its key or number, -1 for none; repeatable, and remembered.",
+        ),
+    ] = [],  # noqa: B006 - typer copies it
+    unknown: Annotated[
+        str,
+        typer.Option(
+            "--unknown",
+            metavar="refuse|add|skip",
+            help="Names that no label has: refuse the file with their list, add them to the set, or leave them out.",
+        ),
+    ] = "refuse",
+    added: Annotated[
+        list[str],
+        typer.Option(
+            "--add", metavar="NAME", help="A name to add to the set, whatever --unknown says of others; repeatable."
+        ),
+    ] = [],  # noqa: B006 - typer copies it
+    options: OptionOption = [],  # noqa: B006 - typer copies it
+    author: Annotated[str | None, typer.Option("--author", help="Whose corrections they are.")] = None,
+    json: JsonOption = False,
+) -> None:
+    """Lay a file of another tool onto a video: all of it, or nothing.
+
+    \b
+    Examples:
+      tsr import annotations.xml --onto drive.mp4 --as annotation
+      tsr import gt.zip --onto drive.mp4 --as truth --format mot
+      tsr import their_tracker.csv --onto drive.mp4 --as run --label Stopschild=stop --unknown add
+    """
+    from app.edits.bulk import BulkEdits
+    from app.edits.log_store import LogStore
+    from app.events import EventBus
+    from app.evidence.service import EvidenceService
+    from app.exchange.home import named_video, open_home
+    from app.exchange.imports import ImportService
+    from app.exchange.incoming import Incoming
+    from app.exchange.named import as_command_error, named_sources
+    from app.ground_truths.service import GroundTruthService
+
+    if kind not in ("annotation", "truth", "run"):
+        raise UsageError(f"--as must be annotation, truth or run. Got '{kind}'.")
+    if run is not None and kind != "annotation":
+        raise UsageError("--run is for --as annotation: it names the run to correct. Leave it out.")
+    if unknown not in ("refuse", "add", "skip"):
+        raise UsageError(f"--unknown must be refuse, add or skip. Got '{unknown}'.")
+    incoming = Incoming(
+        path=existing(file, "file"),
+        name=name or file.name,
+        format=format,
+        switches=pairs("--option", options),
+        label_map={text: _word(value) for text, value in pairs("--label", labels).items()},
+        unknown=unknown,  # type: ignore[arg-type]
+        added=frozenset(added),
+        ways=_WAYS,
+        author=author or "",
+    )
+    with as_command_error(), open_home(home) as (settings, database):
+        events = EventBus()
+        evidence = EvidenceService(settings, database)
+        edits = BulkEdits(LogStore(database, events, evidence, settings))
+        imports = ImportService(settings, database, events, edits, GroundTruthService(database))
+        with database.read() as session:
+            video = named_video(session, onto)
+        run_id = None
+        if kind == "annotation":
+            run_id = named_sources([run or video.id], settings.home, None, say)[0].run_id
+        try:
+            result = imports.bring_in(video.id, incoming, kind, run_id)  # type: ignore[arg-type]
+        finally:
+            evidence.close()
+    if json:
+        print_json(result.model_dump(mode="json"))
+        return
+    console = out_console()
+    same = (
+        f"; {counted(result.same, 'track')} {'was' if result.same == 1 else 'were'} so already" if result.same else ""
+    )
+    brought = f"{counted(result.tracks, 'track')} with {counted(result.boxes, 'box', 'boxes')}"
+    console.print(f"{brought} became {_NOUN[kind]} {result.id}{same}.", soft_wrap=True)
+    print_lines([f"Put right: {sentence}" for sentence in result.repaired])
+    print_lines([f"Left out: {item.what}. {item.reason}" for item in result.skipped])
+
+
+def _word(text: str) -> int | str:
+    """A label as people write it: its number, or its key."""
+    try:
+        return int(text)
+    except ValueError:
+        return text

@@ -1,0 +1,224 @@
+"""Operations on many tracks at once; each is one row of the log, which one undo takes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from uuid import uuid4
+
+import numpy as np
+from sqlalchemy.orm import Session
+
+from app.edits.adopt import EngineRun, adopt_documents
+from app.edits.apply import CommandError, apply_command
+from app.edits.checks import known_frames, require_documents_inside, require_known_labels
+from app.edits.commands import Command
+from app.edits.documents import TrackDoc
+from app.edits.history import adopted_keys, last_said
+from app.edits.log_store import LogStore, documents_of, lock_for_many, lock_run
+from app.edits.views import Adopted, adopted
+from app.errors import Conflict, Invalid
+from app.labels.store import labels_of_run
+from app.storage.models import Edit, Run
+from app.storage.of_run import newest_edit, require_run
+from tsr_engine.track_table import TrackTable
+
+__all__ = ["BulkEdits", "TracksChanged"]
+
+
+@dataclass(frozen=True, slots=True)
+class TracksChanged:
+    """What became of an operation on many tracks.
+
+    Attributes:
+        changed: keys; empty: nothing was stored.
+        stayed: key -> why, as the end of a sentence without its full stop.
+    """
+
+    changed: list[str]
+    stayed: dict[str, str]
+
+
+class BulkEdits:
+    """Changes many tracks of a run in one operation."""
+
+    def __init__(self, log: LogStore) -> None:
+        self._log = log
+
+    def adopt(self, run_id: str, from_run: str, author: str) -> Adopted:
+        """Carry the edits of another run of the same video over to this one; each is an operation of ``author``.
+
+        Again later it brings what is new: tracks that nobody has touched since they came over follow the other run.
+
+        Raises:
+            NotFound: no such run.
+            Invalid: the runs are of different videos, or the same.
+            Conflict: this run is not complete, or the video's file is another one by now.
+        """
+        self._log.refuse_changed_file(run_id)
+        with self._log.database.read() as session:
+            new, old = require_run(session, run_id), require_run(session, from_run)
+            if new.id == old.id or new.video_id != old.video_id:
+                raise Invalid("Edits go from one run to another run of the same video.", field="from_run")
+            if new.state != "complete":
+                raise Conflict(
+                    "This run is not complete. Edits can be carried over once it is.", code="run_not_complete"
+                )
+        tracks = _engine_run(self._log.evidence.boxes(from_run)), _engine_run(self._log.evidence.boxes(run_id))
+        with self._log.database.write() as session:
+            lock_run(session, run_id)
+            run = require_run(session, run_id)
+            present, docs = documents_of(session, run_id), documents_of(session, from_run)
+            ours = adopted_keys(session, run_id, from_run, present)
+            others = {k: doc for k, doc in present.items() if k not in ours}
+            adoption = adopt_documents(docs, *tracks, others, known_frames(session, run))
+            for key, documents in adoption.changed.items():
+                if not all(name in present and present[name].same(doc) for name, doc in documents.items()):
+                    before = {name: present.get(name) or self._log.fresh(run, name) for name in documents}
+                    command = {"name": "adopt", "from_run": from_run, "key": key}
+                    self.record(session, run, author, command, before, documents)
+            return adopted(adoption)
+
+    def put_documents(
+        self,
+        run_id: str,
+        author: str,
+        command: Mapping[str, object],
+        make: Callable[[Mapping[str, TrackDoc]], Mapping[str, TrackDoc]],
+        begin: Callable[[Session], None] | None = None,
+    ) -> int | None:
+        """Change many tracks of a run in one operation, which one undo takes back.
+
+        Args:
+            run_id: the run.
+            author: who does it.
+            command: what the log says; ``name`` is the kind of operation.
+            make: documents that are there now -> those to store. Called before the transaction that others wait for,
+                and once more within it where somebody was faster.
+            begin: what the transaction does first, once the run is locked.
+
+        Returns:
+            Number of the operation in the log; None: nothing has changed.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: the video's file is another one by now.
+            Invalid: a document is about frames that the video does not have, or names a label that its set lacks.
+        """
+        self._log.refuse_changed_file(run_id)
+        with self._log.database.read() as session:
+            seen = newest_edit(session, run_id)
+            present = self._log.touched(session, require_run(session, run_id))
+        documents = dict(make(present))
+        with self._log.database.write() as session:
+            lock_run(session, run_id)
+            run = require_run(session, run_id)
+            if begin is not None:
+                begin(session)
+            if newest_edit(session, run_id) != seen:
+                present = self._log.touched(session, run)
+                documents = dict(make(present))
+            if not documents:
+                return None
+            before = {key: present.get(key) or self._log.fresh(run, key) for key in documents}
+            return self.record(session, run, author, command, before, documents).seq
+
+    def apply_to_tracks(
+        self,
+        run_id: str,
+        op_id: str,
+        author: str,
+        name: str,
+        make: Callable[[str], Sequence[Command]],
+        expected: Mapping[str, int],
+    ) -> TracksChanged:
+        """Change many tracks of a run in one operation; those that cannot be changed stay as they are.
+
+        The same ``op_id`` again gives the first answer again, without those that stayed.
+
+        Args:
+            run_id: the run.
+            op_id: chosen by who asks, unique.
+            author: who does it.
+            name: of the kind of operation, for the log.
+            make: key of a track -> the commands for it; see :mod:`app.edits.commands`.
+            expected: revision of each track as the author knows it; they are changed in this order.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: the video's file is another one by now, or the ``op_id`` belongs to another run.
+            Invalid: a command names a label that the video's set does not have.
+        """
+        self._log.refuse_changed_file(run_id, op_id)
+        with self._log.database.write() as session:
+            lock_for_many(session, run_id, op_id, author)
+            run = require_run(session, run_id)
+            known = self._log.stored(session, run_id, op_id)
+            if known is not None:
+                return TracksChanged(sorted(known.after), {})
+            present = self._log.load(session, run, list(expected))
+            now = datetime.now(UTC).isoformat(timespec="seconds")
+            after: dict[str, TrackDoc] = {}
+            stayed: dict[str, str] = {}
+            for key, revision in expected.items():
+                doc = present.get(key)
+                if doc is None or doc.gone:
+                    stayed[key] = "it is not there any more"
+                elif doc.revision != revision:
+                    who = last_said(session, run_id, author, {key: revision}).get(key)
+                    stayed[key] = "it was changed meanwhile" + (f" by {who.author}" if who else "")
+                else:
+                    try:
+                        changed = _applied(doc, make(key), author, now)
+                    except CommandError as error:
+                        stayed[key] = str(error).rstrip(".")
+                        continue
+                    if not changed.same(doc):
+                        after[key] = changed
+            require_known_labels(after.values(), labels_of_run(session, run))
+            if after:
+                command = {"name": name, "commands": [each.model_dump(mode="json") for each in make(next(iter(after)))]}
+                before = {key: present.get(key) for key in after}
+                self._log.append(session, run, author, command, before, after, None, op_id=op_id)
+            return TracksChanged(sorted(after), stayed)
+
+    def record(
+        self,
+        session: Session,
+        run: Run,
+        author: str,
+        command: Mapping[str, object],
+        before: Mapping[str, TrackDoc | None],
+        documents: Mapping[str, TrackDoc],
+        frame: int | None = None,
+    ) -> Edit:
+        """Save documents as one operation that no page has asked for by name.
+
+        Args:
+            session: of the transaction; either the run is locked in it, or it stores the run too.
+            run: stored there already.
+            author: whose operation it is.
+            command: what the log says; ``name`` is the kind of operation.
+            before: what was there, by key; None: nothing.
+            documents: what is there from now on, by key.
+            frame: where to look; None: the operation is about no frame.
+
+        Raises:
+            Invalid: a document is about frames that the video does not have, or names a label that its set lacks.
+        """
+        require_documents_inside(documents.values(), known_frames(session, run))
+        require_known_labels(documents.values(), labels_of_run(session, run))
+        return self._log.append(session, run, author, command, before, documents, frame, op_id=uuid4().hex)[0]
+
+
+def _applied(doc: TrackDoc, commands: Sequence[Command], author: str, now: str) -> TrackDoc:
+    """A track after commands that are about it alone."""
+    for command in commands:
+        doc = apply_command({doc.key: doc}, command, author, now).get(doc.key, doc)
+    return doc
+
+
+def _engine_run(table: TrackTable) -> EngineRun:
+    numbers = np.array([int(key[1:]) for key in table.names], np.int64)
+    return EngineRun(table.frame, numbers[table.track] if len(table) else table.track, table.boxes, table.class_id)

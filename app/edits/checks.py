@@ -1,0 +1,235 @@
+"""What an operation must fulfil before it is stored: revisions, frames, labels and attributes.
+
+Documents span any frames that they name, so one far frame would cost whoever reads its track as much as a video of that
+length: nothing that people say lies beyond the last frame of the video. What older versions have stored is cut where it
+is read (:func:`app.edits.effective.effective_track`). Labels and attributes are those of the video's label set.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from sqlalchemy.orm import Session
+
+from app.edits.apply import CommandError, apply_command
+from app.edits.commands import Command, CreateTrack, Follow, Interpolate, RelabelBox, RelabelTrack, SetAttribute
+from app.edits.documents import NO_CLASS, TrackDoc
+from app.edits.history import last_said
+from app.errors import Conflict, Invalid, PreconditionRequired
+from app.storage.models import Run, Video
+from tsr_engine.labels.model import LabelSet
+
+__all__ = [
+    "by_key",
+    "check_revisions",
+    "known_frames",
+    "require_attribute",
+    "require_documents_inside",
+    "require_inside",
+    "require_known_labels",
+]
+
+
+def check_revisions(
+    session: Session,
+    run_id: str,
+    author: str,
+    command: Command,
+    present: Mapping[str, TrackDoc],
+    keys: Sequence[str],
+    expected: Mapping[str, int] | None,
+) -> None:
+    """Refuse a command that was made for other versions of its tracks.
+
+    Args:
+        session: reads the log.
+        run_id: the run.
+        author: who sends the command.
+        command: see :mod:`app.edits.commands`.
+        present: documents of the touched tracks that exist.
+        keys: of the touched tracks.
+        expected: revision of each as the page knows it; unset: none was sent.
+
+    Raises:
+        PreconditionRequired: a revision is missing.
+        Conflict: a track has changed since; ``details`` holds both versions, and who did what last.
+    """
+    known = expected or {}
+    there = [key for key in keys if key in present]
+    missing = [key for key in there if key not in known]
+    if missing:
+        raise PreconditionRequired(
+            f'Say which revision the edit was made for: If-Match: "{missing[0]}:{present[missing[0]].revision}".'
+        )
+    stale = {key: known[key] for key in there if known[key] != present[key].revision}
+    if not stale:
+        return
+    yours: list[object] = []
+    with contextlib.suppress(CommandError):
+        yours = [doc.model_dump(mode="json") for doc in apply_command(present, command).values()]
+    raise Conflict(
+        f"Track {next(iter(stale))} has been changed since you saw it. Look at both versions and decide.",
+        code="stale",
+        details={
+            "current": [present[key].model_dump(mode="json") for key in stale],
+            "yours": yours,
+            "by": {key: last.model_dump() for key, last in last_said(session, run_id, author, stale).items()},
+        },
+    )
+
+
+def known_frames(session: Session, run: Run) -> int:
+    """How many frames of a run's video are known to be there.
+
+    All, once it is imported. Until then (the clip of a bundle comes with a run that is complete) those that the import
+    has decoded or the run has seen.
+
+    Args:
+        session: reads.
+        run: stored.
+
+    Raises:
+        Conflict: none is known yet.
+    """
+    video = session.get_one(Video, run.video_id)
+    frames = video.frames or 0
+    if video.state != "ready":
+        frames = max(frames, run.stop or 0)
+    if frames < 1:
+        raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")
+    return frames
+
+
+def require_inside(command: Command, frames: int) -> None:
+    """Refuse a command about frames that the video does not have.
+
+    Its ``spans`` may reach further: they are what the page took the engine's tracks to be, and nobody reads them.
+
+    Args:
+        command: see :mod:`app.edits.commands`.
+        frames: that the video has.
+
+    Raises:
+        Invalid: names the first such frame.
+    """
+    named = {"frame": command.frame}
+    if isinstance(command, Interpolate):
+        named |= {"first": command.first, "last": command.last}
+    if isinstance(command, Follow):
+        named |= {"boxes": command.boxes[-1].frame}
+    for name, frame in named.items():
+        if frame >= frames:
+            raise Invalid(_beyond(frame, frames), field=f"command.{name}", code="no_such_frame")
+
+
+def require_documents_inside(documents: Iterable[TrackDoc], frames: int) -> None:
+    """Refuse documents with key frames or notes beyond the video's end, whoever brings them.
+
+    Segments may reach further: they only choose among the engine's own boxes.
+
+    Args:
+        documents: to be stored.
+        frames: that the video has.
+
+    Raises:
+        Invalid: names the track and its last frame.
+    """
+    for doc in documents:
+        last = doc.last_said()
+        if last is not None and last >= frames:
+            raise Invalid(f"Track {doc.key}: {_beyond(last, frames)}", code="no_such_frame")
+
+
+def by_key(command: Command, labels: LabelSet) -> Command:
+    """The command with the id that its ``label_key`` has in a set: whoever gave it may have seen another set.
+
+    Args:
+        command: see :mod:`app.edits.commands`.
+        labels: set of the video.
+
+    Raises:
+        Invalid: the set has no label of that key.
+    """
+    if not isinstance(command, CreateTrack | RelabelTrack | RelabelBox):
+        return command
+    key = command.label_key
+    if key is None or command.class_id in (None, NO_CLASS):
+        return command
+    label = labels.by_key(key)
+    if label is None:
+        raise Invalid(
+            f"The label set '{labels.name}', which the video uses now, has no label {key!r}. Choose one of its labels, "
+            "or add it to the set first.",
+            field="command.label_key",
+            code="no_such_label",
+        )
+    return command if label.id == command.class_id else command.model_copy(update={"class_id": label.id})
+
+
+def require_known_labels(docs: Iterable[TrackDoc], labels: LabelSet) -> None:
+    """Refuse documents with a label that the set has never given out; hidden and merged ones count as given out.
+
+    Args:
+        docs: to be stored.
+        labels: set of the video.
+
+    Raises:
+        Invalid: names the track and the label.
+    """
+    known = {NO_CLASS, None, *(label.id for label in labels)}
+    for doc in docs:
+        for label in (doc.class_id, *(key.class_id for key in doc.keys.values())):
+            if label not in known:
+                raise Invalid(
+                    f"Track {doc.key}: the label set {labels.key!r} has no label {label}. Choose one of its labels, or "
+                    "add one to the set first.",
+                    field="command.class_id",
+                    code="no_such_label",
+                )
+
+
+def require_attribute(
+    command: SetAttribute, doc: TrackDoc, labels: LabelSet, engine: Callable[[int], int | None]
+) -> None:
+    """Refuse a value that the label of a track has no such attribute for.
+
+    Args:
+        command: sets the attribute.
+        doc: the track that it is about.
+        labels: set of the video.
+        engine: number of an engine's track -> its label, None: it was never read.
+
+    Raises:
+        Invalid: says what the label allows.
+    """
+    if command.value is None:
+        return
+    own = doc.keys.get(str(command.frame)) if command.from_here else None
+    given = doc.class_id if own is None or own.class_id is None else own.class_id
+    if given is None:
+        track = doc.began_as()
+        given = None if track is None else engine(track)
+    label = None if given is None else labels.get(labels.resolved(given))
+    if label is None:
+        raise _refused(f"Track {doc.key} has no label of the set {labels.key!r}. Give it one first.", "attribute")
+    attribute = label.attribute(command.attribute)
+    if attribute is None:
+        raise _refused(
+            f"The label {label.name!r} has no attribute {command.attribute!r}. Add it to the label first.", "attribute"
+        )
+    if command.from_here and not attribute.mutable:
+        raise _refused(
+            f"The attribute {attribute.name!r} of {label.name!r} has one value for the whole track. Set it there.",
+            "from_here",
+        )
+    if (problem := attribute.problem(command.value)) is not None:
+        raise _refused(f"The label {label.name!r}: {problem}.", "value")
+
+
+def _beyond(frame: int, frames: int) -> str:
+    return f"The video has frames 0 to {frames - 1}. Got {frame}."
+
+
+def _refused(message: str, field: str) -> Invalid:
+    return Invalid(message, field=f"command.{field}", code="no_such_attribute")

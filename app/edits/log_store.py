@@ -1,0 +1,279 @@
+"""The log of edits and the documents that follow from it, as they lie in the database, and who waits for whom.
+
+Edits that could disturb each other wait for each other; all others go on side by side. SQLite has one writer at a time
+anyway. PostgreSQL's advisory locks are always taken in the order of this module, and before the lock on the order of
+events, so that nobody waits in a circle.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+
+from sqlalchemy import Select, select, text
+from sqlalchemy.orm import Session
+
+from app.edits.documents import OPEN_END, TrackDoc, engine_doc
+from app.errors import Conflict
+from app.events import EventBus
+from app.evidence.service import EvidenceService
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Edit, Run, TrackDocument
+from app.videos.same_file import ChangedFiles
+
+__all__ = [
+    "LogStore",
+    "documents_of",
+    "lock_for_edit",
+    "lock_for_many",
+    "lock_run",
+    "lock_tracks",
+]
+
+_FEW = 50
+"""Documents that are asked for one by one; most are in the session already."""
+_AT_ONCE = 500
+"""Keys of one query."""
+_MOST_REPORTED = 500
+"""Documents that the stream of events carries of one operation."""
+
+
+class LogStore:
+    """The append-only log of all runs, and their documents as they stand; within transactions of somebody else.
+
+    Attributes:
+        database: holds log and documents.
+        evidence: knows the engine's tracks.
+    """
+
+    def __init__(
+        self, database: Database, events: EventBus, evidence: EvidenceService, settings: Settings | None = None
+    ) -> None:
+        """Take what the store stands on.
+
+        Args:
+            database: holds log and documents.
+            events: tells the pages.
+            evidence: knows the engine's tracks.
+            settings: where the videos lie.
+        """
+        self.database = database
+        self.evidence = evidence
+        self._events = events
+        self._files = ChangedFiles(settings or Settings(), database)
+
+    def refuse_changed_file(self, run_id: str, op_id: str | None = None) -> None:
+        """Refuse what is new about a run whose video's file is another one by now.
+
+        It may read the whole file, so it is called before a transaction that others wait for.
+
+        Args:
+            run_id: the run.
+            op_id: an operation that is answered as ever if it was stored before the file changed.
+
+        Raises:
+            Conflict: the file is another one (``file_changed``).
+        """
+        try:
+            self._files.refuse(run_id)
+        except Conflict:
+            if op_id is None:
+                raise
+            with self.database.read() as session:
+                if session.scalars(select(Edit.seq).where(Edit.op_id == op_id)).first() is None:
+                    raise
+
+    @staticmethod
+    def stored(session: Session, run_id: str, op_id: str) -> Edit | None:
+        """The operation of a name; None: it is new.
+
+        Raises:
+            Conflict: it is about another run.
+        """
+        edit = session.scalars(select(Edit).where(Edit.op_id == op_id)).first()
+        if edit is not None and edit.run_id != run_id:
+            raise Conflict("This op_id belongs to an operation on another run. Choose a fresh one.", code="op_id_used")
+        return edit
+
+    def load(self, session: Session, run: Run, keys: Sequence[str], *, change: bool = True) -> dict[str, TrackDoc]:
+        """Documents of the tracks that exist; engine tracks that nobody touched get a fresh one.
+
+        Args:
+            session: of the transaction.
+            run: the run.
+            keys: of the tracks that are asked for.
+            change: they are going to be saved, so nobody else may until the transaction ends.
+        """
+        query = _documents(run.id).where(TrackDocument.key.in_(keys))
+        rows = session.scalars(query.with_for_update() if change else query).all()
+        if change:
+            session.info["documents"] = rows  # kept alive, so that save finds them without asking again
+        found = {row.key: self.closed(run, _doc_of(row)) for row in rows}
+        missing = [key for key in keys if key not in found and key.startswith("m")]
+        spans = self.evidence.all_spans(run.id) if len(missing) > _FEW else None
+        for key in missing:
+            fresh = self.fresh(run, key, spans)
+            if fresh is not None:
+                found[key] = fresh
+        return found
+
+    def touched(self, session: Session, run: Run) -> dict[str, TrackDoc]:
+        """The documents of all tracks that people have said something of."""
+        return {row.key: self.closed(run, _doc_of(row)) for row in session.scalars(_documents(run.id))}
+
+    def closed(self, run: Run, doc: TrackDoc) -> TrackDoc:
+        """The document with its open pieces ended where their tracks ended, once the run is complete."""
+        if run.state != "complete" or all(piece.last < OPEN_END for piece in doc.segments):
+            return doc
+        pieces = []
+        for piece in doc.segments:
+            span = self.evidence.span(run.id, piece.track) if piece.last >= OPEN_END else (piece.first, piece.last)
+            if span is not None and piece.first <= span[1]:
+                pieces.append(piece.model_copy(update={"last": span[1]}))
+        return doc.model_copy(update={"segments": tuple(pieces)})
+
+    def fresh(self, run: Run, key: str, spans: Mapping[int, tuple[int, int]] | None = None) -> TrackDoc | None:
+        """The untouched document of an engine track; while the run goes on, its end is open. None: there is none.
+
+        Args:
+            run: the run.
+            key: of the track.
+            spans: first and last frame of all engine tracks, where they are known already.
+        """
+        if not key.startswith("m"):
+            return None
+        track = int(key[1:])
+        span = self.evidence.span(run.id, track) if spans is None else spans.get(track)
+        if span is None:
+            return None
+        return engine_doc(track, span[0], span[1] if run.state == "complete" else OPEN_END)
+
+    def append(
+        self,
+        session: Session,
+        run: Run,
+        author: str,
+        command: Mapping[str, object],
+        before: Mapping[str, TrackDoc | None],
+        after: Mapping[str, TrackDoc],
+        frame: int | None,
+        *,
+        op_id: str,
+        reverts: str | None = None,
+    ) -> tuple[Edit, dict[str, TrackDoc]]:
+        """Save documents, append the operation to the log and to the stream of events.
+
+        The last thing in a transaction: once the number is drawn, others wait.
+
+        Args:
+            session: of the transaction.
+            run: the run.
+            author: who does it.
+            command: what the log says; ``name`` is the kind of operation.
+            before: what was there, by key; None: nothing.
+            after: what is there from now on, by key.
+            frame: where to look; None: the operation is about no frame.
+            op_id: name of the operation.
+            reverts: the operation that it takes back or brings back.
+
+        Returns:
+            The operation, and the documents as they were stored.
+        """
+        saved = self._save(session, run.id, before, after)
+        row = Edit(
+            op_id=op_id,
+            run_id=run.id,
+            author=author,
+            kind=command["name"],
+            command=dict(command),
+            frame=frame,
+            before={key: None if doc is None else doc.model_dump(mode="json") for key, doc in before.items()},
+            after={key: doc.model_dump(mode="json") for key, doc in saved.items()},
+            reverts=reverts,
+        )
+        self._events.order(session)
+        session.add(row)
+        session.flush()
+        docs = list(row.after.values()) if len(row.after) <= _MOST_REPORTED else None  # more than that, pages ask for
+        reported = {"seq": row.seq, "op_id": op_id, "author": author, "docs": docs}
+        self._events.publish(session, "edit", run.id, reported)
+        return row, saved
+
+    @staticmethod
+    def _save(
+        session: Session, run_id: str, before: Mapping[str, TrackDoc | None], after: Mapping[str, TrackDoc]
+    ) -> dict[str, TrackDoc]:
+        """Store documents with their next revision; ``after`` as it was stored."""
+        saved = {}
+        rows = _stored(session, run_id, list(after)) if len(after) > _FEW else None
+        for key, doc in after.items():
+            old = before.get(key)
+            row = session.get(TrackDocument, (run_id, key)) if rows is None else rows.get(key)
+            revision = max(0 if old is None else old.revision, 0 if row is None else row.revision) + 1
+            saved[key] = doc.model_copy(update={"revision": revision})
+            if row is None:
+                row = TrackDocument(run_id=run_id, key=key)
+                session.add(row)
+            row.revision, row.document = revision, saved[key].model_dump(mode="json")
+        return saved
+
+
+def documents_of(session: Session, run_id: str) -> dict[str, TrackDoc]:
+    """What people have said about the tracks of a run, by key."""
+    return {row.key: _doc_of(row) for row in session.scalars(_documents(run_id))}
+
+
+def lock_for_edit(session: Session, run_id: str, op_id: str, author: str, keys: Iterable[str] = ()) -> None:
+    """One edit: nothing else with this operation, by this author, or on these tracks of the run goes on meanwhile."""
+    whole = [f"op {op_id}", f"author {run_id} {author}"]
+    _take(session, whole, shared=[f"run {run_id}"], then=[f"track {run_id} {key}" for key in sorted(keys)])
+
+
+def lock_tracks(session: Session, run_id: str, keys: Iterable[str]) -> None:
+    """Tracks that became known only after :func:`lock_for_edit`, which had none."""
+    _take(session, [f"track {run_id} {key}" for key in sorted(keys)])
+
+
+def lock_for_many(session: Session, run_id: str, op_id: str, author: str) -> None:
+    """One edit of many tracks: nothing else goes on in the run meanwhile, nor with this operation or by this author."""
+    _take(session, [f"op {op_id}", f"author {run_id} {author}", f"run {run_id}"])
+
+
+def lock_run(session: Session, run_id: str) -> None:
+    """All tracks of a run."""
+    _take(session, [f"run {run_id}"])
+
+
+def _take(session: Session, names: list[str], shared: Iterable[str] = (), then: Iterable[str] = ()) -> None:
+    if session.get_bind().dialect.name != "postgresql":
+        return
+    calls = [
+        *(f"pg_advisory_xact_lock({_number(name)})" for name in names),
+        *(f"pg_advisory_xact_lock_shared({_number(name)})" for name in shared),
+        *(f"pg_advisory_xact_lock({_number(name)})" for name in then),
+    ]
+    if calls:
+        session.execute(text(f"SELECT {', '.join(calls)}"))
+
+
+def _number(name: str) -> int:
+    """63 bits of a name; two names of one number only wait for each other without need."""
+    return int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), "big") >> 1
+
+
+def _stored(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, TrackDocument]:
+    """The rows of many documents, in few queries."""
+    found = {}
+    for start in range(0, len(keys), _AT_ONCE):
+        query = _documents(run_id).where(TrackDocument.key.in_(keys[start : start + _AT_ONCE]))
+        found.update({row.key: row for row in session.scalars(query)})
+    return found
+
+
+def _documents(run_id: str) -> Select[TrackDocument]:
+    return select(TrackDocument).where(TrackDocument.run_id == run_id)
+
+
+def _doc_of(row: TrackDocument) -> TrackDoc:
+    return TrackDoc.model_validate({**row.document, "revision": row.revision})

@@ -1,0 +1,61 @@
+"""Two tracks out of one: each frame keeps what it showed. The page does the same in static/js/model/commands.js."""
+
+from __future__ import annotations
+
+from app.edits.documents import KeyFrame, Segment, TrackDoc
+
+__all__ = ["clip", "split"]
+
+
+def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tuple[TrackDoc, TrackDoc]:
+    """The track up to a frame, and another one from there on; either may be empty.
+
+    Args:
+        doc: of the track.
+        frame: the first of the new track.
+        new_key: of the new track.
+        class_id: the engine's label of the track, for a half that has lost all that it comes with.
+    """
+    before, at = (doc.line_at(f) if f >= 0 else None for f in (frame - 1, frame))
+    if at is not None and str(frame) not in doc.keys:
+        doc = doc.with_key(frame, box=at)
+    if before is not None and str(frame - 1) not in doc.keys:
+        doc = doc.with_key(frame - 1, box=before)
+    carried = doc.last_key(frame)
+    later = {k: key for k, key in doc.keys.items() if int(k) >= frame}
+    if carried is not None and carried < frame:
+        state = doc.keys[str(carried)]
+        if state.occluded or state.outside or state.attributes:
+            later[str(frame)] = KeyFrame(**{**state.state(), "interpolate": False})
+    new = TrackDoc(
+        key=new_key,
+        class_id=doc.class_id,
+        review="open",
+        not_a_sign=doc.not_a_sign,
+        attributes=doc.attributes,
+        ignore=doc.ignore,
+        segments=clip(doc.segments, frame, 2**31),
+        keys=later,
+        notes=tuple(n for n in doc.notes if n.frame >= frame),
+    )
+    old = doc.model_copy(
+        update={
+            "segments": clip(doc.segments, -1, frame - 1),
+            "keys": {k: key for k, key in doc.keys.items() if int(k) < frame},
+            "notes": tuple(n for n in doc.notes if n.frame < frame),
+        }
+    )
+    return _with_class(old, class_id), _with_class(new, class_id)
+
+
+def clip(segments: tuple[Segment, ...], first: int, last: int) -> tuple[Segment, ...]:
+    """What of some pieces lies within first to last, both included."""
+    cut = ((s, max(s.first, first), min(s.last, last)) for s in segments)
+    return tuple(Segment(track=s.track, first=a, last=b) for s, a, b in cut if a <= b)
+
+
+def _with_class(doc: TrackDoc, class_id: int | None) -> TrackDoc:
+    """The document with the class that it showed, where it has lost all that the engine's label comes with."""
+    if doc.class_id is not None or doc.began_as() is not None:
+        return doc
+    return doc.model_copy(update={"class_id": class_id})

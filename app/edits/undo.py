@@ -1,0 +1,172 @@
+"""Undo and redo, derived from the log: nothing to keep, nothing to lose on a reload."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.edits.commands import Redo, Undo
+from app.edits.documents import TrackDoc
+from app.edits.history import last_said
+from app.edits.log_store import LogStore, lock_tracks
+from app.errors import Conflict
+from app.shapes import Model
+from app.storage.models import Edit, Run
+
+__all__ = ["Target", "UndoRedo", "targets"]
+
+_PAGE = 8
+_PASSED = 100
+"""Operations that somebody else has changed since; beyond them nothing is looked for."""
+
+
+class Target(Model):
+    """The operation that Ctrl+Z or Ctrl+Shift+Z would be about."""
+
+    op_id: str
+    name: str
+    frame: int | None
+    keys: list[str]
+
+
+class UndoRedo:
+    """What an author can undo and redo next, and what that leaves behind."""
+
+    def __init__(self, log: LogStore) -> None:
+        self._log = log
+
+    def targets(self, session: Session, run: Run, author: str) -> tuple[Target | None, Target | None]:
+        """What the author can undo and redo next; what others have changed since cannot be undone."""
+
+        def fits(left: Mapping[str, object]) -> bool:
+            present = self._log.load(session, run, list(left), change=False)
+            return all(
+                _same(present.get(key), self._log.closed(run, TrackDoc.model_validate(doc)))
+                for key, doc in left.items()
+            )
+
+        return targets(session, run.id, author, fits)
+
+    def documents(
+        self, session: Session, run: Run, author: str, command: Undo | Redo
+    ) -> tuple[dict[str, TrackDoc | None], dict[str, TrackDoc], Edit]:
+        """Documents before and after an undo or redo, and the operation that it is about.
+
+        Raises:
+            Conflict: it is not what comes next, or a track has changed since.
+        """
+        # a page that has not heard of somebody else's change asks for what that bars; the answer tells it
+        undo, redo = targets(session, run.id, author)
+        if isinstance(command, Undo) and undo is not None and undo.op_id != command.op_id:
+            undo = self.targets(session, run, author)[0]
+        following = undo if isinstance(command, Undo) else redo
+        if following is None or following.op_id != command.op_id:
+            raise Conflict(
+                f"That is not the operation to {command.name} next. Reload to see which is.", code="not_next"
+            )
+        edit = session.scalars(select(Edit).where(Edit.op_id == command.op_id)).one()
+        start, goal = (edit.after, edit.before) if isinstance(command, Undo) else (edit.before, edit.after)
+        lock_tracks(session, run.id, start)
+        present = self._log.load(session, run, list(start))
+        for key, expected in start.items():
+            left = None if expected is None else self._log.closed(run, TrackDoc.model_validate(expected))
+            if not _same(present.get(key), left):
+                seen = {key: 0 if expected is None else int(expected["revision"])}
+                others = last_said(session, run.id, author, seen).get(key)
+                who = f"{others.author} has changed track {key}" if others else f"Track {key} has been changed"
+                raise Conflict(
+                    f"{who} since. {command.name.capitalize()} would lose that.",
+                    code="stale",
+                    details={
+                        "current": [] if key not in present else [present[key].model_dump(mode="json")],
+                        "yours": [] if goal[key] is None else [goal[key]],
+                    },
+                )
+        after: dict[str, TrackDoc] = {}
+        for key, wanted in goal.items():
+            if wanted is None:  # there was no document: the engine's track, or of a person's nothing is left
+                after[key] = self._log.fresh(run, key) or TrackDoc(key=key, gone=True)
+            else:
+                after[key] = TrackDoc.model_validate(wanted)
+        return {key: present.get(key) for key in start}, after, edit
+
+
+def targets(
+    session: Session, run_id: str, author: str, fits: Callable[[Mapping[str, object]], bool] | None = None
+) -> tuple[Target | None, Target | None]:
+    """What ``author`` can undo and redo next.
+
+    Operations are taken back from the newest one on and brought back in the opposite order, and a new one ends what
+    could be brought back. So the next to undo is the newest that does not stand as undone, and the next to redo is the
+    last undone one since the newest operation. The log is read backwards, only as far as that takes.
+
+    Args:
+        session: reads the log.
+        run_id: the run.
+        author: whose operations.
+        fits: whether tracks still are as an operation left them (key -> document). One that does not fit is passed
+            over, so that what somebody else has changed does not bar the way to all that came before; at most
+            ``_PASSED`` are. Unset: none is.
+    """
+    undoable: str | None = None
+    stands: dict[str, str] = {}
+    reverts_since: list[tuple[str, str]] = []
+    fresh = True
+    passed = 0
+    for op_id, kind, reverted in _backwards(session, run_id, author):
+        if reverted is not None:
+            stands.setdefault(reverted, kind)
+            if fresh:
+                reverts_since.append((kind, reverted))
+        else:
+            fresh = False
+            if stands.get(op_id) == "undo":
+                continue
+            if fits is None or fits(session.scalars(select(Edit.after).where(Edit.op_id == op_id)).one()):
+                undoable = op_id
+                break
+            passed += 1
+            if passed > _PASSED:
+                break
+    undone: list[str] = []
+    for kind, reverted in reversed(reverts_since):
+        if kind == "undo":
+            undone.append(reverted)
+        else:
+            undone.remove(reverted)
+    return _target(session, undoable), _target(session, undone[-1] if undone else None)
+
+
+def _backwards(session: Session, run_id: str, author: str) -> Iterator[tuple[str, str, str | None]]:
+    """Operation, kind, and what it reverts: the author's log from the newest row on, a page at a time."""
+    query = (
+        select(Edit.seq, Edit.op_id, Edit.kind, Edit.reverts)
+        .where(Edit.run_id == run_id, Edit.author == author)
+        .order_by(Edit.seq.desc())
+    )
+    size, before = _PAGE, None
+    while True:
+        page = session.execute((query if before is None else query.where(Edit.seq < before)).limit(size)).all()
+        for seq, op_id, kind, reverts in page:
+            before = seq
+            yield op_id, kind, reverts
+        if len(page) < size:
+            return
+        size *= 4
+
+
+def _target(session: Session, op_id: str | None) -> Target | None:
+    if op_id is None:
+        return None
+    columns = select(Edit.kind, Edit.frame, Edit.after).where(Edit.op_id == op_id)
+    kind, frame, after = session.execute(columns).one()
+    return Target(op_id=op_id, name=kind, frame=frame, keys=sorted(after))
+
+
+def _same(present: TrackDoc | None, left: TrackDoc | None) -> bool:
+    """Whether a track still is what an operation left behind, whatever its revision."""
+    if left is None:
+        return present is None or present.gone
+    return present is not None and present.same(left)

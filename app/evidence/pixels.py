@@ -1,0 +1,141 @@
+"""Pictures of what lies under boxes, and verdicts that are judged again from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from app.errors import NotFound
+from app.evidence.crops import MARGIN, CropOf, box_in_frame, crop_of, encode, pixels_in_frame
+from app.evidence.explain import Explanation
+from app.evidence.explainer import Explainer, Question
+from app.evidence.place import RunPlace
+from app.evidence.service import EvidenceService
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Video
+from app.videos.opened import library_file
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.geometry.boxes import area, clip
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["RunPixels"]
+
+Box = tuple[float, float, float, float]
+
+
+class RunPixels:
+    """Reads the stored pixels of runs, and decodes where they lack any; thread-safe."""
+
+    def __init__(self, settings: Settings, database: Database, evidence: EvidenceService) -> None:
+        self._settings = settings
+        self._database = database
+        self._evidence = evidence
+        self._explainer = Explainer()
+
+    def close(self) -> None:
+        """End the process that judges."""
+        self._explainer.close()
+
+    def crop(
+        self, run_id: str, track_id: int, frame: int, size: int, of: CropOf, picture: Callable[[str, int], Picture]
+    ) -> bytes:
+        """A track's crop as PNG.
+
+        Args:
+            run_id: the run.
+            track_id: the track.
+            frame: ordinal of the frame.
+            size: longer side of the answer, px.
+            of: its result, or the prediction that the gate judged, with the gate's margin.
+            picture: decodes a frame of a video; asked only where evidence lacks pixels.
+
+        Raises:
+            NotFound: the track has no such box there.
+        """
+        place = self._evidence.place(run_id)
+        with self._evidence.reading(place) as reader:
+            box = box_in_frame(reader, track_id, frame, of)
+            margin = float(reader.header.parameters["gate"]["gate_margin"]) if of == "prediction" else MARGIN
+        if box is None:
+            raise NotFound(f"Track {track_id} has no {of} in frame {frame}.")
+        return self._crop(place, frame, box, margin, size, picture)
+
+    def crop_of_box(
+        self, run_id: str, frame: int, box: Box, size: int, picture: Callable[[str, int], Picture]
+    ) -> bytes:
+        """What lies under any box in a frame of the run's video, with the margin of a result, as PNG.
+
+        Args:
+            run_id: the run.
+            frame: ordinal of the frame.
+            box: x1, y1, x2, y2, px.
+            size: longer side of the answer, px.
+            picture: decodes a frame of a video; asked only where evidence lacks pixels.
+
+        Raises:
+            NotFound: the box lies beyond the picture.
+        """
+        place = self._evidence.place(run_id)
+        with self._database.read() as session:
+            video = session.get_one(Video, place.video_id)
+        inside = clip(np.array([box], np.float64), video.width or 0, video.height or 0)
+        if area(inside)[0] <= 0:
+            raise NotFound("The box lies beyond the picture.", field="box")
+        return self._crop(place, frame, inside[0], MARGIN, size, picture)
+
+    def _crop(
+        self,
+        place: RunPlace,
+        frame: int,
+        box: FloatArray,
+        margin: float,
+        size: int,
+        picture: Callable[[str, int], Picture],
+    ) -> bytes:
+        with self._pixels_of(place) as source:
+            stored = pixels_in_frame(source, frame)
+        crop = crop_of(stored, box, margin, lambda: picture(place.video_id, frame))
+        return encode(crop, size)
+
+    def explain(self, run_id: str, track_id: int, frame: int) -> Explanation:
+        """Why the gate judged one prediction as it did.
+
+        Raises:
+            NotFound: it did not judge that track there.
+        """
+        place = self._evidence.place(run_id)
+        nothing = NotFound(f"The gate did not judge track {track_id} in frame {frame}.")
+        with self._evidence.reading(place) as reader, self._pixels_of(place) as source:
+            if box_in_frame(reader, track_id, frame, "prediction") is None:
+                raise nothing  # also where the run has no such frame
+            pixels = source.folder
+        with self._database.read() as session:
+            file = library_file(self._settings, session.get_one(Video, place.video_id))
+        question = Question(
+            str(place.folder),
+            str(pixels),
+            str(file) if file.there else "",
+            track_id,
+            frame,
+            self._settings.max_pixels,
+            file.digest or "",
+            file.stamp,
+            tuple(map(str, file.roots)),
+        )
+        found = self._explainer.ask(question)
+        if found is None:
+            raise nothing
+        return found
+
+    @contextmanager
+    def _pixels_of(self, place: RunPlace) -> Iterator[EvidenceReader]:
+        """The store that holds the pixels: a what-if's are those of the run that it replays."""
+        if place.parent_id is None:
+            with self._evidence.reading(place) as reader:
+                yield reader
+            return
+        with self._pixels_of(self._evidence.place(place.parent_id)) as reader:
+            yield reader

@@ -1,0 +1,162 @@
+"""A file of another tool, read onto a video: what it says, with the labels of the video's set."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from app.errors import Invalid
+from app.exchange.dataset import LABELS, VideoFacts
+from tsr_engine.bundle.layout import FRAMES, OUTPUT
+from tsr_engine.bundle.layout import MANIFEST as BUNDLE_MANIFEST
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.additions import UnknownLabels
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.formats import Format, ImportLimits, ImportTarget, UnknownNames
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.opened_zip import entry_names, is_archive
+from tsr_engine.exchange.registry import format_named, switches_of
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.labels.model import LabelSet
+
+__all__ = ["Incoming", "Onto", "read_incoming", "target_of"]
+
+HTTP_WAYS = (
+    "Say which labels they are (label_map), add them to the set (unknown=add, or some of them with add), or leave "
+    "their tracks out (unknown=skip)."
+)
+_MOST_NAMES = 2000
+"""Names in the answer about those that no label has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Incoming:
+    """A file, and what a person says about it.
+
+    Attributes:
+        path: file, archive or folder.
+        name: what the truth or run is to be called; of a truth, one of the same name is replaced.
+        format: name of its format; None: found out.
+        switches: options of the format.
+        label_map: name in the file -> number or key of a label, -1: no label of the set.
+        unknown: what becomes of other names that no label has; see ``ImportTarget``.
+        added: names that are added to the set, whatever ``unknown`` says of the others.
+        ways: how a person says what becomes of names, for the refusal of those that no label has.
+        author: who brings it.
+        scratch: where archives are unpacked for the moment; None: the system's folder.
+    """
+
+    path: Path
+    name: str
+    format: str | None = None
+    switches: Mapping[str, str] = field(default_factory=dict)
+    label_map: Mapping[str, int | str] = field(default_factory=dict)
+    unknown: UnknownNames = "refuse"
+    added: frozenset[str] = frozenset()
+    ways: str = HTTP_WAYS
+    author: str = ""
+    scratch: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Onto:
+    """The video that something is laid onto, its labels, what was said of names in earlier files, and limits."""
+
+    facts: VideoFacts
+    table: FrameTable
+    size: int
+    limits: ImportLimits
+    labels: LabelSet = LABELS
+    words: Mapping[str, int] = field(default_factory=dict)
+
+
+def read_incoming(incoming: Incoming, onto: Onto, tell: Callable[[int], None] | None = None) -> Dataset:
+    """What a file says about a video.
+
+    Args:
+        incoming: the file.
+        onto: the video.
+        tell: hears now and then how many boxes have been read.
+
+    Raises:
+        Invalid: it says nothing, an option that makes no sense, or names that no label has (code ``unknown_labels``;
+            ``details`` lists them).
+        UsageError: an unknown format, option or class.
+        ImportFormatError: the first thing that breaks a rule: file, line, rule.
+    """
+    _no_annotations(incoming.path)
+    try:
+        target = replace(target_of(incoming, onto), tell=tell)
+        dataset = read_dataset(incoming.path, target, _chosen(incoming), scratch=incoming.scratch)
+    except UnknownLabels as error:
+        raise _unknown(error, incoming.ways) from None
+    if next(iter(dataset.videos[0].tracks()), None) is None:
+        raise Invalid(f"{incoming.path.name} holds no boxes for {onto.facts.name}. Check the file.", code="nothing")
+    return dataset
+
+
+def target_of(incoming: Incoming, onto: Onto) -> ImportTarget:
+    """What a file is read onto.
+
+    Raises:
+        Invalid, UsageError: as of ``read_incoming``.
+    """
+    chosen = _chosen(incoming)
+    asked = dict(incoming.switches)
+    # of a format that is found out, the reader looks at them
+    switches = asked if chosen is None else switches_of(chosen, asked, reading=True)
+    return ImportTarget(
+        onto.facts.without_tracks(),
+        onto.labels,
+        switches,
+        dict(incoming.label_map),
+        remembered=onto.words,
+        unknown=incoming.unknown,
+        added=incoming.added,
+        limits=onto.limits,
+    )
+
+
+def _unknown(error: UnknownLabels, ways: str) -> Invalid:
+    """The names of a file that no label has, for a page to ask about."""
+    names = [
+        {
+            "name": each.name,
+            "tracks": each.tracks,
+            "boxes": each.boxes,
+            "suggestions": [{"id": label.id, "key": label.key, "name": label.name} for label in each.suggestions],
+            "example": {"frame": each.frame, "box": list(each.box)},
+        }
+        for each in error.labels[:_MOST_NAMES]
+    ]
+    details = {"labels": names, "count": len(error.labels)}
+    return Invalid(f"{error} {ways}", code="unknown_labels", field="label_map", details=details)
+
+
+def _chosen(incoming: Incoming) -> Format | None:
+    chosen = None if incoming.format is None else format_named(incoming.format)
+    if chosen is not None and chosen.read is None:
+        raise Invalid(f"{chosen.title} can be exported, not imported. Choose another format.", field="format")
+    return chosen
+
+
+def _no_annotations(path: Path) -> None:
+    """Refuse what would be reported as of no known format: the beginning of an archive, and a bug bundle.
+
+    Raises:
+        ImportFormatError: it is one of these, or an archive that is damaged or over the limits.
+    """
+    if not path.is_file():
+        return
+    if is_archive(path):
+        if {BUNDLE_MANIFEST, FRAMES, OUTPUT} <= set(entry_names(path)):
+            raise ImportFormatError(
+                f"{path.name}: is a bug bundle, no annotations. Replay it with 'tsr replay {path.name}', or open it "
+                "with 'Open bug bundle' in the library."
+            )
+        return
+    with path.open("rb") as file:
+        begins = file.read(4)
+    if begins == b"PK\x03\x04":
+        raise ImportFormatError(f"{path.name}: is a ZIP archive whose end is missing. Copy or download it again.")

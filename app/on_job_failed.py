@@ -1,0 +1,69 @@
+"""Updates what a job works on after the job has failed, was cancelled or waits again."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+from sqlalchemy import delete
+from sqlalchemy.orm import Session
+
+from app.events import EventBus
+from app.outputs.view import publish_output
+from app.runs.view import publish_run
+from app.storage.models import Follow, Job, ModelVersion, Output, Run, Video
+from app.training.view import publish_model
+from app.videos.view import publish_video
+from app.videos.words import in_words
+
+__all__ = ["on_job_failed"]
+
+Subject = Follow | ModelVersion | Output | Run | Video
+"""What jobs work on."""
+
+
+def on_job_failed(
+    of: type[Subject], session: Session, events: EventBus, job: Job, state: str, error: str | None
+) -> None:
+    """What a job works on stands as its job does, and the pages hear of it.
+
+    What a run has stored stays and can be resumed. A video whose import waits once more stays what it is: being
+    imported. Of a follow that was dropped meanwhile nothing is left, its job included.
+
+    Args:
+        of: what jobs of this kind work on.
+        session: writes.
+        events: where pages hear of it; whoever waits for a follow asks by itself.
+        job: its subject is the one that is updated.
+        state: ``failed``, ``cancelled`` or ``queued``.
+        error: one sentence; None: nothing is wrong.
+    """
+    subject = session.get(of, job.subject)
+    match subject:
+        case None if of is Follow:
+            session.execute(delete(Job).where(Job.id == job.id))
+        case Video(state="importing") if state != "queued":
+            subject.state = "failed"
+            subject.error = in_words(subject, error or "The import was stopped. Add the video again.")
+            publish_video(session, events, subject)
+        case Run():
+            subject.state, subject.error = state, _about(session, subject, error)
+            publish_run(session, events, subject)
+        case Follow():
+            subject.state, subject.error = state, _about(session, session.get(Run, subject.run_id), error)
+        case Output():
+            subject.state, subject.error, subject.finished = state, error, _finished(state)
+            publish_output(session, events, subject)
+        case ModelVersion():
+            subject.state, subject.error, subject.finished = state, error, _finished(state)
+            subject.stage = ""
+            publish_model(session, events, subject)
+
+
+def _about(session: Session, run: Run | None, error: str | None) -> str | None:
+    """A sentence about the video of a run, for the person who added it."""
+    video = None if run is None else session.get(Video, run.video_id)
+    return error if error is None or video is None else in_words(video, error)
+
+
+def _finished(state: str) -> datetime | None:
+    return None if state == "queued" else datetime.now(UTC)

@@ -1,0 +1,90 @@
+"""Tables of what people change in a run: the log of edits, documents, follows; part of ``app.storage.models``."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import JSON, ForeignKey, Index, Integer, String, Text
+from sqlalchemy.orm import Mapped, mapped_column
+
+from app.shapes import JsonObject
+from app.storage.base import Base, Sequence, now
+from app.storage.moments import Moment
+
+__all__ = ["Edit", "Follow", "FollowPiece", "TrackDocument"]
+
+
+class Edit(Base):
+    """One operation of a person on the tracks of a run: a row of the append-only log."""
+
+    __tablename__ = "edits"
+    __table_args__ = (
+        Index("edits_of_run", "run_id", "seq"),
+        Index("edits_of_author", "run_id", "author", "seq"),
+        Index("edits_by_author", "author", "seq", "created"),  # holds all that hours of work are counted from
+        Index("edits_by_kind", "kind", "created"),
+    )
+
+    seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
+    op_id: Mapped[str] = mapped_column(String(64), unique=True)
+    """Chosen by the page; the same operation sent twice is one row."""
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"))
+    author: Mapped[str] = mapped_column(Text)
+    kind: Mapped[str] = mapped_column(String(32))
+    """Name of the command, or ``undo`` / ``redo``."""
+    command: Mapped[JsonObject] = mapped_column(JSON)
+    frame: Mapped[int | None]
+    """The frame that the person looked at."""
+    before: Mapped[JsonObject] = mapped_column(JSON)
+    """Documents of the touched tracks before: key -> document, None where there was none."""
+    after: Mapped[JsonObject] = mapped_column(JSON)
+    """The same after."""
+    reverts: Mapped[str | None] = mapped_column(String(64))
+    """The operation that an ``undo`` or ``redo`` is about."""
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
+
+
+class TrackDocument(Base):
+    """A track as people have left it: the newest document of each edited track."""
+
+    __tablename__ = "track_documents"
+
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
+    key: Mapped[str] = mapped_column(String(64), primary_key=True)
+    revision: Mapped[int] = mapped_column(Integer)
+    document: Mapped[JsonObject] = mapped_column(JSON)
+
+
+class Follow(Base):
+    """A sign that is being followed for a person; gone once its proposals are accepted, dropped or left."""
+
+    __tablename__ = "follows"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), index=True)
+    author: Mapped[str] = mapped_column(Text)
+    key: Mapped[str] = mapped_column(String(64))
+    """The track that the proposals are for."""
+    request: Mapped[JsonObject] = mapped_column(JSON)
+    """``anchors``, ``only``, ``first``, ``last``."""
+    state: Mapped[str] = mapped_column(String(16), default="queued")
+    """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
+    error: Mapped[str | None] = mapped_column(Text)
+    endings: Mapped[list[JsonObject]] = mapped_column(JSON, default=list)
+    """Why it ended, by direction."""
+    pieces: Mapped[int] = mapped_column(Integer, default=0)
+    """How many pieces have been stored."""
+    asked: Mapped[datetime] = mapped_column(Moment, default=now)
+    """When a page asked for it last."""
+
+
+class FollowPiece(Base):
+    """Some proposals of a follow, in the order in which they came."""
+
+    __tablename__ = "follow_pieces"
+
+    follow_id: Mapped[str] = mapped_column(ForeignKey("follows.id", ondelete="CASCADE"), primary_key=True)
+    number: Mapped[int] = mapped_column(Integer, primary_key=True)
+    proposals: Mapped[list[list[Any]]] = mapped_column(JSON)
+    """Rows of frame, x1, y1, x2, y2, confidence, source: numbers and a word."""

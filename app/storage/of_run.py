@@ -1,0 +1,28 @@
+"""A run by its name, and how far its log has got."""
+
+from __future__ import annotations
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from app.errors import NotFound
+from app.storage.models import Edit, Run
+
+__all__ = ["newest_edit", "require_run"]
+
+
+def require_run(session: Session, run_id: str) -> Run:
+    """The run of that name.
+
+    Raises:
+        NotFound: there is none.
+    """
+    run = session.get(Run, run_id)
+    if run is None:
+        raise NotFound(f"There is no run {run_id[:40]!r}.")
+    return run
+
+
+def newest_edit(session: Session, run_id: str) -> int:
+    """Number of the newest operation on a run; 0: none yet."""
+    return session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0

@@ -1,0 +1,76 @@
+"""Tables of what is made from runs: files, and versions of the models; part of ``app.storage.models``."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from sqlalchemy import JSON, BigInteger, ForeignKey, Integer, String, Text
+from sqlalchemy.orm import Mapped, mapped_column
+
+from app.shapes import JsonObject
+from app.storage.base import Base, here, now
+from app.storage.moments import Moment
+
+__all__ = ["ModelVersion", "Output"]
+
+
+class Output(Base):
+    """A file that was made from runs and can be downloaded: an export, a recording, a bug bundle, a 3-D page."""
+
+    __tablename__ = "artefacts"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    kind: Mapped[str] = mapped_column(String(16), index=True)
+    """``export``, ``recording``, ``bundle`` or ``scene``."""
+    run_id: Mapped[str | None] = mapped_column(ForeignKey("runs.id", ondelete="SET NULL"), index=True)
+    """The run, where there is exactly one."""
+    name: Mapped[str] = mapped_column(Text)
+    """File name offered for the download."""
+    state: Mapped[str] = mapped_column(String(16), default="queued")
+    """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
+    error: Mapped[str | None] = mapped_column(Text)
+    options: Mapped[JsonObject] = mapped_column(JSON, default=dict)
+    """What was asked for."""
+    done: Mapped[int] = mapped_column(Integer, default=0)
+    total: Mapped[int | None]
+    path: Mapped[str] = mapped_column(Text, default="")
+    """Relative to the data folder; empty until it is whole."""
+    place: Mapped[str | None] = mapped_column(String(32), default=here)
+    size: Mapped[int | None] = mapped_column(BigInteger)
+    """Bytes."""
+    sha256: Mapped[str] = mapped_column(String(64), default="")
+    summary: Mapped[JsonObject] = mapped_column(JSON, default=dict)
+    """Counts, skipped items with reasons."""
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    finished: Mapped[datetime | None] = mapped_column(Moment)
+
+
+class ModelVersion(Base):
+    """A set of trained models; immutable when complete."""
+
+    __tablename__ = "model_versions"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    name: Mapped[str] = mapped_column(Text)
+    state: Mapped[str] = mapped_column(String(16), default="queued")
+    """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
+    error: Mapped[str | None] = mapped_column(Text)
+    parent_id: Mapped[str | None] = mapped_column(String(32))
+    """The version that it started from; NULL: the one that ships with the package."""
+    folder: Mapped[str] = mapped_column(Text, default="")
+    """The models, relative to the data folder."""
+    place: Mapped[str | None] = mapped_column(String(32), default=here)
+    lineage: Mapped[JsonObject] = mapped_column(JSON, default=dict)
+    """Exports with their edit revisions and hashes, data folders, parts trained, seed, split."""
+    figures: Mapped[JsonObject] = mapped_column(JSON, default=dict)
+    """Held-out figures of this version and of its parent on the same data."""
+    models: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
+    """Model -> SHA-256."""
+    stage: Mapped[str] = mapped_column(Text, default="")
+    """What is being done, in words."""
+    done: Mapped[int] = mapped_column(Integer, default=0)
+    total: Mapped[int | None]
+    promoted: Mapped[int] = mapped_column(Integer, default=0)
+    """Counts up with each promotion; new runs use the complete version with the highest one, above 0."""
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    finished: Mapped[datetime | None] = mapped_column(Moment)
