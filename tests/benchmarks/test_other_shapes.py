@@ -38,16 +38,16 @@ def test_boxes_by_code_and_by_name_are_read(tmp_path: Path) -> None:
     for name in ("a.jpg", "b.jpg"):
         cv2.imwrite(str(tmp_path / name), np.zeros((8, 8, 3), np.uint8))
     place = {"file": "a.jpg", "ignore": False}
-    name = {**place, "box": [1.0, 2, 31, 42], "shape": "circle", "kind": "upright"}
+    named = {**place, "box": [1.0, 2, 31, 42], "shape": "circle", "kind": "upright"}
     rows = [
         {**place, "bbox": [1, 2, 30, 40], "code": "II-34"},
         {**place, "bbox": [1, 2, 30, 40], "code": "II-47"},
         {**place, "bbox": [1, 2, 30, 40], "code": "IV-5"},
         {**place, "bbox": [1, 2, 12, 19], "code": "II-34"},
         {**place, "bbox": [1, 2, 30, 40], "code": "II-34", "ignore": True},
-        {**name, "gtsrb": 14, "name": "stop"},
-        {**name, "gtsrb": -1, "name": "parking"},
-        {**name, "gtsrb": -1, "name": "board", "kind": "board"},
+        {**named, "gtsrb": 14, "name": "stop"},
+        {**named, "gtsrb": -1, "name": "parking"},
+        {**named, "gtsrb": -1, "name": "board", "kind": "board"},
     ]
     (tmp_path / "boxes.json").write_text(json.dumps(rows))
     read = read_boxes(tmp_path)
