@@ -29,6 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--looming", type=Path, help="simulated approaches with clips.json")
     parser.add_argument("--tuning", type=Path, help="simulated approaches that parameters were chosen on")
     parser.add_argument("--boards", type=Path, help="simulated approaches to signs of no label set")
+    parser.add_argument("--foreign", type=Path, help="folders of pictures of other countries, each with boxes.json")
     parser.add_argument("--before", type=Path, help="checkout of an earlier version, which `day` is done with as well")
     parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
     parser.add_argument("--seed", type=int, default=0)
@@ -50,6 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args.seconds,
         args.boards,
         args.before,
+        args.foreign,
     )
     chosen = [] if args.report else [e for e in EXPERIMENTS if not args.names or e.name in args.names]
     try:

@@ -35,6 +35,7 @@ class Data:
         tuning: simulated approaches that parameters were chosen on; their scenes are never reported on.
         boards: simulated approaches to signs of no label set.
         before: checkout of an earlier version of the project, for what is measured beside it.
+        foreign: folders of pictures of other countries, each with ``boxes.json``.
         seconds: that one call may spend on a drive of hours; None: as the experiment says.
     """
 
@@ -48,6 +49,7 @@ class Data:
     seconds: float | None = None
     boards: Path | None = None
     before: Path | None = None
+    foreign: Path | None = None
 
     def need(self, name: str) -> Path:
         """A folder of data.

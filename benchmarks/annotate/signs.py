@@ -6,10 +6,9 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
 
 from benchmarks.annotate.answers import Control, Seen
 from benchmarks.annotate.fitting import fit_box
@@ -17,63 +16,17 @@ from benchmarks.experiment import ROOT
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label
+from tsr_engine.training.gtsdb_signs import LABEL_SET, Annotation, Annotations, Reason
 from tsr_engine.training.mining import read_picture
 
-__all__ = ["SIGNS", "Annotation", "Annotations", "compile_signs", "figures", "save"]
+__all__ = ["SIGNS", "compile_signs", "figures", "save"]
 
 SIGNS: Final = ROOT / "data" / "gtsdb_signs.json"
-LABEL_SET: Final = "vienna"
 LONGER, SHORTER = 14.0, 8.0
 """Least sides of a box, px; smaller signs are ignored."""
 _ROUND: Final = ("circle", "diamond", "octagon")
 _DISCS: Final = ("bus-stop",)
 """Rectangles in the label set, discs in Germany."""
-Reason = Literal["", "not in the label set", "unread", "on a vehicle", "small", "board"]
-
-
-class Annotation(BaseModel):
-    """One sign.
-
-    Attributes:
-        id: unique, from 1.
-        scene: stem of the picture.
-        box: ``x1, y1, x2, y2``, pixel edges.
-        label: key in the label set; None: the set lacks the sign, or nobody can read it.
-        kind: a sign, a supplementary plate, or a board that is neither. What the label set lacks counts as a plate,
-            as nearly all of it is.
-        ignore: training takes nothing from here, and tests count neither a hit nor a miss.
-        reason: why it is ignored.
-    """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    id: int = Field(ge=1)
-    scene: str = Field(pattern=r"^\d{5}$")
-    box: tuple[float, float, float, float]
-    label: str | None
-    kind: Literal["sign", "plate", "board"]
-    ignore: bool
-    reason: Reason
-
-
-class Annotations(BaseModel):
-    """The file.
-
-    Attributes:
-        about: how the annotations were made.
-        label_set: key of the label set.
-        figures: how far the looks agree, see ``figures``.
-        signs: in the order of scenes, from top to bottom.
-    """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    about: str
-    label_set: str
-    figures: dict[str, int | float]
-    signs: tuple[Annotation, ...]
-
-
 ABOUT: Final = (
     "Upright signs of the 600 training scenes of GTSDB that gt.txt does not name: found on cut-outs of candidates and "
     "on whole scenes, named at a close look and once more in shuffled order. Made by "

@@ -13,17 +13,18 @@ import pytest
 from benchmarks.annotate.answers import WORDS, Control, Seen, read_controls, read_seen
 from benchmarks.annotate.candidates import blobs
 from benchmarks.annotate.fitting import fit_box
-from benchmarks.annotate.signs import LONGER, SHORTER, SIGNS, Annotations, compile_signs, figures, save
+from benchmarks.annotate.signs import LONGER, SHORTER, SIGNS, compile_signs, figures, save
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.labels.files import shipped_set
+from tsr_engine.training.gtsdb_signs import Annotations, read_signs
 
 WIDTH, HEIGHT, SCENES = 1360, 800, 600
 
 
 @pytest.fixture(scope="module")
 def annotations() -> Annotations:
-    return Annotations.model_validate_json(SIGNS.read_text(encoding="utf-8"))
+    return read_signs(SIGNS)
 
 
 def test_every_committed_sign_is_in_its_picture_and_of_the_label_set(annotations: Annotations):

@@ -211,6 +211,10 @@ def test_missing_training_data(tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "models"
     assert "class folders" in sentence(capsys, 3, "train", "classifier", "--gtsrb", tmp_path, "--out", out)
     assert "--gtsdb" in sentence(capsys, 2, "train", "detector", "--out", out)
+    assert "--signs" in sentence(capsys, 2, "train", "other-shapes", "--gtsdb", tmp_path, "--out", out)
+    signs = ("--signs", tmp_path / "signs.json")
+    assert "--gtsdb" in sentence(capsys, 2, "train", "other-shapes", *signs, "--out", out)
+    assert "--export" in sentence(capsys, 2, "train", "detector", *signs, "--export", tmp_path, "--out", out)
     assert not out.exists()
 
 

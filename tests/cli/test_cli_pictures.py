@@ -17,6 +17,8 @@ from tests import pipeline_toys as toys
 from tsr_engine.cli import classify as classify_module
 from tsr_engine.cli import detect as detect_module
 from tsr_engine.cli.main import run
+from tsr_engine.io.models import Component, save_component
+from tsr_engine.records import Detections, Picture
 
 Capture = pytest.CaptureFixture[str]
 
@@ -68,6 +70,33 @@ def test_detect_names_unreadable_pictures_and_does_the_others(scenes: Path, tmp_
     assert len((tmp_path / "o.jsonl").read_text().splitlines()) == 3
 
 
+def test_detect_finds_signs_of_no_class_beside_the_others(
+    scenes: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    class Others:
+        def detect(self, picture: Picture, known: Detections) -> Detections:
+            asked.append(len(known))
+            return Detections(np.array([[5.0, 6, 35, 46]]), np.array([99.0]), np.array([0.5]), np.array([99.0]))
+
+    monkeypatch.setattr(tsr_engine.pipeline, "load_other_shapes", lambda params, folder=None: Others())
+    assert run(["detect", str(scenes), "--jsonl", str(tmp_path / "o.jsonl"), "--other-shapes"]) == 0
+    lines = [json.loads(line)["detections"] for line in (tmp_path / "o.jsonl").read_text().splitlines()]
+    places = {"x1": 5.0, "y1": 6.0, "x2": 35.0, "y2": 46.0, "score": 99.0, "raw_score": 99.0}
+    assert [line[0] for line in lines] == [{**places, "class_id": -1, "class_prob": None}] * 5, "the best comes first"
+    assert [len(line) - 1 for line in lines] == asked
+    assert max(asked) > 0
+
+
+def test_a_model_folder_without_other_shapes_is_named(scenes: Path, tmp_path: Path, capsys: Capture) -> None:
+    models = tmp_path / "models"
+    save_component(Component("classifier", {}), models)
+    command = ["detect", str(scenes), "--jsonl", str(tmp_path / "o.jsonl"), "--other-shapes", "--models", str(models)]
+    assert run(command) == 4
+    assert "have no component 'other_shapes'" in capsys.readouterr().err
+
+
 def test_detect_refuses_a_picture_bomb(tmp_path: Path, capsys: Capture) -> None:
     header = b"IHDR" + (60000).to_bytes(4, "big") * 2 + b"\x08\x02\x00\x00\x00"
     header += zlib.crc32(header).to_bytes(4, "big")
@@ -83,11 +112,11 @@ def test_detect_keeps_the_lines_of_the_pictures_that_were_done(
     seen = []
     real = detect_module.detections_of
 
-    def interrupted(components: object, picture: object) -> list[dict[str, object]]:
+    def interrupted(components: object, picture: object, others: object) -> list[dict[str, object]]:
         seen.append(1)
         if len(seen) == 3:
             os.kill(os.getpid(), signal.SIGINT)
-        return real(components, picture)
+        return real(components, picture, others)
 
     monkeypatch.setattr(detect_module, "detections_of", interrupted)
     (scenes / "000.png").write_bytes(b"")

@@ -10,6 +10,7 @@ from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.detection.boosting import BoostingPlan
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.geometry.boxes import non_overlap
+from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import OfflineDetector
@@ -47,9 +48,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def trained(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Component, Component]:
     models = tmp_path_factory.mktemp("models")
-    save_component(train_detector(folder, None, 3, quiet, PLAN), models)
+    save_component(train_detector(read_gtsdb(folder), None, 3, quiet, PLAN), models)
     detector = load_component("detector", models)
-    save_component(train_prior(folder, detector, 3, quiet), models)
+    save_component(train_prior(read_gtsdb(folder), detector, 3, quiet), models)
     return detector, load_component("prior", models)
 
 
@@ -115,14 +116,12 @@ def test_what_is_recorded(trained) -> None:
 
 @pytest.mark.slow
 def test_the_seed_decides_every_byte(folder: Path, trained) -> None:
-    again = train_detector(folder, None, 3, quiet, PLAN)
+    again = train_detector(read_gtsdb(folder), None, 3, quiet, PLAN)
     for name, array in trained[0].arrays.items():
         assert np.array_equal(array, again.arrays[name]), name
 
 
 def test_scenes_are_never_in_two_parts(folder: Path) -> None:
-    from tsr_engine.io.gtsdb import read_gtsdb
-
     parts = split_scenes(read_gtsdb(folder), 5)
     names = [scene.name for part in parts for scene in part]
     assert len(names) == len(set(names)) == 36

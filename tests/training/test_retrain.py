@@ -59,10 +59,11 @@ def refined(corrections: tuple[Path, Path], tmp_path_factory: pytest.TempPathFac
 def test_the_command_writes_a_whole_version(refined: tuple[Path, str]) -> None:
     out, said = refined
     content = json.loads(said)
-    assert set(content["components"]) == {"detector", "prior", "classifier", "online", "memory"}
+    kept = {"memory", "other_shapes"}
+    assert set(content["components"]) == {"detector", "prior", "classifier", "online", *kept}
     for name, digest in content["components"].items():
         assert load_component(name, out).sha256 == digest
-        assert (digest == load_component(name, SHIPPED).sha256) == (name == "memory")
+        assert (digest == load_component(name, SHIPPED).sha256) == (name in kept)
     assert content["figures"]["corrections"]["by"] == "sign"
     assert content["lineage"]["used"]["signs"] == 2
     assert content["lineage"]["parent"]["models"]["prior"] == load_component("prior").sha256

@@ -38,19 +38,25 @@ def detect(
     onnx: OnnxOption = None,
     onnx_size: OnnxSizeOption = None,
     onnx_layout: OnnxLayoutOption = None,
+    other_shapes: Annotated[
+        bool,
+        typer.Option("--other-shapes", help="Also find signs that the classes lack: parking, one-way, no stopping."),
+    ] = False,
     json: JsonOption = False,
 ) -> None:
     """Find the signs in pictures and recognise each of them.
 
     A line of the output is {"image": name, "detections": [{"x1", "y1", "x2", "y2", "score", "raw_score",
     "class_id", "class_prob"}]}, best detection first, in pixel edges. The scores are those with and without the
-    spatial prior. A picture that cannot be read is named on stderr; the others are done and the exit code is 3.
+    spatial prior. What --other-shapes finds beside the others has class_id -1 and class_prob null.
+    A picture that cannot be read is named on stderr; the others are done and the exit code is 3.
     After Ctrl-C the lines of the pictures that were done are kept.
 
     \b
     Examples:
       tsr detect photo.jpg --jsonl found.jsonl
       tsr detect scenes/ --jsonl found.jsonl --set min_width=24
+      tsr detect scenes/ --jsonl found.jsonl --other-shapes
       tsr detect scenes/ --jsonl found.jsonl --onnx signs.onnx --onnx-size 640x640
     """
     params = make_params(preset, settings)
@@ -59,11 +65,12 @@ def detect(
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
     from tsr_engine.io.pictures import find_pictures, read_picture
-    from tsr_engine.pipeline import load_components
+    from tsr_engine.pipeline import load_components, load_other_shapes
 
     paths = list(find_pictures(sources))
     refuse_inputs([jsonl], paths)
     components = load_components(params, models, network)
+    others = load_other_shapes(params, models) if other_shapes else None
     unreadable = found = done = 0
     with (
         stop_on_interrupt() as stopped,
@@ -77,7 +84,7 @@ def detect(
                 say(str(error))
                 unreadable += 1
                 continue
-            rows = detections_of(components, picture)
+            rows = detections_of(components, picture, others)
             found += len(rows)
             out.write(json_module.dumps({"image": path.name, "detections": rows}, allow_nan=False) + "\n")
             show(done, len(paths), "")
@@ -98,22 +105,29 @@ def detect(
         raise InputError(refused)
 
 
-def detections_of(components: Any, picture: Any) -> list[dict[str, Any]]:
-    """The detections of one picture with their classes, as JSON's own types."""
+def detections_of(components: Any, picture: Any, others: Any = None) -> list[dict[str, Any]]:
+    """The detections of one picture with their classes, as JSON's own types; ``others`` finds signs of no class."""
     from tsr_engine.recognition.crops import cut
 
     detections = components.detector.detect(picture)
-    if not len(detections):
-        return []
-    classifier = components.parts.classifier
-    probabilities = classifier.probabilities([cut(picture, box, classifier.margin) for box in detections.boxes])
     rows = []
-    for i, box in enumerate(detections.boxes):
-        best = int(probabilities[i].argmax())
+    if len(detections):
+        classifier = components.parts.classifier
+        probabilities = classifier.probabilities([cut(picture, box, classifier.margin) for box in detections.boxes])
+        for row, each in zip(_places(detections), probabilities, strict=True):
+            best = int(each.argmax())
+            rows.append(row | {"class_id": best, "class_prob": round(float(each[best]), 5)})
+    if others is not None:
+        found = others.detect(picture, detections)
+        rows += [row | {"class_id": -1, "class_prob": None} for row in _places(found)]
+        rows.sort(key=lambda row: -row["score"])
+    return rows
+
+
+def _places(detections: Any) -> list[dict[str, Any]]:
+    """Boxes and scores of detections."""
+    rows = []
+    for box, score, raw in zip(detections.boxes, detections.scores, detections.raw_scores, strict=True):
         edges = dict(zip(("x1", "y1", "x2", "y2"), (round(float(v), 2) for v in box), strict=True))
-        scores = {
-            "score": round(float(detections.scores[i]), 5),
-            "raw_score": round(float(detections.raw_scores[i]), 5),
-        }
-        rows.append(edges | scores | {"class_id": best, "class_prob": round(float(probabilities[i, best]), 5)})
+        rows.append(edges | {"score": round(float(score), 5), "raw_score": round(float(raw), 5)})
     return rows

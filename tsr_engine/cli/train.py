@@ -38,6 +38,12 @@ GtsrbOption = Annotated[
         "--gtsrb", metavar="DIR", help="Folder of GTSRB class folders 00000 to 00042; with --export: for figures."
     ),
 ]
+SignsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--signs", metavar="FILE", help="Annotations of other signs in the GTSDB scenes: these are no background then."
+    ),
+]
 OutOption = Annotated[Path, typer.Option("--out", metavar="MODELS", help="Model folder; other components in it stay.")]
 SeedOption = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of everything random.")]
 ExportOption = Annotated[
@@ -59,15 +65,17 @@ FromOption = Annotated[
 def detector(
     out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
+    signs: SignsOption = None,
 ) -> None:  # fmt: skip
     """Train the ACF detector on scenes, and on crops as further signs if --gtsrb names them (long); or refine it.
 
     \b
     Examples:
       tsr train detector --gtsdb GTSDB --gtsrb GTSRB --out models
+      tsr train detector --gtsdb GTSDB --gtsrb GTSRB --signs gtsdb_signs.json --out models
       tsr train detector --export corrections.zip --video drive.mp4 --out version2
     """
-    _train(("detector",), gtsdb, gtsrb, export, video, parent, out, seed, json)
+    _train(("detector",), gtsdb, gtsrb, export, video, parent, out, seed, json, signs)
 
 
 @app.command("prior")
@@ -130,21 +138,39 @@ def online(
 
 @app.command("memory")
 def memory(
-    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0, json: JsonOption = False
-) -> None:
+    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0,
+    json: JsonOption = False, signs: SignsOption = None,
+) -> None:  # fmt: skip
     """Draw what later refinements remember of the training data, for the detector and classifier in --out.
 
     \b
     Example:
       tsr train memory --gtsdb GTSDB --gtsrb GTSRB --out models
     """
-    _train(("memory",), gtsdb, gtsrb, [], [], None, out, seed, json)
+    _train(("memory",), gtsdb, gtsrb, [], [], None, out, seed, json, signs)
+
+
+@app.command("other-shapes")
+def other_shapes(
+    out: OutOption, gtsdb: GtsdbOption = None, signs: SignsOption = None, seed: SeedOption = 0,
+    json: JsonOption = False,
+) -> None:  # fmt: skip
+    """Train the detector of signs that the 43 classes lack, beside the detector in --out (long).
+
+    \b
+    Example:
+      tsr train other-shapes --gtsdb GTSDB --signs gtsdb_signs.json --out models
+    """
+    if signs is None:
+        raise UsageError("Training other-shapes needs --signs FILE, the annotations of other signs.")
+    _train(("other_shapes",), gtsdb, None, [], [], None, out, seed, json, signs)
 
 
 @app.command("all")
 def everything(
     out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
+    signs: SignsOption = None,
 ) -> None:  # fmt: skip
     """Train all components, one after the other; or refine all of an earlier version.
 
@@ -153,7 +179,7 @@ def everything(
       tsr train all --gtsdb GTSDB --gtsrb GTSRB --out models --seed 0
       tsr train all --export corrections.zip --video drive.mp4 --from models --out version2
     """
-    _train(REFINED if export else PARTS, gtsdb, gtsrb, export, video, parent, out, seed, json)
+    _train(REFINED if export else PARTS, gtsdb, gtsrb, export, video, parent, out, seed, json, signs)
 
 
 def _train(
@@ -166,6 +192,7 @@ def _train(
     out: Path,
     seed: int,
     as_json: bool,
+    signs: Path | None = None,
 ) -> None:
     """Refine where there are exports, else train whole."""
     for folder, option in ((gtsdb, "--gtsdb"), (gtsrb, "--gtsrb"), (parent, "--from")):
@@ -177,6 +204,8 @@ def _train(
     refuse_unwritable(out)
     if (out / MANIFEST).exists():
         read_manifest(out)  # what cannot be added to is refused before hours of training, not after
+    if exports and signs is not None:
+        raise UsageError("--signs goes with training from scenes: --export takes no scenes. Leave one of them out.")
     if exports:
         _refine(parts, gtsdb, gtsrb, exports, videos, parent, out, seed, as_json)
         return
@@ -184,12 +213,20 @@ def _train(
         raise UsageError(
             "--from and --video go with --export: they refine a version. Name an export, or leave them out."
         )
-    _whole(parts, gtsdb, gtsrb, out, seed, as_json)
+    _whole(parts, gtsdb, gtsrb, signs, out, seed, as_json)
 
 
-def _whole(parts: tuple[str, ...], gtsdb: Path | None, gtsrb: Path | None, out: Path, seed: int, as_json: bool) -> None:
+def _whole(
+    parts: tuple[str, ...],
+    gtsdb: Path | None,
+    gtsrb: Path | None,
+    signs: Path | None,
+    out: Path,
+    seed: int,
+    as_json: bool,
+) -> None:
     """Train, write and report one component after the other."""
-    needs_scenes = bool({"detector", "prior", "online", "memory"} & set(parts))
+    needs_scenes = bool({"detector", "prior", "online", "memory", "other_shapes"} & set(parts))
     needs_crops = bool({"classifier", "memory"} & set(parts))
     for needed, folder, option in ((needs_scenes, gtsdb, "--gtsdb"), (needs_crops, gtsrb, "--gtsrb")):
         if needed and folder is None:
@@ -201,7 +238,7 @@ def _whole(parts: tuple[str, ...], gtsdb: Path | None, gtsrb: Path | None, out: 
     figures: dict[str, Any] = {}
     for part in parts:
         with progress_bar(f"training {part}", "") as show:
-            component = train_component(part, out, seed, _shown(show), gtsdb, gtsrb)
+            component = train_component(part, out, seed, _shown(show), gtsdb, gtsrb, signs)
         digest = save_component(component, out)
         figures[part] = {"sha256": digest, "figures": dict(component.figures)}
     if as_json:

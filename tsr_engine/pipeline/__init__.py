@@ -8,6 +8,7 @@ from tsr_engine.pipeline.components import (
     load_components,
     load_detector,
     load_online,
+    load_other_shapes,
 )
 from tsr_engine.pipeline.core import TrackingCore
 from tsr_engine.pipeline.frame import FrameInput
@@ -35,6 +36,7 @@ __all__ = [
     "load_components",
     "load_detector",
     "load_online",
+    "load_other_shapes",
     "one_blas_thread",
     "rebuild",
     "replay_regions",

@@ -10,8 +10,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tsr_engine.detection.acf import AcfDetector
+from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.onnx import Layout, OnnxDetector
+from tsr_engine.detection.other_shapes import COMPONENT as OTHER_SHAPES
+from tsr_engine.detection.other_shapes import OtherShapes
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.detection.refine.window_rescoring import WindowRescoring
 from tsr_engine.errors import ModelError
@@ -32,6 +34,7 @@ __all__ = [
     "load_detector",
     "load_network",
     "load_online",
+    "load_other_shapes",
 ]
 
 
@@ -160,6 +163,22 @@ def load_detector(params: Params, folder: Path | None = None) -> AcfDetector:
     present = read_manifest(SHIPPED if folder is None else folder)["components"]
     prior = load_component("prior", folder) if "prior" in present else None
     return _detector(load_component("detector", folder), prior, params)
+
+
+def load_other_shapes(params: Params, folder: Path | None = None) -> OtherShapes:
+    """What finds signs outside the classes of a model folder; unset: the shipped one.
+
+    Raises:
+        ModelError: missing, damaged, or of another version.
+    """
+    component, detector = load_component(OTHER_SHAPES, folder), load_component("detector", folder)
+    try:
+        beside = AcfModel.from_arrays(detector.arrays, detector.params)
+        return OtherShapes.from_component(component, beside, params.detector)
+    except (ValueError, TypeError, KeyError, IndexError) as error:
+        raise ModelError(
+            f"The component of other shapes is damaged: {error} Train it again with `tsr train other-shapes`."
+        ) from None
 
 
 def load_classifier(folder: Path | None = None) -> SignClassifier:

@@ -116,21 +116,8 @@ def fit_detector(
     lambdas = measure_lambdas(read_picture(s) for s in scenes[:: max(1, len(scenes) // 40)])
     pyramid = PyramidPlan(window.shrink, plan.per_octave, plan.computed_per_octave, lambdas)
     finer = replace(pyramid, computed_per_octave=plan.computed_in_training)
-    positives, weights = _positives(scenes, crops, window, finer, plan, rng, tick)
-    few = [scenes[i] for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 3)]]
-    negatives = background_windows(few, window, finer, 3 * plan.random_per_scene, rng, tick)
-    cascade = None
-    for number, trees in enumerate(plan.rounds):
-        tick(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others", 0, 1)
-        boosting = BoostingPlan(trees, plan.depth, plan.feature_share, plan.shrinkage)
-        cascade = with_floors(boost(positives, negatives, boosting, rng, window.cells, weights), plan.floors)
-        if number == len(plan.rounds) - 1:
-            break
-        count = max(1, round(len(scenes) * plan.mining_share[number]))
-        searched = [scenes[i] for i in rng.permutation(len(scenes))[:count]]
-        hard = hard_windows(searched, cascade, window, finer, plan.per_scene, rng, plan.relit, tick, count)
-        negatives = _thinned(negatives, hard, plan.most_negatives, rng)
-    assert cascade is not None
+    positives, weights = sign_positives(scenes, crops, window, finer, plan, rng, tick)
+    cascade, negatives = fit_cascade(positives, weights, scenes, window, finer, plan, rng, tick)
     # what comes after the cascade has random numbers of its own, so that the same cascade can be built upon again
     rng = np.random.default_rng([seed, 29])
     refine_stage = train_refine_stage(scenes, cascade, window, pyramid, plan.refinement, rng, tick)
@@ -147,11 +134,53 @@ def fit_detector(
         "signs": signs,
         "crops": len(crops),
         "positives": len(positives),
-        "negatives": len(negatives),
+        "negatives": negatives,
         "background_crops": len(background),
         "plan": asdict(plan),
     }
     return model, record
+
+
+def fit_cascade(
+    positives: NDArray[np.uint8],
+    weights: NDArray[np.float64],
+    scenes: Sequence[Scene],
+    window: Window,
+    pyramid: PyramidPlan,
+    plan: DetectorPlan,
+    rng: np.random.Generator,
+    tick: Tick,
+) -> tuple[TreeEnsemble, int]:
+    """Train the cascade in rounds, with hard negatives of the scenes in between.
+
+    Args:
+        positives: features of signs, shape (n, features), uint8.
+        weights: shape (n,), of the signs.
+        scenes: where background is taken from: what is neither a sign nor ignored.
+        window: the detector's window.
+        pyramid: of the training.
+        plan: see :class:`DetectorPlan`.
+        rng: of everything random.
+        tick: progress.
+
+    Returns:
+        The cascade with its floors, and the number of negatives in the last round.
+    """
+    few = [scenes[i] for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 3)]]
+    negatives = background_windows(few, window, pyramid, 3 * plan.random_per_scene, rng, tick)
+    cascade = None
+    for number, trees in enumerate(plan.rounds):
+        tick(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others", 0, 1)
+        boosting = BoostingPlan(trees, plan.depth, plan.feature_share, plan.shrinkage)
+        cascade = with_floors(boost(positives, negatives, boosting, rng, window.cells, weights), plan.floors)
+        if number == len(plan.rounds) - 1:
+            break
+        count = max(1, round(len(scenes) * plan.mining_share[number]))
+        searched = [scenes[i] for i in rng.permutation(len(scenes))[:count]]
+        hard = hard_windows(searched, cascade, window, pyramid, plan.per_scene, rng, plan.relit, tick, count)
+        negatives = _thinned(negatives, hard, plan.most_negatives, rng)
+    assert cascade is not None
+    return cascade, len(negatives)
 
 
 def with_floors(ensemble: TreeEnsemble, floors: Sequence[tuple[int, float]]) -> TreeEnsemble:
@@ -162,7 +191,7 @@ def with_floors(ensemble: TreeEnsemble, floors: Sequence[tuple[int, float]]) -> 
     return ensemble.with_rejection(rejection)
 
 
-def _positives(
+def sign_positives(
     scenes: Sequence[Scene],
     crops: Sequence[CropItem],
     window: Window,

@@ -1,4 +1,4 @@
-"""The components ``detector`` and ``prior`` from folders of scenes and crops, with held-out figures.
+"""The components ``detector`` and ``prior`` from scenes and a folder of crops, with held-out figures.
 
 The scenes are split three ways: most train, some calibrate (log-odds, lambda), the rest is reported on. The detector
 that ships is then trained once more on all scenes with the calibration found; its figures stay those of the split.
@@ -14,17 +14,17 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
-from tsr_engine.detection.log_odds import UNFITTED, LogOdds
+from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, learn_weight, parzen, with_prior
 from tsr_engine.evaluation.detection import DetectionScore, match, score_detections
-from tsr_engine.geometry.boxes import iou, non_overlap
-from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.geometry.boxes import non_overlap
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.models import Component
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
-from tsr_engine.training.calibration import fit_calibration
+from tsr_engine.training.candidates import candidates_of, log_odds_of
 from tsr_engine.training.detector import DetectorPlan, fit_detector
 from tsr_engine.training.mining import read_picture
 
@@ -49,12 +49,12 @@ def split_scenes(scenes: Sequence[Scene], seed: int) -> tuple[list[Scene], list[
 
 
 def train_detector(
-    gtsdb: Path, gtsrb: Path | None, seed: int, progress: Progress, plan: DetectorPlan | None = None
+    scenes: Sequence[Scene], gtsrb: Path | None, seed: int, progress: Progress, plan: DetectorPlan | None = None
 ) -> Component:
     """Train the component ``detector``.
 
     Args:
-        gtsdb: folder of annotated scenes.
+        scenes: annotated scenes of GTSDB.
         gtsrb: folder of crops as further signs; unset: scenes alone.
         seed: of the split and everything random.
         progress: told stage, number done and number in all.
@@ -65,10 +65,9 @@ def train_detector(
         learned.
 
     Raises:
-        InputError: a folder or picture cannot be read.
+        InputError: the crops or a picture cannot be read.
     """
     plan = plan or DetectorPlan()
-    scenes = read_gtsdb(gtsdb)
     crops = read_items(gtsrb) if gtsrb is not None else []
     train, calibrate, report = split_scenes(scenes, seed)
     model, record = fit_detector(train, crops, plan, seed, _named("held-out model", progress))
@@ -83,6 +82,7 @@ def train_detector(
     data = {
         "scenes": {"source": "GTSDB", **{k: final_record[k] for k in ("scenes", "signs")}},
         "crops": {"source": "GTSRB", "crops": final_record["crops"]},
+        "ignored": sum(len(scene.ignored) for scene in scenes),
         "figures_from": {"trained_on": record["scenes"], "calibrated_on": len(calibrate), "reported_on": len(report)},
         "plan": final_record["plan"],
     }
@@ -90,29 +90,8 @@ def train_detector(
 
 
 def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress) -> LogOdds:
-    """Log-odds from the candidates on scenes that did not train the model.
-
-    Verifier and sign verifier score alone decide. The weight of the cascade's score differed from one half of 150
-    scenes to the other, and with it fewer signs were found at few false detections. Where all candidates are signs, or
-    none is,
-    nothing can be informed of the weights: they are :data:`UNFITTED` then.
-    """
-    detector = AcfDetector(model, params=DetectorParams(second_core=False))
-    scored, labels = [], []
-    for number, scene in enumerate(scenes):
-        progress("candidates", number, len(scenes))
-        picture = read_picture(scene)
-        boxes, _ = detector.candidates(picture)
-        refined, look = model.refine_stage.look(picture, boxes)
-        overlap = iou(refined, scene.boxes).max(axis=1) if len(scene.boxes) and len(boxes) else np.zeros(len(boxes))
-        clear = (overlap >= 0.5) | (overlap < 0.3)
-        scored.append(np.stack([look, model.sign_verifier.scores(picture, refined)], axis=1)[clear])
-        labels.append(np.where(overlap[clear] >= 0.5, 1.0, -1.0))
-    every = np.concatenate(labels)
-    if len(np.unique(every)) < 2:
-        return UNFITTED
-    verifier, sign_verifier, offset = fit_calibration(np.concatenate(scored), every).tolist()
-    return LogOdds(verifier, 0.0, sign_verifier, offset)
+    """Log-odds from the candidates on scenes that did not train the model, see :func:`~.candidates.log_odds_of`."""
+    return log_odds_of(candidates_of(model, scenes, progress))
 
 
 def detect_scenes(
@@ -158,7 +137,7 @@ def mean_error(found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[i
     return float(np.mean(errors)) if errors else 1.0
 
 
-def train_prior(gtsdb: Path, detector: Component, seed: int, progress: Progress) -> Component:
+def train_prior(scenes: Sequence[Scene], detector: Component, seed: int, progress: Progress) -> Component:
     """Train the component ``prior``: the Parzen table and ``lambda`` (Eq. 8).
 
     ``lambda`` is learned from the detector's held-out detections: on scenes that trained it, its scores leave nothing
@@ -168,7 +147,6 @@ def train_prior(gtsdb: Path, detector: Component, seed: int, progress: Progress)
     Raises:
         InputError: the scenes cannot be read.
     """
-    scenes = read_gtsdb(gtsdb)
     train, calibrate, report = split_scenes(scenes, seed)
     progress("density", 0, 2)
     size = read_picture(scenes[0]).shape

@@ -8,59 +8,78 @@ from pathlib import Path
 from typing import Any, Final
 
 from tsr_engine.detection.acf import AcfModel
+from tsr_engine.detection.other_shapes import COMPONENT as OTHER_SHAPES
 from tsr_engine.errors import UsageError
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.models import MANIFEST, SHIPPED, Component, load_component, read_manifest, save_component
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.classifier import train_classifier
+from tsr_engine.training.gtsdb_signs import ignoring, other_signs, read_signs
 from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.memory import build_memory
 from tsr_engine.training.offline import train_detector, train_prior
 from tsr_engine.training.online import train_online
+from tsr_engine.training.other_shapes import train_other_shapes
 from tsr_engine.training.retrain import Report
 
 __all__ = ["WHOLE", "train_component", "train_parts"]
 
-WHOLE: Final = ("detector", "prior", "classifier", "online", MEMORY)
+WHOLE: Final = ("detector", "prior", "classifier", "online", MEMORY, OTHER_SHAPES)
 """Components that are trained on public data, in this order."""
 Progress = Callable[[str, int, int], None]
 
 
 def train_component(
-    name: str, out: Path, seed: int, progress: Progress, gtsdb: Path | None, gtsrb: Path | None
+    name: str,
+    out: Path,
+    seed: int,
+    progress: Progress,
+    gtsdb: Path | None,
+    gtsrb: Path | None,
+    signs: Path | None = None,
 ) -> Component:
     """Train one component on public data.
 
     Args:
         name: of ``WHOLE``.
-        out: where the components lie that it builds on: the prior on the detector, the memory on that and the
-            classifier.
+        out: where the components lie that it builds on: the prior and the detector of other shapes on the detector,
+            the memory on that and the classifier.
         seed: of everything random.
         progress: told stage, number done, number in all.
         gtsdb: annotated scenes.
         gtsrb: crops.
+        signs: annotations of the scenes' other signs, which are no background then; unset: there are none.
 
     Raises:
         UsageError: data that it needs was not named.
         InputError: the data cannot be read.
     """
-    needs = {"classifier": (gtsrb,), MEMORY: (gtsdb, gtsrb)}.get(name, (gtsdb,))
+    needs = {"classifier": (gtsrb,), MEMORY: (gtsdb, gtsrb), OTHER_SHAPES: (gtsdb, signs)}.get(name, (gtsdb,))
     if name not in WHOLE or None in needs:
-        wanted = {"classifier": "--gtsrb DIR", MEMORY: "--gtsdb DIR and --gtsrb DIR"}.get(name, "--gtsdb DIR")
-        raise UsageError(f"Training {name} needs {wanted}. Name the unpacked data folder.")
+        wanted = {
+            "classifier": "--gtsrb DIR",
+            MEMORY: "--gtsdb DIR and --gtsrb DIR",
+            OTHER_SHAPES: "--gtsdb DIR and --signs FILE",
+        }.get(name, "--gtsdb DIR")
+        raise UsageError(f"Training {name} needs {wanted}. Name the unpacked data.")
     if name == "classifier":
         return train_classifier(gtsrb or Path(), seed, progress=progress)
-    scenes = gtsdb or Path()
+    scenes = read_gtsdb(gtsdb or Path())
+    annotations = None if signs is None else read_signs(signs)
+    if name == OTHER_SHAPES and annotations is not None:
+        return train_other_shapes(other_signs(scenes, annotations), load_component("detector", out), seed, progress)
+    if annotations is not None:
+        scenes = ignoring(scenes, annotations)
     if name == "detector":
         return train_detector(scenes, gtsrb, seed, progress)
     if name == "prior":
         return train_prior(scenes, load_component("detector", out), seed, progress)
     if name == "online":
-        return train_online(read_gtsdb(scenes), seed)
+        return train_online(scenes, seed)
     detector, classifier = load_component("detector", out), load_component("classifier", out)
     return build_memory(
-        read_gtsdb(scenes),
+        scenes,
         [item for item in read_items(gtsrb or Path()) if item.track is not None],
         AcfModel.from_arrays(detector.arrays, detector.params),
         SignClassifier.from_component(classifier),

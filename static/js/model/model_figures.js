@@ -14,6 +14,7 @@ const FIGURES = /** @type {Record<string, [string, 1|-1|0, boolean]>} */ ({
   ap75: ['Average precision, IoU 0.75', 1, true],
   'recall_at_0.03': ['Recall at 0.03 false detections a picture', 1, true],
   'recall_at_0.1': ['Recall at 0.1 false detections a picture', 1, true],
+  'recall_at_0.2': ['Recall at 0.2 false detections a picture', 1, true],
   recall_at_1: ['Recall at 1 false detection a picture', 1, true],
   mean_eq7: ['Localisation error (Eq. 7)', -1, false],
   accuracy: ['Crops read right', 1, true],
@@ -38,6 +39,7 @@ const GROUPS = /** @type {Record<string, [string, string]>} */ ({
   classifier: ['Classifier', 'On tracks that it was not trained on.'],
   prior: ['Spatial prior', 'Detection with the prior, on scenes that it was not trained on.'],
   online: ['Online detector', ''],
+  other_shapes: ['Signs outside the classes', 'On scenes that a model of the other scenes judges.'],
 });
 
 /** Changes of no more than this are called the same. */

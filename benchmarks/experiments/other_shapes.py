@@ -1,0 +1,223 @@
+"""Signs outside the 43 classes: found by cross-validation, found in pictures of other countries, and the price."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.timing.in_turn import scenes_in_turn
+from tsr_engine.detection.other_shapes import COMPONENT, OtherShapes
+from tsr_engine.evaluation.detection import match
+from tsr_engine.geometry.boxes import area, intersection, iou
+from tsr_engine.io.gtsdb import read_gtsdb
+from tsr_engine.io.models import component_path, load_component
+from tsr_engine.io.pictures import read_picture
+from tsr_engine.params import Params
+from tsr_engine.pipeline import load_detector, load_other_shapes, one_blas_thread
+from tsr_engine.protocols import OfflineDetector
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["EXPERIMENT", "Sign", "counts", "read_boxes"]
+
+SIZE: Final = (1280, 720)
+PICTURES: Final = 24
+TURNS: Final = 3
+LEAST: Final = 20
+"""Signs whose longer side is shorter are neither hits nor misses, px."""
+RATE: Final = 0.2
+"""False detections a picture at which signs are counted once more."""
+CLASSES: Final = frozenset({"I-5.1", "I-10", "II-1", "II-2", "II-3", "II-7", "II-7.1", "II-30-30", "II-47", "II-48"})
+"""Codes of the Slovenian catalogue whose signs are of the 43 classes, whatever colour their ground has."""
+OTHERS: Final = {
+    "III-6": "pedestrian-crossing", "II-34": "no-stopping", "II-40": "cycle-track", "II-45.1": "turn-right-here",
+    "II-45.2": "turn-left-here", "II-33": "priority-for-oncoming-traffic", "III-35": "parking",
+    "III-8-1": "no-through-road", "III-27": "no-parking-zone", "III-2": "one-way",
+}  # fmt: skip
+"""Codes of upright signs that the label set ``vienna`` has and the 43 classes lack. Boards and plates are neither."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """One annotated place.
+
+    Attributes:
+        box: shape (4,), px.
+        kind: ``43``, ``other``, or empty: neither a hit nor a miss.
+        name: code or name in the annotation.
+    """
+
+    box: FloatArray
+    kind: str
+    name: str
+
+
+def read_boxes(folder: Path) -> dict[str, list[Sign]]:
+    """Annotated places by picture: of ``boxes.json`` with codes and ``bbox``, or with names, ``gtsrb`` and ``box``.
+
+    Raises:
+        Skip: there is no ``boxes.json``, or it is of another form.
+    """
+    try:
+        rows = json.loads((folder / "boxes.json").read_text(encoding="utf-8"))
+        signs: dict[str, list[Sign]] = {path.name: [] for path in sorted(folder.iterdir()) if path.suffix != ".json"}
+        for row in rows:
+            signs[row["file"]].append(_by_code(row) if "bbox" in row else _by_name(row))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise Skip(f"{folder / 'boxes.json'} cannot be read: {error!r}.") from None
+    return signs
+
+
+def _by_code(row: Mapping[str, Any]) -> Sign:
+    x, y, width, height = (float(v) for v in row["bbox"])
+    kind = "43" if row["code"] in CLASSES else "other" if row["code"] in OTHERS else ""
+    counted = not row["ignore"] and max(width, height) >= LEAST
+    return Sign(np.array([x, y, x + width, y + height]), kind if counted else "", row["code"])
+
+
+def _by_name(row: Mapping[str, Any]) -> Sign:
+    box = np.array(row["box"], np.float64)
+    kind = "43" if row["gtsrb"] >= 0 else "other"
+    counted = not row["ignore"] and row["kind"] == "upright" and (box[2:] - box[:2]).max() >= LEAST
+    return Sign(box, kind if counted else "", row["name"])
+
+
+def counts(pictures: Sequence[tuple[Sequence[Sign], FloatArray, FloatArray]]) -> dict[str, int]:
+    """Signs of both kinds, those found at IoU 0.5, and detections on no annotated place.
+
+    ``_at_rate`` counts those found from the score on at which ``RATE`` false detections a picture are left.
+
+    Args:
+        pictures: for each its signs, and boxes (n, 4) and scores (n,) of the detections.
+    """
+    out = {"43": 0, "43_found": 0, "other": 0, "other_found": 0, "pictures": len(pictures)}
+    hits: list[tuple[str, float]] = []
+    false: list[float] = []
+    for signs, boxes, scores in pictures:
+        truth = np.array([sign.box for sign in signs]).reshape(-1, 4)
+        _, found = match(boxes, scores, truth)
+        for sign, by in zip(signs, found, strict=True):
+            if sign.kind:
+                out[sign.kind] += 1
+                out[f"{sign.kind}_found"] += bool(by >= 0)
+                hits += [(sign.kind, float(scores[by]))] if by >= 0 else []
+        inside = intersection(boxes, truth) / np.maximum(area(boxes)[:, None], 1e-9)
+        touched = (inside >= 0.5) | (iou(boxes, truth) >= 0.3)
+        false += scores[~touched.any(axis=1)].tolist()
+    false.sort(reverse=True)
+    allowed = int(RATE * len(pictures))
+    above = false[allowed] if allowed < len(false) else -np.inf
+    for kind in ("43", "other"):
+        out[f"{kind}_at_rate"] = sum(score > above for own, score in hits if own == kind)
+    return {**out, "false": len(false)}
+
+
+def _run(data: Data) -> Result:
+    params = Params().with_settings([("second_core", False)])
+    component = load_component(COMPONENT)
+    cv = component.figures
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        with one_blas_thread():
+            detector, others = load_detector(params), load_other_shapes(params)
+            price = _price(detector, others, data)
+            foreign = {
+                folder.name: _foreign(detector, others, folder)
+                for folder in sorted(data.foreign.iterdir() if data.foreign is not None else ())
+                if (folder / "boxes.json").is_file()
+            }
+    finally:
+        cv2.setNumThreads(threads)
+    return Result(
+        "other_shapes",
+        data="GTSDB's training scenes with the annotations of other signs (docs/annotations-gtsdb.md): "
+        f"{cv['signs']} upright signs from {LEAST} px in {cv['pictures']} scenes, IoU 0.5. Each of "
+        f"{component.data['figures_from']['parts']} parts of the scenes is judged by a model of the others. Pictures "
+        "of other countries are for tests: nothing was trained on them, see docs/models.md for what was seen of them.",
+        figures={
+            "cross_validation": {**cv, "score": component.data["figures_from"]["score"]},
+            "foreign": foreign,
+            "price": price,
+            "model_bytes": component_path(COMPONENT).stat().st_size,
+        },
+        settings={"seed": component.seed, "other_shapes": component.sha256[:12]},
+        machine=machine(),
+    )
+
+
+def _price(detector: OfflineDetector, others: OtherShapes, data: Data) -> dict[str, float]:
+    scenes = read_gtsdb(data.need("gtsdb"))
+    chosen = scenes[:: max(1, len(scenes) // PICTURES)][:PICTURES]
+    pictures: list[Picture] = [
+        np.asarray(cv2.resize(read_picture(scene.path), SIZE, interpolation=cv2.INTER_AREA), np.uint8)
+        for scene in chosen
+    ]
+    turns = scenes_in_turn(
+        {
+            "without": detector.detect,
+            "with": lambda picture: others.detect(picture, detector.detect(picture)),
+        },
+        pictures,
+        TURNS,
+    )
+    ratio = turns.paired("with", "without")
+    return {"without": turns.median("without"), "with": turns.median("with"), "ratio": ratio["median"]}
+
+
+def _foreign(detector: OfflineDetector, others: OtherShapes, folder: Path) -> dict[str, dict[str, int]]:
+    rows: dict[str, list[tuple[Sequence[Sign], FloatArray, FloatArray]]] = {"without": [], "with": []}
+    for name, signs in read_boxes(folder).items():
+        picture = read_picture(folder / name)
+        known = detector.detect(picture)
+        more = others.detect(picture, known)
+        rows["without"].append((signs, known.boxes, known.raw_scores))
+        boxes = np.concatenate([known.boxes, more.boxes])
+        rows["with"].append((signs, boxes, np.concatenate([known.raw_scores, more.raw_scores])))
+    return {name: counts(pictures) for name, pictures in rows.items()}
+
+
+def _tell(result: Result) -> str:
+    f = result.figures
+    cv, price = f["cross_validation"], f["price"]
+    head = ["pictures", "other shapes", "upright signs outside the 43", "signs of the 43", "on nothing, a picture"]
+    rows = [[*head, f"outside the 43, at {RATE} on nothing"]]
+    for name, found in f["foreign"].items():
+        for how in ("without", "with"):
+            one = found[how]
+            rows.append([
+                f"{name} ({one['pictures']})", how, f"{one['other_found']} of {one['other']}",
+                f"{one['43_found']} of {one['43']}", f"{one['false'] / max(1, one['pictures']):.2f}",
+                f"{one['other_at_rate']} of {one['other']}",
+            ])  # fmt: skip
+    abroad = table(rows) if f["foreign"] else "*No pictures of other countries were named.*\n"
+    return (
+        f"Cross-validation: recall {cv['recall_at_0.2']:.3f} at 0.2 false detections a picture (log-odds from "
+        f"{cv['score']:.2f}), {cv['recall_at_1']:.3f} at 1; AP {cv['ap50']:.3f}.\n\n"
+        "What `tsr detect` finds, by default and with `--other-shapes`, from the score on that keeps a detection:\n\n"
+        f"{abroad}\n"
+        f"Price at {SIZE[0]}x{SIZE[1]}, one thread, CPU: {price['without']:.1f} ms without, {price['with']:.1f} ms "
+        f"with (ratio {price['ratio']:.2f}). The model has {f['model_bytes'] / 1e6:.1f} MB and is loaded with the "
+        "option alone.\n"
+    )
+
+
+def _headline(result: Result) -> str:
+    price = result.figures["price"]
+    return f"{price['without']:.1f} ms without, {price['with']:.1f} ms with"
+
+
+EXPERIMENT = Experiment(
+    "other_shapes",
+    "Signs outside the 43 classes",
+    "How many upright signs that the 43 classes lack does `--other-shapes` find, and what does it cost?",
+    _run,
+    _tell,
+    headline=_headline,
+)

@@ -1,0 +1,154 @@
+"""Annotations of what ``gt.txt`` of GTSDB does not name: signs outside the 43 classes, and places to ignore."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from tsr_engine.errors import InputError
+from tsr_engine.geometry.boxes import area, intersection
+from tsr_engine.io.gtsdb import Scene
+from tsr_engine.labels.files import shipped_set
+from tsr_engine.records import FloatArray
+
+__all__ = ["LABEL_SET", "Annotation", "Annotations", "Reason", "ignoring", "other_signs", "read_signs"]
+
+LABEL_SET: Final = "vienna"
+"""Key of the label set that the annotations use."""
+_WITHIN: Final = 0.8
+"""A sign of which a larger share lies in another one is a part of that."""
+Reason = Literal["", "not in the label set", "unread", "on a vehicle", "small", "board"]
+
+
+class Annotation(BaseModel):
+    """One sign.
+
+    Attributes:
+        id: unique, from 1.
+        scene: stem of the picture.
+        box: ``x1, y1, x2, y2``, pixel edges.
+        label: key in the label set; None: the set lacks the sign, or nobody can read it.
+        kind: a sign, a supplementary plate, or a board that is neither. What the label set lacks counts as a plate,
+            as nearly all of it is.
+        ignore: training takes nothing from here, and tests count neither a hit nor a miss.
+        reason: why it is ignored.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    id: int = Field(ge=1)
+    scene: str = Field(pattern=r"^\d{5}$")
+    box: tuple[float, float, float, float]
+    label: str | None
+    kind: Literal["sign", "plate", "board"]
+    ignore: bool
+    reason: Reason
+
+
+class Annotations(BaseModel):
+    """The file.
+
+    Attributes:
+        about: how the annotations were made.
+        label_set: key of the label set.
+        figures: how far the annotator's looks agree.
+        signs: in the order of scenes, from top to bottom.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    about: str
+    label_set: str
+    figures: dict[str, int | float]
+    signs: tuple[Annotation, ...]
+
+
+def read_signs(path: Path) -> Annotations:
+    """The annotations of a file.
+
+    Raises:
+        InputError: the file cannot be read, is of another form, or has a label that the label set lacks, a box without
+            area, or a sign to learn from that has no label.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read the annotations {path}: {error}. Name a JSON file of annotated signs.") from None
+    try:
+        found = Annotations.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"{path}, {where or 'whole file'}: {first['msg']}. Correct the annotations.") from None
+    if found.label_set != LABEL_SET:
+        raise InputError(f"{path}: the label set must be {LABEL_SET!r}. Got {found.label_set!r} instead.")
+    keys = {label.key for label in shipped_set(LABEL_SET)}
+    for sign in found.signs:
+        x1, y1, x2, y2 = sign.box
+        if not (x1 < x2 and y1 < y2):
+            raise InputError(f"{path}, sign {sign.id}: the box {list(sign.box)} has no area. Correct it.")
+        if sign.label is not None and sign.label not in keys:
+            raise InputError(f"{path}, sign {sign.id}: {LABEL_SET!r} has no label {sign.label!r}. Correct it.")
+        if sign.label is None and not sign.ignore:
+            raise InputError(
+                f"{path}, sign {sign.id}: a sign to learn from needs a label. Name it, or ignore the sign."
+            )
+    return found
+
+
+def ignoring(scenes: Sequence[Scene], annotations: Annotations) -> list[Scene]:
+    """The scenes with every annotated place ignored: what other signs look like is no background.
+
+    Raises:
+        InputError: none of the annotations is of these scenes.
+    """
+    places = _by_scene(scenes, annotations.signs)
+    return [replace(scene, ignored=_boxes([s.box for s in places[scene.path.stem]])) for scene in scenes]
+
+
+def other_signs(scenes: Sequence[Scene], annotations: Annotations) -> list[Scene]:
+    """The scenes with the annotated signs as signs, by their ids in the label set.
+
+    The signs of ``gt.txt``, plates and everything ignored are ignored; but the limit in a zone sign is background: the
+    sign is the whole rectangle.
+
+    Raises:
+        InputError: none of the annotations is of these scenes.
+    """
+    ids = {label.key: label.id for label in shipped_set(LABEL_SET)}
+    places = _by_scene(scenes, annotations.signs)
+    out = []
+    for scene in scenes:
+        here = places[scene.path.stem]
+        signs = [s for s in here if s.kind == "sign" and not s.ignore]
+        rest = [s.box for s in here if s.kind != "sign" or s.ignore]
+        own = _boxes([s.box for s in signs])
+        within = intersection(scene.boxes, own).max(axis=1, initial=0.0) > _WITHIN * area(scene.boxes)
+        out.append(
+            replace(
+                scene,
+                boxes=own,
+                class_ids=np.array([ids[s.label] for s in signs if s.label is not None], np.int64),
+                ignored=np.concatenate([scene.boxes[~within], scene.ignored, _boxes(rest)]),
+            )
+        )
+    return out
+
+
+def _by_scene(scenes: Sequence[Scene], signs: Sequence[Annotation]) -> dict[str, list[Annotation]]:
+    places: dict[str, list[Annotation]] = {scene.path.stem: [] for scene in scenes}
+    for sign in signs:
+        if sign.scene in places:
+            places[sign.scene].append(sign)
+    if signs and not any(places.values()):
+        raise InputError("None of the annotated signs is in these scenes. Name the annotations of this GTSDB folder.")
+    return places
+
+
+def _boxes(rows: Sequence[tuple[float, ...]]) -> FloatArray:
+    return np.array(rows, np.float64).reshape(-1, 4)

@@ -1,0 +1,207 @@
+"""Training of the detector of other shapes: signs that the 43 classes lack, from annotated scenes and drawn signs.
+
+It is an ACF model as the detector of the 43 is, on the same pyramid, so that one pyramid a picture serves both.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from tsr_engine.detection.acf import AcfModel
+from tsr_engine.detection.boosting import BoostingPlan
+from tsr_engine.detection.log_odds import UNFITTED
+from tsr_engine.detection.other_shapes import COMPONENT
+from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.models import Component
+from tsr_engine.labels.files import shipped_set
+from tsr_engine.labels.model import Label
+from tsr_engine.records import FloatArray
+from tsr_engine.training.candidates import Candidates, candidates_of, log_odds_of, score_candidates
+from tsr_engine.training.classifier_network import NetworkSettings
+from tsr_engine.training.detector import DetectorPlan, fit_cascade, sign_positives
+from tsr_engine.training.drawn_scenes import DrawnScenesPlan, drawn_keys, drawn_scenes
+from tsr_engine.training.gtsdb_signs import LABEL_SET
+from tsr_engine.training.mining import Tick
+from tsr_engine.training.refinement import RefinementPlan, train_refine_stage
+from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, sign_crops, train_sign_verifier
+
+__all__ = ["OtherShapesPlan", "fit_other_shapes", "train_other_shapes"]
+
+FOLDS: Final = 2
+"""Parts of the scenes of which each is judged by a model that the others trained."""
+FALSE_A_PICTURE: Final = 0.2
+"""Rate of false detections at which recall is reported."""
+LEAST: Final = 20.0
+"""Signs whose longer side is shorter are not counted, px."""
+
+
+@dataclass(frozen=True, slots=True)
+class OtherShapesPlan:
+    """How the detector of other shapes is trained.
+
+    Attributes:
+        drawn: the drawn signs.
+        detector: the cascade; its refinement and sign verifier are those below.
+    """
+
+    drawn: DrawnScenesPlan = field(default_factory=DrawnScenesPlan)
+    detector: DetectorPlan = field(
+        default_factory=lambda: DetectorPlan(
+            rounds=(32, 128, 512),
+            mining_share=(0.3, 0.6),
+            jittered=8,
+            crop_frames=0,
+            per_scene=60,
+            random_per_scene=100,
+            most_negatives=40_000,
+            refinement=RefinementPlan(
+                views=1, starts=3, candidates=25, relit=0.2, boosting=BoostingPlan(384, 4, 1 / 16, 0.3)
+            ),
+            sign_verifier=SignVerifierPlan(
+                steps=4000,
+                drawn=0.0,
+                scene_signs=0.5,
+                background=0.5,
+                candidates=25,
+                relit=0.2,
+                network=NetworkSettings(filters=48, hidden=96, common=True),
+            ),
+        )
+    )
+
+
+def fit_other_shapes(scenes: Sequence[Scene], base: AcfModel, plan: OtherShapesPlan, seed: int, tick: Tick) -> AcfModel:
+    """Train a detector of the signs that the scenes hold, and of drawn ones.
+
+    Args:
+        scenes: with the annotated signs as signs, see :func:`~tsr_engine.training.gtsdb_signs.other_signs`.
+        base: the detector beside which it works; window, pyramid and box refinement are its own.
+        plan: see :class:`OtherShapesPlan`.
+        seed: of everything random.
+        tick: told what is going on.
+
+    Raises:
+        InputError: a picture cannot be decoded.
+        ValueError: no scene holds a sign.
+    """
+    if not any(len(scene.boxes) for scene in scenes):
+        raise ValueError("A detector is trained on scenes with signs. Got none.")
+    own = plan.detector
+    finer = replace(base.plan, computed_per_octave=own.computed_in_training)
+    with tempfile.TemporaryDirectory(prefix="tsr-drawn-") as name:
+        rng = np.random.default_rng([seed, 41])
+        drawn = drawn_scenes(scenes, plan.drawn, Path(name), rng)
+        # drawings weigh by their group, annotated signs by their label: so neither outweighs the other
+        every = [*scenes, *(replace(scene, class_ids=_FIRST + _groups_of(scene)) for scene in drawn)]
+        positives, weights = sign_positives(every, [], base.window, finer, own, rng, tick)
+        cascade, _ = fit_cascade(positives, weights, every, base.window, finer, own, rng, tick)
+        rng = np.random.default_rng([seed, 43])
+        stage = train_refine_stage(every, cascade, base.window, base.plan, own.refinement, rng, tick)
+        rng = np.random.default_rng([seed, 47])
+        background = background_crops(every, cascade, base.window, base.plan, stage, own.sign_verifier, rng, tick)
+        grouped = [replace(scene, class_ids=_groups_of(scene)) for scene in (*scenes, *drawn)]
+        verifier = train_sign_verifier([], sign_crops(grouped), background, own.sign_verifier, rng, tick)
+    return replace(base, cascade=cascade, refine_stage=stage, sign_verifier=verifier, calibration=UNFITTED)
+
+
+def train_other_shapes(
+    scenes: Sequence[Scene], detector: Component, seed: int, progress: Tick, plan: OtherShapesPlan | None = None
+) -> Component:
+    """Train the component ``other_shapes`` and judge it by cross-validation over scenes.
+
+    Each part of the scenes is judged by a model of the other parts, calibrated on candidates of these others' models.
+    The model that is returned learns from all scenes, with a calibration on the candidates of all parts.
+
+    Args:
+        scenes: see :func:`fit_other_shapes`.
+        detector: component of the detector beside which it works.
+        seed: of the parts and everything random.
+        progress: told stage, number done and number in all.
+        plan: unset: :class:`OtherShapesPlan`'s defaults.
+
+    Raises:
+        InputError: a picture cannot be decoded.
+        ValueError: no scene holds a sign.
+    """
+    plan = plan or OtherShapesPlan()
+    base = AcfModel.from_arrays(detector.arrays, detector.params)
+    part_of = np.random.default_rng([seed, 53]).permutation(len(scenes)) % FOLDS
+    final = fit_other_shapes(scenes, base, plan, seed, _named("final model", progress))
+    parts: list[list[Candidates]] = []
+    for part in range(FOLDS):
+        tick = _named(f"part {part + 1} of {FOLDS}", progress)
+        learned = [scene for scene, own in zip(scenes, part_of, strict=True) if own != part]
+        held = [scene for scene, own in zip(scenes, part_of, strict=True) if own == part]
+        parts.append(candidates_of(fit_other_shapes(learned, base, plan, seed, tick), held, tick))
+    raw: list[FloatArray] = []
+    for part, own in enumerate(parts):
+        calibration = log_odds_of([one for other in range(FOLDS) if other != part for one in parts[other]])
+        raw += [one.raw(calibration) for one in own]
+    every = [one for own in parts for one in own]
+    score = score_candidates(every, raw, LEAST)
+    figures = {
+        "ap50": round(score.average_precision, 4),
+        f"recall_at_{FALSE_A_PICTURE}": round(score.recall_at(FALSE_A_PICTURE), 4),
+        "recall_at_1": round(score.recall_at(1.0), 4),
+        "signs": score.signs,
+        "pictures": score.pictures,
+    }
+    arrays, settings = replace(final, calibration=log_odds_of(every)).to_arrays()
+    shared = base.box_refinement.to_arrays()
+    data = {
+        "scenes": {"source": "GTSDB", "scenes": len(scenes), "signs": sum(len(scene.boxes) for scene in scenes)},
+        "drawn_labels": len(drawn_keys()),
+        "figures_from": {
+            "parts": FOLDS,
+            "beside": detector.sha256,
+            "least_px": LEAST,
+            "score": round(score.threshold_at(FALSE_A_PICTURE), 4),
+        },
+        "plan": asdict(plan),
+    }
+    arrays = {name: array for name, array in arrays.items() if name not in shared}
+    return Component(COMPONENT, arrays, settings, data, figures, seed)
+
+
+def _named(what: str, progress: Tick) -> Tick:
+    return lambda stage, done, total: progress(f"{what}: {stage}", done, total)
+
+
+_FIRST: Final = 1000
+"""Class ids of the groups of drawn signs begin here, above those of every label."""
+
+
+def _groups_of(scene: Scene) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Groups of the scene's signs in place of their labels."""
+    labels = {label.id: label for label in shipped_set(LABEL_SET)}
+    return np.array([_group(labels[int(i)]) for i in scene.class_ids], np.int64)
+
+
+def _group(label: Label) -> int:
+    """What a label looks like from afar; the sign verifier has a machine for each group."""
+    for number, words in enumerate(_LOOKS):
+        if any(word in label.key for word in words):
+            return number
+    if label.shape == "circle" and label.category == "mandatory":
+        return len(_LOOKS) + len(_SHAPES) + 1
+    return len(_LOOKS) + (_SHAPES.index(label.shape) if label.shape in _SHAPES else len(_SHAPES))
+
+
+_LOOKS: Final = (
+    ("no-stopping", "no-parking"),
+    ("zone",),
+    ("parking",),
+    ("crossing", "pedestrian-bridge", "residential"),
+    ("one-way", "through-road"),
+    ("bus-stop", "tram-stop", "transport-stop"),
+    ("motorway", "motor-vehicles"),
+)
+"""Words in the keys of the labels of a group; the first that fits counts."""
+_SHAPES: Final = ("rectangle", "circle", "triangle")
+"""Shapes with a group of their own for labels that no words fit."""
