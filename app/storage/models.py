@@ -13,9 +13,9 @@ from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base, Sequence, now
-from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord, TrackClasses
+from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord
 from app.storage.moments import Moment
-from app.storage.people_tables import Assignment, Person, PersonSecret
+from app.storage.people_tables import Assignment, Person, PersonSecret, SecondOpinion
 from app.storage.search_tables import SearchAttribute, SearchRun, SearchTrack, VideoTag
 
 __all__ = [
@@ -39,8 +39,8 @@ __all__ = [
     "SearchAttribute",
     "SearchRun",
     "SearchTrack",
+    "SecondOpinion",
     "Server",
-    "TrackClasses",
     "TrackDocument",
     "Video",
     "VideoTag",

@@ -20,7 +20,10 @@ from tests.app.toy_server import Server
 @pytest.fixture
 def run(made: ToyHome) -> str:
     """A fresh run: edits belong to one."""
-    return made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
+    run = made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
+    with made.database.write() as session:
+        made.events.publish(session, "run", run, {"state": "complete"})
+    return run
 
 
 def send(client: TestClient, run: str, author: str, revision: int = 0, **command: Any) -> Any:
