@@ -16,7 +16,7 @@ from app.people.work import Decision, agreement, clocks_differ, decided, decisio
 from app.search.filters import noted
 from app.shapes import Model
 from app.storage.database import Database
-from app.storage.models import Assignment, Edit, Person, Run, SearchTrack, Video
+from app.storage.models import Assignment, Edit, Person, Run, SearchRun, SearchTrack, Video
 
 __all__ = ["Activity", "ActivityService", "Done", "Overview", "Worker"]
 
@@ -78,7 +78,7 @@ class Overview(Model):
     rejected: int
     notes: int
     unread: int
-    """Runs whose tracks or newest edits are not in these figures yet."""
+    """Runs whose tracks or newest edits are not in these figures: not read yet, or unreadable."""
     decided_twice: int
     """Tracks that two people have decided."""
     agreed: int
@@ -123,10 +123,11 @@ class ActivityService:
         """How far the library is, and how the work goes.
 
         Args:
-            unread: runs that the tables of the search lack.
+            unread: runs that the tables of the search lack so far.
         """
         with self._database.read() as session:
             states = _states(session)
+            broken = select(func.count()).where(SearchRun.error.is_not(None), SearchRun.current == true())
             found, moments = _decisions(session), _moments(session)
             twice, agreed = agreement(found)
             people = session.scalars(select(Person).order_by(Person.key)).all()
@@ -136,7 +137,7 @@ class ActivityService:
                 reviewed=states["accepted"] + states["rejected"],
                 rejected=states["rejected"],
                 notes=_notes(session),
-                unread=unread,
+                unread=unread + (session.scalar(broken) or 0),
                 decided_twice=twice,
                 agreed=agreed,
                 people=_workers(session, found, moments, people),

@@ -1368,7 +1368,7 @@ export interface components {
             reviewed: number;
             rejected: number;
             notes: number;
-            /** @description Runs whose tracks or newest edits are not in these figures yet. */
+            /** @description Runs whose tracks or newest edits are not in these figures: not read yet, or unreadable. */
             unread: number;
             /** @description Tracks that two people have decided. */
             decided_twice: number;

@@ -73,7 +73,7 @@ function overviewOf(overview) {
   ];
   return [
     h('div', { class: 'library-head' }, h('h1', null, 'Team'), h('span', { class: 'muted' }, plural(overview.videos, 'video'))),
-    overview.unread > 0 && h('p', { class: 'card-message small', role: 'status' }, `The tracks or newest edits of ${plural(overview.unread, 'run')} are not counted yet.`),
+    overview.unread > 0 && h('p', { class: 'card-message small', role: 'status' }, `The tracks or newest edits of ${plural(overview.unread, 'run')} are not counted.`),
     overview.clocks && h('p', { class: 'card-message card-message-warn small', role: 'status' }, overview.clocks),
     h('ul', { class: 'team-facts', 'aria-label': 'The library' }, ...facts.map(([value, words]) => h('li', null, h('strong', null, value), ' ', words))),
     h('h2', null, 'People ', h('span', { class: 'muted small' }, 'the last 30 days')),
