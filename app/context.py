@@ -23,7 +23,6 @@ from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
 from app.exchange.take_over import TakeOverService
 from app.exchange.underway import ImportsUnderway
-from app.finding.labelled import LabelledVideos
 from app.follows.service import FollowService
 from app.ground_truths.service import GroundTruthService
 from app.jobs.queue import JobQueue
@@ -34,6 +33,7 @@ from app.outputs.service import OutputService
 from app.people.activity import ActivityService
 from app.people.assignments import AssignmentService
 from app.people.directory import Directory
+from app.people.second_opinion import SecondOpinionService
 from app.people.service import PeopleService
 from app.recordings.service import RecordingService
 from app.recordings.viewer import ViewerFiles
@@ -43,6 +43,7 @@ from app.scene3d.prior import find_prior
 from app.scene3d.service import Scene3dService
 from app.search.actions import SearchActions
 from app.search.index import SearchIndex
+from app.search.matching import LabelledVideos
 from app.security.access import Access
 from app.security.proxies import Proxies
 from app.security.tokens import Tokens, home_token
@@ -74,6 +75,7 @@ class Context:
     people: PeopleService
     assignments: AssignmentService
     activity: ActivityService
+    second_opinions: SecondOpinionService
     directory: Directory
     access: Access
     events: EventBus
@@ -165,6 +167,7 @@ def build_context(settings: Settings) -> Context:
         people=PeopleService(database, events),
         assignments=AssignmentService(database, events),
         activity=ActivityService(database),
+        second_opinions=SecondOpinionService(database, events),
         directory=directory,
         access=Access(tokens, directory, Proxies(settings.trusted_proxies, settings.proxy_header)),
         events=events,
@@ -195,7 +198,7 @@ def build_context(settings: Settings) -> Context:
         bundles=BundleService(database, evidence, outputs),
         bundle_imports=BundleImports(settings, database, events, jobs, uploads, bulk_edits, cages),
         labels=LabelService(database, events),
-        labelled_videos=LabelledVideos(database, evidence),
+        labelled_videos=LabelledVideos(database, search),
         pictograms=Pictograms(database),
         search=search,
         search_actions=SearchActions(database, edits, bulk_edits, search),

@@ -1,26 +1,43 @@
-"""A library of a million tracks that are made up, and how long questions to its search take."""
+"""A library of a million tracks that are made up, and how long questions to its search and its overview take."""
 
 from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime, timedelta
+from typing import Any, TypeVar
 
 import numpy as np
 from sqlalchemy import func, insert, select, text
+from sqlalchemy.orm import Session
 
-from app.search.query import SearchRequest, answer
+from app.edits.documents import Segment, TrackDoc
+from app.people.activity import ActivityService
+from app.search.query import SearchAnswer, SearchRequest, answer
 from app.storage.database import Database
-from app.storage.models import Run, SearchAttribute, SearchRun, SearchTrack, Video, VideoTag
+from app.storage.models import (
+    Edit,
+    Person,
+    Run,
+    SearchAttribute,
+    SearchRun,
+    SearchTrack,
+    TrackDocument,
+    Video,
+    VideoTag,
+)
 
-__all__ = ["MOST_MS", "QUESTIONS", "fill", "measured", "size_mb"]
+__all__ = ["MOST_MS", "QUESTIONS", "fill", "measured", "pages", "size_mb"]
+
+_Answer = TypeVar("_Answer")
 
 MOST_MS = 300.0
 """The budget of one answer."""
 _TRACKS = 500
 """Of a drive."""
 _TIMES = 7
+_PEOPLE = 20
 _SET = "gtsrb-43"
 
 QUESTIONS: dict[str, dict[str, Any]] = {
@@ -41,7 +58,7 @@ QUESTIONS: dict[str, dict[str, Any]] = {
 
 
 def fill(database: Database, tracks: int, seed: int = 0) -> None:
-    """Put made-up tracks into the tables of the search.
+    """Put made-up tracks into the tables of the search, and what people did to four in ten of them in the last year.
 
     Args:
         database: fresh, with its tables.
@@ -49,6 +66,9 @@ def fill(database: Database, tracks: int, seed: int = 0) -> None:
         seed: of everything random.
     """
     random = np.random.default_rng(seed)
+    now = datetime.now(UTC)
+    with database.write() as session:
+        session.add_all(Person(id=f"{i:032x}", name=f"p{i}", key=f"p{i}", role="annotator") for i in range(_PEOPLE))
     for drive, start in enumerate(range(0, tracks, _TRACKS)):
         count = min(_TRACKS, tracks - start)
         video, run = f"{drive:064x}", f"{drive:032x}"
@@ -58,12 +78,13 @@ def fill(database: Database, tracks: int, seed: int = 0) -> None:
                 Video(id=video, name=f"drive {drive}.mp4", path=f"/{drive}", size=1, state="ready", warnings=[])
             )
             session.flush()
-            session.add(Run(id=run, video_id=video, name="Run 1", state="complete", order=drive + 1))
+            session.add(Run(id=run, video_id=video, name="Run 1", state="complete", tracks=count, order=drive + 1))
             session.flush()
             session.add(SearchRun(run_id=run, video_id=video, basis="", set_key=_SET, seq=0, current=True))
             if drive % 20 == 0:
                 session.add(VideoTag(video_id=video, tag="night"))
             session.execute(insert(SearchTrack), rows)
+            _store_edits(session, rows, now - timedelta(days=365) * (1 - start / tracks))
             dirty = [
                 {"run_id": run, "key": row["key"], "name": "dirty", "value": "yes" if i % 4 else "no"}
                 for i, row in enumerate(rows)
@@ -73,6 +94,33 @@ def fill(database: Database, tracks: int, seed: int = 0) -> None:
     with database.engine.connect() as connection:
         connection.execute(text("ANALYZE"))
         connection.commit()
+
+
+def _store_edits(session: Session, rows: list[dict[str, Any]], moment: datetime) -> None:
+    documents, edits = [], []
+    for row in rows:
+        if row["author"] is None:
+            continue
+        own = {"run_id": row["run_id"], "key": row["key"]}
+        piece = Segment(track=int(row["key"][1:]), first=row["first"], last=row["last"])
+        document = TrackDoc(key=row["key"], revision=1, segments=(piece,), review=row["state"]).model_dump(mode="json")
+        documents.append(own | {"revision": 1, "document": document})
+        moment += timedelta(seconds=20)
+        edits.append(
+            {
+                "op_id": f"{row['run_id']}{row['key']}",
+                "run_id": row["run_id"],
+                "author": row["author"],
+                "kind": "set_review",
+                "command": {"name": "set_review", "key": row["key"], "review": row["state"]},
+                "frame": row["frame"],
+                "before": {row["key"]: None},
+                "after": {row["key"]: document},
+                "created": moment,
+            }
+        )
+    session.execute(insert(TrackDocument), documents)
+    session.execute(insert(Edit), edits)
 
 
 def _rows(random: np.random.Generator, count: int, own: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -100,7 +148,7 @@ def _rows(random: np.random.Generator, count: int, own: dict[str, Any]) -> Itera
             "first": frames[i],
             "last": frames[i] + 30,
             "revision": int(edited),
-            "author": f"p{i % 20}" if edited else None,
+            "author": f"p{i % _PEOPLE}" if edited else None,
             "edited": days[i] if edited else 0,
             "notes": "leans on a bent pole" if i % 400 == 7 else "behind a tree" if i % 50 == 3 else "",
         }
@@ -110,35 +158,47 @@ def measured(database: Database) -> list[dict[str, Any]]:
     """Time of each question: median and slowest of some, ms, and how many tracks it counts."""
     found = []
     for name, asked in QUESTIONS.items():
-        pages = asked.get("_pages", 1)
+        further = asked.get("_pages", 1)
         request = SearchRequest.model_validate({key: value for key, value in asked.items() if key != "_pages"})
-        for _ in range(pages - 1):
+        for _ in range(further - 1):
             with database.read() as session:
                 following = answer(session, request, 0).next
             request = request.model_copy(update={"cursor": following or ""})
-        times = []
-        for _ in range(_TIMES):
-            began = time.perf_counter()
+
+        def ask(request: SearchRequest = request) -> SearchAnswer:
             with database.read() as session:
-                result = answer(session, request, 0)
-            times.append(1000 * (time.perf_counter() - began))
-        found.append(
-            {
-                "question": name,
-                "median_ms": round(statistics.median(times), 1),
-                "slowest_ms": round(max(times), 1),
-                "total": result.total,
-                "more": result.more,
-            }
-        )
+                return answer(session, request, 0)
+
+        times, result = _timed(ask)
+        found.append({"question": name, **times, "total": result.total, "more": result.more})
     return found
+
+
+def pages(database: Database) -> list[dict[str, Any]]:
+    """Time of the pages that tell of people's work: median and slowest of some, ms."""
+    activity = ActivityService(database)
+    asked: dict[str, Callable[[], Any]] = {
+        "overview": lambda: activity.overview(0),
+        "activity of a person": lambda: activity.of("p7"),
+    }
+    return [{"page": name, **_timed(ask)[0]} for name, ask in asked.items()]
+
+
+def _timed(ask: Callable[[], _Answer]) -> tuple[dict[str, float], _Answer]:
+    """Median and slowest of some times, ms, and the last answer."""
+    times = []
+    for _ in range(_TIMES):
+        began = time.perf_counter()
+        result = ask()
+        times.append(1000 * (time.perf_counter() - began))
+    return {"median_ms": round(statistics.median(times), 1), "slowest_ms": round(max(times), 1)}, result
 
 
 def size_mb(database: Database) -> float:
     """Size of the whole database, MB."""
     with database.read() as session:
         if database.is_sqlite:
-            pages = session.scalar(text("SELECT page_count * page_size FROM pragma_page_count, pragma_page_size"))
+            size = session.scalar(text("SELECT page_count * page_size FROM pragma_page_count, pragma_page_size"))
         else:
-            pages = session.scalar(select(func.pg_database_size(func.current_database())))
-    return round((pages or 0) / 1e6, 1)
+            size = session.scalar(select(func.pg_database_size(func.current_database())))
+    return round((size or 0) / 1e6, 1)

@@ -21,6 +21,8 @@ __all__ = ["router"]
 router = APIRouter(tags=["people"])
 
 PersonName = Annotated[str, Field(min_length=1, max_length=80, pattern=PLAIN)]
+_SOON = 0.1
+"""Seconds that an overview waits for edits that are not in the tables of the search yet."""
 _Video = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 AssignmentId = Annotated[int, Path(ge=1, le=2**31 - 1)]
 Comment = Annotated[str, Field(max_length=2000, pattern=PLAIN)]
@@ -79,7 +81,7 @@ def get_activity(
 @router.get("/overview", operation_id="get_overview", responses=failures())
 def get_overview(context: ContextDep) -> Overview:
     """How far the library is, and how the work goes."""
-    return context.activity.overview()
+    return context.activity.overview(context.search.follow(_SOON))
 
 
 @router.get("/assignments", operation_id="list_assignments", responses=failures(404))

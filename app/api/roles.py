@@ -92,11 +92,15 @@ _ANNOTATOR: Final = frozenset(
         "export_scene",
         "cancel_output",
         "change_assignment",
+        "get_second_opinion",
+        "answer_second_opinion",
     }
 )
 _REVIEWER: Final = frozenset(
     {
         "get_overview",
+        "list_second_opinions",
+        "give_second_opinions",
         "create_assignments",
         "remove_assignment",
         "browse",

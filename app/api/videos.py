@@ -15,7 +15,8 @@ from app.api.responses import PICTURE, failures
 from app.api.runs import VideoId
 from app.context import ContextDep
 from app.errors import Invalid, NotFound, UnsupportedMedia
-from app.finding.labelled import Matches, State, Wanted
+from app.search.filters import State
+from app.search.matching import Matches, Wanted
 from app.shapes import Model
 from app.videos.opened import roots_of
 from app.videos.paths import list_folder

@@ -170,6 +170,43 @@ def revoke(
     say(f"{counted(count, 'token')} of {name} {'is' if count == 1 else 'are'} revoked, and {name} is signed out.")
 
 
+@app.command("agreement")
+def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
+    """Tell how often a second person says of a sampled track what the first one said, by label and by person.
+
+    \b
+    Example:
+      tsr people agreement --home out/review
+    """
+    from app.events import EventBus
+    from app.people.second_opinion import SecondOpinionService
+
+    with opened_library(home) as (_, database):
+        report = SecondOpinionService(database, EventBus()).report()
+    if json:
+        print_json(report.model_dump(mode="json"))
+        return
+    if report.whole.looked == 0:
+        say(f"No second opinion is answered, and {report.open} are open. A reviewer gives them out on the page Team.")
+        return
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table("of", "", "looked at", "same answer", "share", "95 % interval", box=None, pad_edge=False)
+    kinds = (
+        ("", [report.whole]),
+        ("label", report.labels),
+        ("accepted by", report.first),
+        ("looked at by", report.second),
+    )
+    for kind, rows in kinds:
+        for one in rows:
+            share = f"{one.agreed / one.looked:.1%}", f"{one.low:.1%} to {one.high:.1%}"
+            table.add_row(*map(Text, (one.name, kind, str(one.looked), str(one.agreed), *share)))
+    out_console().print(table)
+    say(f"{counted(report.disputed, 'track')} in dispute, {report.open} to be looked at.")
+
+
 @contextmanager
 def _service(home: Path | None) -> Iterator[tuple[PeopleService, Settings]]:
     """The service on a data folder that is there; its refusals become errors of the command line."""

@@ -172,16 +172,6 @@ class EvidenceService:
         seen = next((number for number in rows.ints("class_id").tolist() if number >= 0), None)
         return None if seen is None else place.classes.to_label(seen)
 
-    def track_classes(self, run_id: str) -> list[tuple[int, int]]:
-        """Confirmed tracks of a complete run with their class numbers, -1: never recognised.
-
-        Raises:
-            ApiError, EvidenceError: the evidence cannot be read.
-        """
-        with self.reading(self.place(run_id)) as reader:
-            rows = read_columns(reader, "tracks", "track_id", "class_id", confirmed=True)
-        return list(zip(rows.ints("track_id").tolist(), rows.ints("class_id").tolist(), strict=True))
-
     # ------------------------------------------------------------------------------------- about frames and tracks
 
     def overlays(self, run_id: str, first: int, last: int) -> list[Overlay]:

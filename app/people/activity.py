@@ -7,23 +7,22 @@ from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any, cast
 
-from sqlalchemy import func, not_, select
+from sqlalchemy import func, select, true
 from sqlalchemy.orm import Session
 
 from app.people.roles import Role
 from app.people.service import person_named
 from app.people.work import Decision, agreement, clocks_differ, decided, decisions, hours_of
+from app.search.filters import noted
 from app.shapes import Model
 from app.storage.database import Database
-from app.storage.models import Assignment, Edit, Person, Run, TrackDocument, Video
-from app.videos.view import video_views
+from app.storage.models import Assignment, Edit, Person, Run, SearchRun, SearchTrack, Video
 
 __all__ = ["Activity", "ActivityService", "Done", "Overview", "Worker"]
 
 DAYS = 30
 """Days that figures of work look back."""
 _PAGE = 100
-_AT_ONCE = 500
 
 
 class Done(Model):
@@ -70,13 +69,16 @@ class Activity(Model):
 
 
 class Overview(Model):
-    """The newest complete run of each video, and the work of the last 30 days."""
+    """The runs that stand for the videos, as the search knows them, and the work of the last 30 days."""
 
     videos: int
     tracks: int
+    """Those that are there; regions that nobody counts are left out."""
     reviewed: int
     rejected: int
     notes: int
+    unread: int
+    """Runs whose tracks or newest edits are not in these figures: not read yet, or unreadable."""
     decided_twice: int
     """Tracks that two people have decided."""
     agreed: int
@@ -117,21 +119,25 @@ class ActivityService:
             (worker,) = _workers(session, _decisions(session, person.name), _moments(session, person.name), [person])
             return Activity(worker=worker, done=done, more=done[-1].seq if len(rows) > _PAGE else None)
 
-    def overview(self) -> Overview:
-        """How far the library is, and how the work goes."""
+    def overview(self, unread: int) -> Overview:
+        """How far the library is, and how the work goes.
+
+        Args:
+            unread: runs that the tables of the search lack so far.
+        """
         with self._database.read() as session:
-            videos = session.scalars(select(Video)).all()
-            views = video_views(session, videos)
-            rejected, notes = _said(session, [view.latest_run for view in views if view.latest_run is not None])
+            states = _states(session)
+            broken = select(func.count()).where(SearchRun.error.is_not(None), SearchRun.current == true())
             found, moments = _decisions(session), _moments(session)
             twice, agreed = agreement(found)
             people = session.scalars(select(Person).order_by(Person.key)).all()
             return Overview(
-                videos=len(views),
-                tracks=sum(view.review.tracks for view in views),
-                reviewed=sum(view.review.reviewed for view in views),
-                rejected=rejected,
-                notes=notes,
+                videos=session.scalar(select(func.count()).select_from(Video)) or 0,
+                tracks=states.total(),
+                reviewed=states["accepted"] + states["rejected"],
+                rejected=states["rejected"],
+                notes=_notes(session),
+                unread=unread + (session.scalar(broken) or 0),
                 decided_twice=twice,
                 agreed=agreed,
                 people=_workers(session, found, moments, people),
@@ -213,17 +219,18 @@ def _workers(
     return workers
 
 
-def _said(session: Session, runs: Sequence[str]) -> tuple[int, int]:
-    """Rejected tracks of some runs, and notes on tracks that are there."""
-    rejected = notes = 0
-    there = not_(TrackDocument.document["gone"].as_boolean())
-    for start in range(0, len(runs), _AT_ONCE):
-        of_runs = there, TrackDocument.run_id.in_(runs[start:][:_AT_ONCE])
-        count = select(func.count()).where(*of_runs, TrackDocument.document["review"].as_string() == "rejected")
-        rejected += session.scalar(count) or 0
-        noted = select(func.sum(func.json_array_length(TrackDocument.document["notes"]))).where(*of_runs)
-        notes += session.scalar(noted) or 0
-    return rejected, int(notes)
+def _states(session: Session) -> Counter[str]:
+    """How many tracks are in which state of review."""
+    row = SearchTrack
+    counted = select(row.state, func.count()).where(row.current == true(), row.state != "ignored").group_by(row.state)
+    return Counter(dict(session.execute(counted).all()))
+
+
+def _notes(session: Session) -> int:
+    """How many notes there are on tracks."""
+    text = SearchTrack.notes
+    lines = func.length(text) - func.length(func.replace(text, "\n", "")) + 1
+    return session.scalar(select(func.sum(lines)).where(SearchTrack.current == true(), noted())) or 0
 
 
 def _clocks(moments: Sequence[datetime]) -> str | None:

@@ -29,7 +29,7 @@ from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Assignment, Person, Video
 
-__all__ = ["AssignmentService", "AssignmentView", "State"]
+__all__ = ["AssignmentService", "AssignmentView", "State", "require_worker"]
 
 State = Literal["assigned", "in_review", "returned", "done"]
 _OWN: Final[dict[State, tuple[State, ...]]] = {
@@ -108,7 +108,7 @@ class AssignmentService:
         """
         with self._database.write() as session:
             chosen = person_named(session, person)
-            _require_worker(chosen)
+            require_worker(chosen)
             made = []
             for video_id in dict.fromkeys(video_ids):
                 video = session.get(Video, video_id)
@@ -173,7 +173,7 @@ class AssignmentService:
                 raise Invalid("Say in a comment what is to be done again.", field="comment")
             if person is not None:
                 chosen = person_named(session, person)
-                _require_worker(chosen)
+                require_worker(chosen)
                 row.person_id, row.state = chosen.id, state or "assigned"
             elif state is not None:
                 row.state = state
@@ -229,7 +229,12 @@ def _require_allowed(
         raise Refused(f"Your work is {_WORDS[row.state]}. Only a reviewer can make it {_WORDS[state]}.", code="role")
 
 
-def _require_worker(person: Person) -> None:
+def require_worker(person: Person) -> None:
+    """Refuse to give work to somebody who can change nothing.
+
+    Raises:
+        Invalid: the person is a viewer.
+    """
     if not at_least(cast(Role, person.role), "annotator"):
         raise Invalid(f"{person.name} is a viewer and can change nothing. Choose somebody else.", field="person")
 

@@ -5,13 +5,14 @@ Rows count in the order of the log. Clocks of servers can differ, so a step back
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from itertools import pairwise
 from typing import Any, Final
 
-__all__ = ["BREAK", "Decision", "agreement", "clocks_differ", "decided", "decisions", "hours_of"]
+__all__ = ["BREAK", "Decision", "agreement", "clocks_differ", "decided", "decisions", "hours_of", "share_interval"]
 
 BREAK: Final = timedelta(minutes=5)
 """Of a longer pause between two operations, as much as this counts as work."""
@@ -65,6 +66,16 @@ def agreement(found: Iterable[Decision]) -> tuple[int, int]:
             verdicts.setdefault((one.run, one.track), {})[one.author] = one.verdict
     several = [each for each in verdicts.values() if len(each) > 1]
     return len(several), sum(len(set(each.values())) == 1 for each in several)
+
+
+def share_interval(count: int, of: int) -> tuple[float, float]:
+    """The 95 % interval of a share that was counted (Wilson 1927); 0 to 1 where nothing was."""
+    if of == 0:
+        return 0.0, 1.0
+    z, share = 1.959964, count / of
+    middle = (share + z * z / (2 * of)) / (1 + z * z / of)
+    half = z * math.sqrt(share * (1 - share) / of + z * z / (4 * of * of)) / (1 + z * z / of)
+    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 def hours_of(moments: Sequence[datetime]) -> float:

@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime, time, timedelta
 from typing import Annotated, Literal
 
 from pydantic import Field
-from sqlalchemy import ColumnElement, and_, false, or_, select, true
+from sqlalchemy import ColumnElement, and_, false, literal_column, or_, select, true
 from sqlalchemy.orm import Session
 
 from app.errors import Invalid
-from app.labels.store import newest, set_keys
-from app.search.rows import LONGEST_VALUE
+from app.labels.store import default_key, newest, set_keys
+from app.search.rows import UNANSWERED, attribute_text
 from app.shapes import PLAIN, Model
 from app.storage.models import SearchAttribute, SearchRun, SearchTrack, Video, VideoTag
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
 
-__all__ = ["NO_LABEL_WORD", "MeantLabel", "SearchFilters", "State", "conditions", "meant_labels", "named_labels"]
+__all__ = [
+    "NO_LABEL_WORD",
+    "MeantLabel",
+    "SearchFilters",
+    "State",
+    "answered",
+    "conditions",
+    "labelled",
+    "meant_labels",
+    "named_labels",
+    "noted",
+]
 
 State = Literal["open", "needs_work", "accepted", "rejected", "ignored"]
 _Word = Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
@@ -67,7 +79,7 @@ def conditions(session: Session, filters: SearchFilters) -> list[ColumnElement[b
     row = SearchTrack
     found: list[ColumnElement[bool]] = [row.current == true()] if filters.runs == "current" else []
     if filters.label:
-        found.append(_labelled(session, filters.label))
+        found.append(labelled(session, filters.label))
     if filters.state:
         found.append(row.state.in_(filters.state))
     for column, low, high, name in (
@@ -78,7 +90,7 @@ def conditions(session: Session, filters: SearchFilters) -> list[ColumnElement[b
             raise Invalid(f"The smallest {name}, {low:g}, is above the largest, {high:g}.", field=f"{name}_min")
         found += [column >= low] if low is not None else []
         found += [column <= high] if high is not None else []
-    found += [_has(word) for word in filters.attribute]
+    found += [_has(session, word) for word in filters.attribute]
     if filters.author:
         found.append(row.author.in_(filters.author))
     if filters.since is not None:
@@ -86,12 +98,17 @@ def conditions(session: Session, filters: SearchFilters) -> list[ColumnElement[b
     if filters.until is not None:
         found.append(and_(row.edited > 0, row.edited < _seconds(filters.until, "until", last=True)))
     if words := filters.text.casefold().split():
-        found += [row.notes != "", *(row.notes.contains(word, autoescape=True) for word in words)]
+        found += [noted(), *(row.notes.contains(word, autoescape=True) for word in words)]
     if filters.tag:
         found.append(row.video_id.in_(select(VideoTag.video_id).where(VideoTag.tag.in_(filters.tag))))
     if filters.video.strip():
         found.append(row.video_id.in_(_videos(session, filters.video)))
     return found or [true()]
+
+
+def noted() -> ColumnElement[bool]:
+    """Tracks with notes, as the condition of their index says it."""
+    return SearchTrack.notes != literal_column("''")
 
 
 def meant_labels(session: Session, words: Sequence[str]) -> list[MeantLabel]:
@@ -118,22 +135,34 @@ def named_labels(labels: LabelSet, word: str) -> list[Label]:
 
 
 def _meant(session: Session, words: Sequence[str]) -> list[tuple[LabelSet, Label]]:
-    used = set(session.scalars(select(SearchRun.set_key).distinct()))
-    sets = [newest(session, key) for key in set_keys(session) if key in used]
+    sets = _sets_in_use(session)
     found: list[tuple[LabelSet, Label]] = []
     for word in words:
         if word.strip().casefold() == NO_LABEL_WORD and not any(named_labels(labels, word) for labels in sets):
             continue
         meant = [(labels, label) for labels in sets for label in named_labels(labels, word)]
-        if not meant and sets:
+        if not meant:
             like = sorted({label.name for labels in sets for label in LabelFinder(labels).suggestions(word)})[:3]
             hint = f" Is it {', '.join(map(repr, like))}?" if like else ""
-            raise Invalid(f"No label of the library is called {word!r}.{hint}", field="label", code="no_such_label")
+            raise Invalid(
+                f"No label set in use has a label called {word!r}.{hint}", field="label", code="no_such_label"
+            )
         found += [pair for pair in meant if pair not in found]
     return found
 
 
-def _labelled(session: Session, words: Sequence[str]) -> ColumnElement[bool]:
+def _sets_in_use(session: Session) -> list[LabelSet]:
+    """Label sets of the runs that the search knows, and the set of videos that name none."""
+    used = {default_key(session), *session.scalars(select(SearchRun.set_key).distinct())}
+    return [newest(session, key) for key in set_keys(session) if key in used]
+
+
+def labelled(session: Session, words: Sequence[str]) -> ColumnElement[bool]:
+    """Tracks of one of the labels that words stand for, or of labels that were merged into them.
+
+    Raises:
+        Invalid: a word stands for none.
+    """
     meant = _meant(session, words)
     wanted: list[ColumnElement[bool]] = []
     for labels in {labels.key: labels for labels, _ in meant}.values():
@@ -145,15 +174,41 @@ def _labelled(session: Session, words: Sequence[str]) -> ColumnElement[bool]:
     return or_(false(), *wanted)
 
 
-def _has(word: str) -> ColumnElement[bool]:
+def _has(session: Session, word: str) -> ColumnElement[bool]:
     name, equals, value = (part.strip() for part in word.partition("="))
-    own = [SearchAttribute.name == name]
-    if equals:
-        own.append(SearchAttribute.value == value.casefold()[:LONGEST_VALUE])
-    rows = select(SearchAttribute.run_id).where(
-        SearchAttribute.run_id == SearchTrack.run_id, SearchAttribute.key == SearchTrack.key, *own
-    )
-    return rows.exists()
+    return answered(session, name, value if equals else None)
+
+
+def answered(session: Session, name: str, value: str | None) -> ColumnElement[bool]:
+    """Tracks with an answer to an attribute in some frame.
+
+    Args:
+        session: reads.
+        name: of the attribute.
+        value: the answer; where nobody has said anything, the default of the label counts. None: any answer that a
+            person has given.
+    """
+    row = SearchAttribute
+    own = select(row.run_id).where(row.run_id == SearchTrack.run_id, row.key == SearchTrack.key, row.name == name)
+    if value is None:
+        return own.where(row.value != UNANSWERED).exists()
+    wanted = {attribute_text(value), *(attribute_text(tick) for tick in (True, False) if value == json.dumps(tick))}
+    said = own.where(row.value.in_(wanted)).exists()
+    by_default: list[ColumnElement[bool]] = []
+    for labels in _sets_in_use(session):
+        ids = [label.id for label in labels if _default(labels, label.id, name) in wanted]
+        if ids:
+            by_default.append(and_(SearchTrack.set_key == labels.key, SearchTrack.label.in_(ids)))
+    if not by_default:
+        return said
+    silent = or_(~own.exists(), own.where(row.value == UNANSWERED).exists())
+    return or_(said, and_(or_(*by_default), silent))
+
+
+def _default(labels: LabelSet, label_id: int, name: str) -> str | None:
+    label = labels.get(labels.resolved(label_id))
+    attribute = None if label is None else label.attribute(name)
+    return None if attribute is None or attribute.default is None else attribute_text(attribute.default)
 
 
 def _seconds(text: str, field: str, *, last: bool) -> int:

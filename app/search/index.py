@@ -96,6 +96,11 @@ class SearchIndex:
                 self._lock.release()
         return len(self._unread) + len(self._edited)
 
+    def unread_videos(self) -> int:
+        """How many videos stand with a run that is still to be read."""
+        with self._lock:
+            return sum(run.current for key in {*self._unread, *self._edited} if (run := self._wanted.get(key)))
+
     def read_all(self, progress: Callable[[int, int], None], *, anew: bool = False) -> None:
         """Bring the tables up to date.
 
@@ -143,8 +148,12 @@ class SearchIndex:
         whole = run_id in self._unread
         wanted = self._wanted.get(run_id)
         if wanted is not None:
-            with suppress(NotFound, IntegrityError):  # it was removed, or another server was faster
+            try:
                 self._read(wanted, whole=whole)
+            except NotFound:  # it was removed
+                pass
+            except IntegrityError as error:
+                self._failed(wanted, error)
         self._edited.pop(run_id, None)
         if whole:
             self._unread.remove(run_id)
@@ -161,6 +170,15 @@ class SearchIndex:
             self._store(wanted, 0, None, Rows([], []), reason)
         else:
             self._store(wanted, seq, keys, rows, None)
+
+    def _failed(self, wanted: WantedRun, error: IntegrityError) -> None:
+        """Say why a run is not in the tables, unless it was removed or another server was faster."""
+        with self._database.read() as session:
+            if wanted.run_id in self._seqs(session, [wanted.run_id]):
+                return
+        _log.warning("The run %s cannot be stored for the search.", wanted.run_id, exc_info=error)
+        with suppress(IntegrityError):  # it was removed
+            self._store(wanted, 0, None, Rows([], []), "Its tracks cannot be stored for the search.")
 
     def _rows(self, wanted: WantedRun, *, whole: bool) -> tuple[int, list[str] | None, Rows]:
         """Newest edit; tracks that rows are made of, None: all; their rows."""
@@ -187,7 +205,8 @@ class SearchIndex:
                 return found
             if not columns:
                 answer = json.loads(self._evidence.tracks(run_id))
-                columns.update(zip(answer["id"], answer["uncertainty"], strict=True))
+                known_ones = zip(answer["id"], answer["uncertainty"], strict=True)
+                columns.update((number, value) for number, value in known_ones if value is not None)
             return columns.get(-1 if began is None else began, 0.0)
 
         tracks = run_tracks(place.folder, documents, 0, frames, frames, to_label=place.classes.to_label, keys=keys)

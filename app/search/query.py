@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 from sqlalchemy import ColumnElement, and_, func, or_, select, tuple_
-from sqlalchemy.orm import InstrumentedAttribute, Session
+from sqlalchemy.orm import Session
 
 from app.errors import Invalid
 from app.labels.store import newest
@@ -118,7 +118,11 @@ def answer(session: Session, request: SearchRequest, unread: int) -> SearchAnswe
         Invalid: a value of the request, or a cursor of another search.
     """
     where = conditions(session, request)
-    sort: InstrumentedAttribute[Any] = getattr(SearchTrack, request.sort)
+    counted = select(SearchTrack.run_id).where(*where).limit(MOST_COUNTED + 1).subquery()
+    total = session.scalar(select(func.count()).select_from(counted)) or 0
+    sort: ColumnElement[Any] = getattr(SearchTrack, request.sort)
+    if total <= MOST_COUNTED:  # few are sorted faster than all are walked in their order: keep its index out of it
+        sort = sort + 0
     places = sort, SearchTrack.run_id, SearchTrack.key
     page = [*where]
     if request.cursor:
@@ -128,8 +132,6 @@ def answer(session: Session, request: SearchRequest, unread: int) -> SearchAnswe
     rows = list(session.scalars(select(SearchTrack).where(*page).order_by(*ordered).limit(request.limit + 1)))
     further = len(rows) > request.limit
     rows = rows[: request.limit]
-    counted = select(SearchTrack.run_id).where(*where).limit(MOST_COUNTED + 1).subquery()
-    total = session.scalar(select(func.count()).select_from(counted)) or 0
     broken, broken_count = _unreadable(session)
     return SearchAnswer(
         tracks=_found(session, rows),

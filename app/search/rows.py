@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from app.edits.documents import TrackDoc
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["LONGEST_VALUE", "LastEdit", "Rows", "attribute_text", "rows_of"]
+__all__ = ["UNANSWERED", "LastEdit", "Rows", "attribute_text", "rows_of"]
 
-LONGEST_VALUE = 200
+_LONGEST_VALUE = 200
 """Characters of an attribute's value that the search knows."""
+UNANSWERED = ""
+"""Value of an attribute that people have answered in other frames of the track only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +88,12 @@ def rows_of(
                 "revision": 0 if document is None else document.revision,
                 "author": None if edit is None else edit.author,
                 "edited": 0 if edit is None else edit.time,
-                "notes": "\n".join(text.casefold() for _, text in track.notes),
+                "notes": "\n".join(text.casefold().replace("\n", " ") for _, text in track.notes),
             }
         )
         said = {(name, attribute_text(value)) for name, value in track.attributes.items()}
         for name, values in track.changing.items():
-            said |= {(name, attribute_text(value)) for value in values.tolist() if value is not None}
+            said |= {(name, UNANSWERED if value is None else attribute_text(value)) for value in values.tolist()}
         attributes += [{"key": track.uid, "name": name, "value": value} for name, value in sorted(said)]
     return Rows(rows, attributes)
 
@@ -102,7 +104,7 @@ def attribute_text(value: object) -> str:
         return "yes" if value else "no"
     if isinstance(value, float) and value.is_integer():
         value = int(value)
-    return str(value).casefold()[:LONGEST_VALUE]
+    return str(value).casefold()[:_LONGEST_VALUE]
 
 
 def _clearest(track: Track, side: NDArray[np.float64], picture: tuple[int, int]) -> int:

@@ -19,7 +19,7 @@ from app.storage.places import is_here
 
 __all__ = ["WantedRun", "runs_have_changed", "stale_runs", "wanted_runs"]
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 """Rises when the rows hold something else than before, so that all are made anew."""
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from sqlalchemy import BigInteger, ForeignKey, Integer, LargeBinary, String, Text
+from sqlalchemy import BigInteger, Integer, LargeBinary, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base, Sequence, now
 from app.storage.moments import Moment
 
-__all__ = ["LabelPicture", "LabelSetDefault", "LabelSetVersion", "LabelWord", "TrackClasses"]
+__all__ = ["LabelPicture", "LabelSetDefault", "LabelSetVersion", "LabelWord"]
 
 
 class LabelSetVersion(Base):
@@ -66,13 +66,3 @@ class LabelPicture(Base):
     """Of ``png``; labels name it ``sha256:...``."""
     png: Mapped[bytes] = mapped_column(LargeBinary)
     created: Mapped[datetime] = mapped_column(Moment, default=now)
-
-
-class TrackClasses(Base):
-    """What the engine calls the tracks of a complete run: a copy of its evidence, to find videos by label."""
-
-    __tablename__ = "track_classes"
-
-    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
-    rows: Mapped[bytes] = mapped_column(LargeBinary)
-    """Pairs of track and class number, -1: never recognised; little-endian int32."""

@@ -15,10 +15,10 @@ from app.shapes import JsonObject
 from app.storage.base import Base, here, now
 from app.storage.edit_tables import Edit, Follow, FollowPiece, TrackDocument
 from app.storage.job_tables import Event, Job, Server
-from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord, TrackClasses
+from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord
 from app.storage.moments import Moment
 from app.storage.output_tables import ModelVersion, Output
-from app.storage.people_tables import Assignment, Person, PersonSecret
+from app.storage.people_tables import Assignment, Person, PersonSecret, SecondOpinion
 from app.storage.search_tables import SearchAttribute, SearchRun, SearchTrack, VideoTag
 
 __all__ = [
@@ -42,8 +42,8 @@ __all__ = [
     "SearchAttribute",
     "SearchRun",
     "SearchTrack",
+    "SecondOpinion",
     "Server",
-    "TrackClasses",
     "TrackDocument",
     "Video",
     "VideoTag",

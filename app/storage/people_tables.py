@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from sqlalchemy import ForeignKey, Integer, String, Text
+from sqlalchemy import ForeignKey, Integer, String, Text, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base, Sequence, now
 from app.storage.moments import Moment
 
-__all__ = ["Assignment", "Person", "PersonSecret"]
+__all__ = ["Assignment", "Person", "PersonSecret", "SecondOpinion"]
 
 
 class Person(Base):
@@ -66,3 +66,28 @@ class Assignment(Base):
     """Rises with every change; a change names the one that it was made for."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
     changed: Mapped[datetime] = mapped_column(Moment, default=now)
+
+
+class SecondOpinion(Base):
+    """An accepted track that somebody else looks at, without seeing what the first person said."""
+
+    __tablename__ = "second_opinions"
+    __table_args__ = (UniqueConstraint("run_id", "key", name="second_opinion_of_track"),)
+
+    id: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"))
+    key: Mapped[str] = mapped_column(String(64))
+    set_key: Mapped[str] = mapped_column(String(64))
+    """Label set whose ids the answers are."""
+    first: Mapped[str] = mapped_column(Text)
+    """Name of who edited the track last when it was given out."""
+    first_label: Mapped[int]
+    """Its label then; -1: none of the set."""
+    revision: Mapped[int] = mapped_column(Integer)
+    """Of the track then."""
+    person_id: Mapped[str | None] = mapped_column(ForeignKey("people.id", ondelete="SET NULL"), index=True)
+    second: Mapped[str] = mapped_column(Text)
+    """Name of who looks again."""
+    second_label: Mapped[int | None]
+    """Of an answered one: a label, -1: none of the set; NULL: no sign."""
+    answered: Mapped[datetime | None] = mapped_column(Moment)

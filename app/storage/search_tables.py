@@ -5,12 +5,14 @@ The search tables hold nothing that is not elsewhere: ``app.search`` makes them 
 
 from __future__ import annotations
 
-from sqlalchemy import BigInteger, Float, ForeignKey, Index, Integer, String, Text
+from sqlalchemy import BigInteger, Float, ForeignKey, Index, Integer, String, Text, text
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base
 
 __all__ = ["SearchAttribute", "SearchRun", "SearchTrack", "VideoTag"]
+
+_NOTED = text("notes != ''")
 
 
 class VideoTag(Base):
@@ -49,7 +51,9 @@ class SearchTrack(Base):
         Index("search_by_uncertainty", "current", "uncertainty", "run_id", "key"),
         Index("search_by_label", "set_key", "label", "current", "uncertainty"),
         Index("search_by_state", "current", "state", "uncertainty"),
+        Index("search_by_state_and_size", "current", "state", "size"),
         Index("search_by_size", "current", "size", "run_id", "key"),
+        Index("search_by_notes", "current", "run_id", "key", sqlite_where=_NOTED, postgresql_where=_NOTED),
         Index("search_by_edit", "current", "edited", "run_id", "key"),
     )
 
@@ -65,7 +69,7 @@ class SearchTrack(Base):
     """``open``, ``needs_work``, ``accepted``, ``rejected``, or ``ignored``: a region that nobody counts."""
     uncertainty: Mapped[float] = mapped_column(Float)
     engine_uncertainty: Mapped[float] = mapped_column(Float)
-    """That of the engine's track that it began as, before people said anything; 0: a person drew it."""
+    """That of the engine's track that it began as, before people said anything; 0: drawn by a person, or imported."""
     size: Mapped[float] = mapped_column(Float)
     """Longer side of its largest box, px."""
     frame: Mapped[int] = mapped_column(Integer)
@@ -82,7 +86,7 @@ class SearchTrack(Base):
     edited: Mapped[int] = mapped_column(BigInteger)
     """When, seconds since 1970 UTC; 0: never."""
     notes: Mapped[str] = mapped_column(Text)
-    """Texts of its notes, case folded, one after the other; empty: none."""
+    """Texts of its notes, case folded, one a line; empty: none."""
 
 
 class SearchAttribute(Base):

@@ -25,6 +25,10 @@
 /** @typedef {Schemas['Done']} Done */
 /** @typedef {Schemas['Activity']} Activity */
 /** @typedef {Schemas['Overview']} Overview */
+/** @typedef {Schemas['SecondOpinions']} SecondOpinions */
+/** @typedef {Schemas['Agreement']} Agreement */
+/** @typedef {Schemas['NextLook']} NextLook */
+/** @typedef {Schemas['Look']} Look */
 /** @typedef {{type: 'add'|'update'|'merge'|'hide'|'show'|'picture'|'undo'|'adopt', [field: string]: unknown}} LabelChange   see docs/labels.md */
 /** @typedef {{name: string, tracks: number, boxes: number, suggestions: {id: number, key: string, name: string}[], example: {frame: number, box: Box}|null}} UnknownLabel   a name in a file that no label has */
 /** @typedef {Schemas['Parameter']} Parameter */

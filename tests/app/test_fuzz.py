@@ -43,6 +43,8 @@ _STRICTER = frozenset(
         "get_overlays",  # last is not before first, nor far behind
         "get_truth_boxes",
         "put_truth",  # the body must be the CSV
+        "give_second_opinions",  # the person exists
+        "answer_second_opinion",  # the look was given to whoever answers
         "create_assignments",  # the person exists, the frames lie in the video
         "edit",  # x1 < x2, the track must exist ...
         "adopt_edits",  # from another run of the same video

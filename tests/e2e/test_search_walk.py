@@ -48,7 +48,7 @@ def test_filters_are_an_address(found: Page) -> None:
     found.locator(".found-tile").first.wait_for()
     found.get_by_label("Label", exact=True).fill("unicorn")
     found.keyboard.press("Enter")
-    found.get_by_text("No label of the library is called 'unicorn'").wait_for()
+    found.get_by_text("No label set in use has a label called 'unicorn'").wait_for()
     go(found, "#/search?state=accepted&tag=night")
     found.get_by_text("No track passes these filters").wait_for()
     assert found.get_by_label("State", exact=True).input_value() == "accepted"

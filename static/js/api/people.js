@@ -32,6 +32,14 @@ export function peopleRoutes(json) {
     /** @param {string} name @param {number|null} before @param {Call} [call] @returns {Promise<import('../types.js').Activity>} */
     activity: async (name, before, call) => expectObject('GET /people/…/activity', await json(`/people/${e(name)}/activity`, {...call, query: {before}}), {worker: 'object', done: 'array', more: 'nullable'}),
     /** @param {Call} [call] @returns {Promise<import('../types.js').Overview>} */
-    overview: async (call) => expectObject('GET /overview', await json('/overview', {timeout: 60_000, ...call}), {videos: 'number', tracks: 'number', people: 'array'}),
+    overview: async (call) => expectObject('GET /overview', await json('/overview', {timeout: 60_000, ...call}), {videos: 'number', tracks: 'number', people: 'array', unread: 'number'}),
+    /** @param {Call} [call] @returns {Promise<import('../types.js').SecondOpinions>} */
+    secondOpinions: async (call) => expectObject('GET /second-opinions', await json('/second-opinions', call), {open: 'number', whole: 'object', labels: 'array', first: 'array', second: 'array', disputes: 'array', disputed: 'number'}),
+    /** @param {{person: string, share: number}} wanted @param {Call} [call] @returns {Promise<{given: number, accepted: number}>} */
+    giveSecondOpinions: async (wanted, call) => expectObject('POST /second-opinions', await json('/second-opinions', {timeout: 60_000, ...call, method: 'POST', body: wanted}), {given: 'number', accepted: 'number'}),
+    /** @param {Call} [call] @returns {Promise<import('../types.js').NextLook>} */
+    nextSecondOpinion: async (call) => expectObject('GET /second-opinions/next', await json('/second-opinions/next', call), {look: 'nullable', left: 'number'}),
+    /** @param {number} id @param {number|null} label   -1: none of the set; null: no sign @param {Call} [call] @returns {Promise<void>} */
+    answerSecondOpinion: (id, label, call) => json(`/second-opinions/${id}/answer`, {...call, method: 'POST', body: {label}}),
   };
 }

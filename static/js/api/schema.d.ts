@@ -117,6 +117,15 @@ export interface components {
             not_needed: string[];
             conflicts: components["schemas"]["AdoptConflict"][];
         };
+        /** @description How often second answers are the first ones. */
+        Agreement: {
+            name: string;
+            looked: number;
+            agreed: number;
+            /** @description Lower end of the 95 % interval of the share. */
+            low: number;
+            high: number;
+        };
         /** @description Everything that people have changed in a run. */
         Annotation: {
             /** @description Of the newest operation. */
@@ -360,6 +369,18 @@ export interface components {
              * @default 0
              */
             more: number;
+        };
+        /** @description A track of which two people say different things, and that nobody has changed since. */
+        Dispute: {
+            run_id: string;
+            video_id: string;
+            video_name: string;
+            key: string;
+            frame: number;
+            first: string;
+            first_answer: string;
+            second: string;
+            second_answer: string;
         };
         /** @description One operation of a person. */
         Done: {
@@ -708,6 +729,12 @@ export interface components {
             edited: string | null;
             notes: boolean;
         };
+        /** @description How many tracks were given to somebody. */
+        Given: {
+            given: number;
+            /** @description Tracks of the library that others have accepted. */
+            accepted: number;
+        };
         /** @description One sign in one frame. */
         GroundTruthBox: {
             frame: number;
@@ -877,6 +904,11 @@ export interface components {
             id: number;
             key: string;
         };
+        /** @description A label that can be the answer. */
+        LabelChoice: {
+            id: number;
+            name: string;
+        };
         /** @description One set. */
         LabelSetView: {
             key: string;
@@ -967,6 +999,20 @@ export interface components {
             };
             keys: string[];
             time: string;
+        };
+        /** @description A sign to look at, without anything that the first person has said of it. */
+        Look: {
+            id: number;
+            run_id: string;
+            video_name: string;
+            frame: number;
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            labels: components["schemas"]["LabelChoice"][];
         };
         /**
          * @description Videos with such tracks.
@@ -1161,6 +1207,11 @@ export interface components {
             /** @default  */
             name?: string;
         };
+        /** @description Who is to look at which share of the accepted tracks. */
+        NewSecondOpinions: {
+            person: string;
+            share: number;
+        };
         /** @description A file of the server's machine. */
         NewVideo: {
             path: string;
@@ -1172,6 +1223,11 @@ export interface components {
             };
             /** @default  */
             name?: string;
+        };
+        /** @description What somebody is to look at next. */
+        NextLook: {
+            look: components["schemas"]["Look"] | null;
+            left: number;
         };
         /** @description A remark pinned to a frame. */
         Note: {
@@ -1304,13 +1360,16 @@ export interface components {
         Overlays: {
             overlays: components["schemas"]["Overlay"][];
         };
-        /** @description The newest complete run of each video, and the work of the last 30 days. */
+        /** @description The runs that stand for the videos, as the search knows them, and the work of the last 30 days. */
         Overview: {
             videos: number;
+            /** @description Those that are there; regions that nobody counts are left out. */
             tracks: number;
             reviewed: number;
             rejected: number;
             notes: number;
+            /** @description Runs whose tracks or newest edits are not in these figures: not read yet, or unreadable. */
+            unread: number;
             /** @description Tracks that two people have decided. */
             decided_twice: number;
             /** @description Those of them on which they say the same. */
@@ -1606,6 +1665,25 @@ export interface components {
             /** @description The first runs whose tracks are not known, with the reason. */
             unreadable: components["schemas"]["Unreadable"][];
             unreadable_count: number;
+        };
+        /** @description What a sign is. */
+        SecondAnswer: {
+            /** @description -1: none of the set; None: it is no sign. */
+            label: number | null;
+        };
+        /** @description What second opinions have found. */
+        SecondOpinions: {
+            /** @description Given out and not answered. */
+            open: number;
+            whole: components["schemas"]["Agreement"];
+            labels: components["schemas"]["Agreement"][];
+            /** @description By the person who accepted. */
+            first: components["schemas"]["Agreement"][];
+            /** @description By the person who looked again. */
+            second: components["schemas"]["Agreement"][];
+            /** @description The first of them. */
+            disputes: components["schemas"]["Dispute"][];
+            disputed: number;
         };
         /** @description A piece of an engine track. */
         Segment: {

@@ -9,6 +9,7 @@ import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
 import { emptyState, waiting } from './empty.js';
 import { count, moment, percent, plural } from '../model/format.js';
+import { agreementOf, secondOpinionOf } from './second-opinion.js';
 
 /** @typedef {import('../types.js').Worker} Worker */
 
@@ -27,13 +28,19 @@ export function createTeam(app) {
   async function load(person) {
     fill(inner, h('div', { class: 'library-notice' }, waiting('The figures are counted', { signal, retry: () => void load(person) })));
     try {
-      const made = person === null ? overviewOf(await app.api.overview({ signal })) : activityOf(app, await app.api.activity(person, null, { signal }), signal);
+      const made = person === null ? await wholeTeam() : activityOf(app, await app.api.activity(person, null, { signal }), signal);
       fill(inner, ...made);
     } catch (thrown) {
       if (signal.aborted) return;
       fill(inner, h('div', { class: 'library-notice' }, emptyState({ error: true, icon: 'alert', title: 'The figures could not be loaded', text: sentence(thrown),
         actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load(person) }, 'Try again')] })));
     }
+  }
+
+  async function wholeTeam() {
+    const [overview, looks, people] = await Promise.all([app.api.overview({ signal }), app.api.secondOpinions({ signal }), app.api.people({ signal })]);
+    const workers = people.filter(({ role }) => role !== 'viewer').map(({ name }) => name);
+    return [...overviewOf(overview), agreementOf(app, looks, workers, signal, () => void load(null)), mineOf(app, signal)];
   }
 
   return {
@@ -66,6 +73,7 @@ function overviewOf(overview) {
   ];
   return [
     h('div', { class: 'library-head' }, h('h1', null, 'Team'), h('span', { class: 'muted' }, plural(overview.videos, 'video'))),
+    overview.unread > 0 && h('p', { class: 'card-message small', role: 'status' }, `The tracks or newest edits of ${plural(overview.unread, 'run')} are not counted.`),
     overview.clocks && h('p', { class: 'card-message card-message-warn small', role: 'status' }, overview.clocks),
     h('ul', { class: 'team-facts', 'aria-label': 'The library' }, ...facts.map(([value, words]) => h('li', null, h('strong', null, value), ' ', words))),
     h('h2', null, 'People ', h('span', { class: 'muted small' }, 'the last 30 days')),
@@ -73,6 +81,17 @@ function overviewOf(overview) {
       h('thead', null, h('tr', null, ...['Name', 'Role', 'Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review'].map((head, at) => h('th', { scope: 'col', class: at > 1 ? 'number' : '' }, head)))),
       h('tbody', null, ...overview.people.map(personRow)))),
   ];
+}
+
+/**
+ * The second opinions of whoever is signed in.
+ *
+ * @param {import('../page-types.js').App} app
+ * @param {AbortSignal} signal
+ */
+function mineOf(app, signal) {
+  const { session } = app.store.get();
+  return session?.person && may(session, 'annotator') ? secondOpinionOf(app, signal) : null;
 }
 
 /** @param {Worker} worker */
@@ -91,6 +110,7 @@ function activityOf(app, activity, signal) {
   const { worker } = activity;
   const speed = anHour(worker);
   const list = h('ol', { class: 'activity', 'aria-label': 'What was done, the newest first' }, ...activity.done.map(doneRow));
+  const own = app.store.get().session?.person?.name === worker.name;
   let before = activity.more;
   const problem = h('p', { class: 'field-error', role: 'alert' });
   const more = h('button', { class: 'btn', type: 'button', hidden: before === null, onclick: async () => {
@@ -107,6 +127,7 @@ function activityOf(app, activity, signal) {
     h('div', { class: 'library-head' }, h('h1', { dir: 'auto' }, worker.name), h('span', { class: 'muted' }, worker.role), h('div', { class: 'grow' }),
       may(app.store.get().session, 'reviewer') && h('a', { class: 'btn', href: '#/team' }, 'The whole team')),
     h('p', null, `${plural(worker.decided, 'track')} decided in ${worker.hours < 0.1 ? 'less than 0.1' : worker.hours.toFixed(1)} hours of the last 30 days${speed === null ? '' : `, ${speed} an hour`}. ${worker.assigned ? `${plural(worker.assigned, 'assignment')} not done.` : 'No open assignment.'}`),
+    own && mineOf(app, signal),
     activity.done.length === 0 ? h('div', { class: 'library-notice' }, emptyState({ icon: 'info', title: 'Nothing yet', text: 'Every correction, verdict and note is listed here.' })) : list, problem, more,
   ];
 }

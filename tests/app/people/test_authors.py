@@ -20,7 +20,10 @@ from tests.app.toy_server import Server
 @pytest.fixture
 def run(made: ToyHome) -> str:
     """A fresh run: edits belong to one."""
-    return made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
+    run = made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
+    with made.database.write() as session:
+        made.events.publish(session, "run", run, {"state": "complete"})
+    return run
 
 
 def send(client: TestClient, run: str, author: str, revision: int = 0, **command: Any) -> Any:
@@ -150,6 +153,7 @@ def test_a_person_s_work_and_the_overview(made: ToyHome, served: Server, team: T
     body = {"op_id": uuid.uuid4().hex, "author": "Anna", "command": {"name": "undo", "op_id": undone}}
     assert anna.post(f"/api/runs/{run}/edits", json=body).status_code == 200
     send(rolf, run, "Rolf", 2, key=first, name="add_note", note_id="n1", text="?")
+    send(rolf, run, "Rolf", 3, key=first, name="add_note", note_id="n2", text="two\nlines")
 
     own = anna.get("/api/people/Anna/activity").json()
     assert own["done"][0]["name"] == "undo"
@@ -166,7 +170,7 @@ def test_a_person_s_work_and_the_overview(made: ToyHome, served: Server, team: T
     assert anna.get("/api/overview").status_code == 403
     seen = rolf.get("/api/overview").json()
     assert seen["tracks"] == 2
-    assert (seen["reviewed"], seen["rejected"], seen["notes"]) == (2, 2, 1)
+    assert (seen["reviewed"], seen["rejected"], seen["notes"]) == (2, 2, 2)
     assert seen["decided_twice"] >= 2
     assert seen["clocks"] is None
     people = {one["name"]: one for one in seen["people"]}

@@ -113,7 +113,7 @@ def test_a_run_that_is_removed_leaves_the_search(library: Library) -> None:
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
-        ({"label": "no such sign"}, "No label of the library is called 'no such sign'."),
+        ({"label": "no such sign"}, "No label set in use has a label called 'no such sign'."),
         ({"since": "yesterday"}, "Expected a day such as 2026-11-01"),
         ({"size_min": 9, "size_max": 3}, "The smallest size, 9, is above the largest, 3."),
         ({"uncertainty_min": 2}, "less than or equal to 1"),

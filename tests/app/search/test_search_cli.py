@@ -44,7 +44,7 @@ def test_it_reads_what_is_missing_and_answers(search: Callable[..., int], capsys
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--label", "unicorn"], "No label of the library is called 'unicorn'."),
+        (["--label", "unicorn"], "No label set in use has a label called 'unicorn'."),
         (["--state", "good"], "--state: "),
         (["--uncertainty-min", "3"], "--uncertainty-min: "),
         (["--since", "soon"], "Expected a day such as 2026-11-01"),

@@ -5,73 +5,106 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from sqlalchemy import insert
 
 from app.edits.documents import KeyFrame, Segment, TrackDoc
-from app.errors import Invalid, NotFound
-from app.finding.labelled import LabelledVideos, Wanted
+from app.errors import Invalid
+from app.events import EventBus
+from app.evidence.service import EvidenceService, RunPlace
+from app.exchange.as_run import write_run
+from app.exchange.dataset import VideoFacts
 from app.labels.store import start
+from app.search.index import SearchIndex
+from app.search.matching import LabelledVideos, Wanted
+from app.search.stale import wanted_runs
+from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Base, Run, TrackDocument, Video
+from app.storage.models import Base, Run, SearchRun, SearchTrack, TrackDocument, Video
 from tests.app.databases import cluster, database_url
 from tests.app.exchange.conftest import desk, tracked
 from tests.app.exchange.exchange_desk import Desk
 from tests.app.labels.test_service import own_set
+from tsr_engine.exchange.dataset import Track
+from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
 __all__ = ["cluster", "database_url", "desk", "tracked"]
 
 BOX = (0.0, 0.0, 9.0, 9.0)
+FRAMES = 10
+NONE = np.zeros(FRAMES, np.bool_)
+TABLE = FrameTable(Fraction(1, 25), *(np.arange(FRAMES),) * 2, NONE, NONE, FRAMES, complete=True)
 STOP, YIELD, MINE = 14, 13, 43
 CHOICES = (Attribute(name="dirty", kind="checkbox", default=False), Attribute(name="lit é", kind="text", mutable=True))
 
 
-@dataclass
+class Watched(EvidenceService):
+    """Evidence that remembers which runs were asked for."""
+
+    def __init__(self, settings: Settings, database: Database) -> None:
+        super().__init__(settings, database)
+        self.asked: list[str] = []
+
+    def place(self, run_id: str) -> RunPlace:
+        """Where a run lies."""
+        self.asked.append(run_id)
+        return super().place(run_id)
+
+
 class World:
     """Videos with one run each, and what an engine calls their tracks."""
 
-    database: Database
-    engine: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
-    asked: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.labelled = LabelledVideos(self.database, self)  # type: ignore[arg-type]
-
-    def track_classes(self, run_id: str) -> list[tuple[int, int]]:
-        """As ``EvidenceService`` has it."""
-        self.asked.append(run_id)
-        if run_id not in self.engine:
-            raise NotFound("There is no evidence.")
-        return self.engine[run_id]
+    def __init__(self, database: Database, home: Path) -> None:
+        self.database, self.home = database, home
+        self.events = EventBus()
+        self.evidence = Watched(Settings(home=home), database)
+        self.labelled = LabelledVideos(database, SearchIndex(database, self.evidence))
 
     def add(self, name: str, classes: list[int] | None, *docs: TrackDoc, **more: Any) -> None:
         """A video whose run has tracks m1, m2 ... of these classes."""
         own = {key: more.pop(key) for key in ("label_set",) if key in more}
         with self.database.write() as session:
             if session.get(Video, name * 64) is None:
-                session.add(Video(id=name * 64, name=name, path="/gone", size=1, warnings=[], **own))
+                session.add(Video(id=name * 64, name=name, path="/gone", size=1, warnings=[], frames=FRAMES, **own))
                 session.flush()
             run = more.pop("run", name) * 32
-            session.add(Run(id=run, video_id=name * 64, **{"state": "complete", **more}))
+            session.add(Run(id=run, video_id=name * 64, folder=run, **{"state": "complete", **more}))
             session.flush()
-            for doc in docs:
+            self.events.publish(session, "run", run, {"state": "complete"})
+            for doc in map(_shown, docs):
                 stored = doc.model_dump(mode="json")
                 session.add(TrackDocument(run_id=run, key=doc.key, revision=1, document=stored))
         if classes is not None:
-            self.engine[run] = [(track, number) for track, number in enumerate(classes, start=1)]
+            facts = VideoFacts(name, name * 64, 64, 48, FRAMES, Fraction(25), None, True, None)
+            tracks = [_track(number, label) for number, label in enumerate(classes, start=1)]
+            write_run(self.home / run, facts, 1, TABLE, tracks, {})
 
     def find(self, **wanted: Any) -> dict[str, int]:
         """Names of the videos and how many tracks."""
         return {video[0]: tracks for video, tracks in self.labelled.find(Wanted(**wanted)).videos.items()}
 
 
+def _track(number: int, label: int) -> Track:
+    """A track of the engine that lies in all frames."""
+    return Track(str(number), label, np.arange(FRAMES), np.tile(BOX, (FRAMES, 1)), NONE, NONE, np.full(FRAMES, 0.9))
+
+
+def _shown(doc: TrackDoc) -> TrackDoc:
+    """A document with boxes: those of its engine's track, or one that was drawn."""
+    if doc.key.startswith("m"):
+        return doc.model_copy(update={"segments": (Segment(track=int(doc.key[1:]), first=0, last=FRAMES - 1),)})
+    return doc if doc.segments else doc.model_copy(update={"keys": {"0": KeyFrame(box=BOX)}})
+
+
 @pytest.fixture
-def world(database_url: str) -> Iterator[World]:
+def world(database_url: str, tmp_path: Path) -> Iterator[World]:
     """An empty library whose set has a label of its own."""
     database = Database(database_url)
     Base.metadata.create_all(database.engine)
@@ -82,7 +115,9 @@ def world(database_url: str) -> Iterator[World]:
     content = (*gtsrb.labels[:STOP], stop, *gtsrb.labels[STOP + 1 :], own, halt)
     with database.write() as session:
         start(session, LabelSet(key="gtsrb-43", name="Ours", next_id=45, labels=content), "ann", "Made.")
-    yield World(database)
+    made = World(database, tmp_path / "home")
+    yield made
+    made.evidence.close()
     database.close()
 
 
@@ -144,41 +179,48 @@ def test_evidence_is_read_once_as_far_as_the_time_goes(world: World) -> None:
     for name in "abcd":
         world.add(name, [STOP])
     world.add("e", None)
-    found = world.labelled.find(Wanted(label="stop"), budget=-1)
+    found = world.labelled.find(Wanted(label="stop"), budget=0)
     assert (found.videos, found.left, found.unreadable) == ({}, 5, 0)
     found = world.labelled.find(Wanted(label="stop"))
     assert (len(found.videos), found.left, found.unreadable) == (4, 0, 1)
-    world.asked.clear()
+    world.evidence.asked.clear()
     assert world.find(label="stop") == dict.fromkeys("abcd", 1)
-    assert World(world.database, world.engine).find(label="stop") == dict.fromkeys("abcd", 1), "another process"
-    assert world.asked == []
+    other = World(world.database, world.home)
+    assert other.find(label="stop") == dict.fromkeys("abcd", 1), "another process"
+    other.evidence.close()
+    assert {*world.evidence.asked, *other.evidence.asked} <= {"e" * 32}, "what could not be read is tried once more"
 
 
 def test_thousands_of_videos(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     Base.metadata.create_all(database.engine)
-    world = World(database)
     videos = 5000
-    document = TrackDoc(key="m1", class_id=STOP, review="accepted", keys={"1": KeyFrame(box=BOX)}).model_dump(
-        mode="json"
-    )
+    row = dict.fromkeys(("uncertainty", "engine_uncertainty", "size", "x1", "y1", "x2", "y2"), 1.0)
+    row |= {**dict.fromkeys(("frame", "first", "last", "revision", "edited"), 0), "notes": "", "set_key": "gtsrb-43"}
+    row |= {"current": True, "label": YIELD, "state": "open"}
+    touched = {"label": STOP, "state": "accepted"}
     with database.write() as session:
         for i in range(videos):
             session.add(Video(id=f"{i:064d}", name=f"{i}", path="/gone", size=1, warnings=[]))
         session.flush()
-        session.add_all(Run(id=f"{i:032d}", video_id=f"{i:064d}", state="complete", order=i) for i in range(videos))
+        session.add_all(Run(id=f"{i:032d}", video_id=f"{i:064d}", order=i, state="complete") for i in range(videos))
+        session.flush()
+        known = {"set_key": "gtsrb-43", "seq": 0, "current": True}
+        for run in wanted_runs(session).values():
+            session.add(SearchRun(run_id=run.run_id, video_id=run.video_id, basis=run.basis, **known))
         session.flush()
         for i in range(videos):
-            session.add(TrackDocument(run_id=f"{i:032d}", key="m1", revision=1, document=document))
-    world.engine = {f"{i:032d}": [(track, YIELD) for track in range(1, 31)] for i in range(videos)}
-    while world.labelled.find(Wanted(label="stop")).left:
-        pass
+            own = row | {"run_id": f"{i:032d}", "video_id": f"{i:064d}"}
+            tracks = [own | {"key": f"m{track}"} | (touched if track == 1 else {}) for track in range(1, 31)]
+            session.execute(insert(SearchTrack), tracks)
+    world = World(database, tmp_path / "home")
     began = time.process_time()
     assert len(world.labelled.find(Wanted(label="stop", state="accepted")).videos) == videos
     assert len(world.labelled.find(Wanted(label="yield")).videos) == videos
     took = (time.process_time() - began) / 2
     print(f"{took:.2f} s a question")
     assert took < 3
+    world.evidence.close()
     database.close()
 
 

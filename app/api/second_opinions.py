@@ -1,0 +1,67 @@
+"""Second opinions by sample: give them out, answer them, and how well people agree."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+from pydantic import Field
+
+from app.api.access import WhoDep
+from app.api.people import PersonName
+from app.api.responses import failures
+from app.context import ContextDep
+from app.people.second_opinion import Given, NextLook, SecondOpinions
+from app.shapes import Model
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["people"])
+
+
+class NewSecondOpinions(Model):
+    """Who is to look at which share of the accepted tracks."""
+
+    person: PersonName
+    share: Annotated[float, Field(gt=0, le=1)]
+
+
+class SecondAnswer(Model):
+    """What a sign is."""
+
+    label: Annotated[int, Field(ge=-1, le=2**31 - 1, strict=True)] | None
+    """-1: none of the set; None: it is no sign."""
+
+
+@router.get("/second-opinions", operation_id="list_second_opinions", responses=failures())
+def list_second_opinions(context: ContextDep) -> SecondOpinions:
+    """How often the second person says what the first one said, by label and by person, and where not."""
+    context.search.follow(0.1)
+    return context.second_opinions.report()
+
+
+@router.post("/second-opinions", operation_id="give_second_opinions", status_code=201, responses=failures(404))
+def give_second_opinions(wanted: NewSecondOpinions, context: ContextDep) -> Given:
+    """Give a person a share of the tracks that others have accepted; asked again, only of those accepted since."""
+    context.search.follow(0.1)
+    return context.second_opinions.give(wanted.person, wanted.share)
+
+
+@router.get("/second-opinions/next", operation_id="get_second_opinion", responses=failures())
+def get_second_opinion(context: ContextDep, who: WhoDep) -> NextLook:
+    """The next sign that whoever asks is to look at, without the first answer."""
+    context.search.follow(0.1)
+    return context.second_opinions.next(who.identity)
+
+
+@router.post(
+    "/second-opinions/{look_id}/answer",
+    operation_id="answer_second_opinion",
+    status_code=204,
+    responses=failures(404, 409),
+)
+def answer_second_opinion(
+    look_id: Annotated[int, Path(ge=1, le=2**31 - 1)], said: SecondAnswer, context: ContextDep, who: WhoDep
+) -> None:
+    """Say what the sign is; the track stays as it is."""
+    context.second_opinions.answer(who.identity, look_id, said.label)

@@ -1,1 +1,0 @@
-"""Finds videos by what their tracks are."""

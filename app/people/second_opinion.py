@@ -1,0 +1,279 @@
+"""A second opinion by sample: accepted tracks are given to somebody else, who does not see the first answer.
+
+A track is in the sample of 5 % where a number that follows from its run and its key is below 0.05. So nobody chooses,
+and asking again gives out only what was accepted since.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+
+from sqlalchemy import ColumnElement, and_, delete, func, select, true
+from sqlalchemy.orm import Session
+
+from app.errors import Conflict, Invalid, NotFound, Refused
+from app.events import EventBus
+from app.labels.store import newest
+from app.people.assignments import require_worker
+from app.people.identity import Identity
+from app.people.service import person_named
+from app.people.work import share_interval
+from app.shapes import Model
+from app.storage.database import Database
+from app.storage.models import SearchTrack, SecondOpinion, Video
+from tsr_engine.labels.model import NO_LABEL, LabelSet
+
+__all__ = ["Agreement", "Dispute", "Given", "LabelChoice", "Look", "NextLook", "SecondOpinionService", "SecondOpinions"]
+
+_MOST_DISPUTES = 200
+_AT_ONCE = 500
+
+
+class Given(Model):
+    """How many tracks were given to somebody."""
+
+    given: int
+    accepted: int
+    """Tracks of the library that others have accepted."""
+
+
+class LabelChoice(Model):
+    """A label that can be the answer."""
+
+    id: int
+    name: str
+
+
+class Look(Model):
+    """A sign to look at, without anything that the first person has said of it."""
+
+    id: int
+    run_id: str
+    video_name: str
+    frame: int
+    box: tuple[float, float, float, float]
+    labels: list[LabelChoice]
+
+
+class NextLook(Model):
+    """What somebody is to look at next."""
+
+    look: Look | None
+    left: int
+
+
+class Agreement(Model):
+    """How often second answers are the first ones."""
+
+    name: str
+    looked: int
+    agreed: int
+    low: float
+    """Lower end of the 95 % interval of the share."""
+    high: float
+
+
+class Dispute(Model):
+    """A track of which two people say different things, and that nobody has changed since."""
+
+    run_id: str
+    video_id: str
+    video_name: str
+    key: str
+    frame: int
+    first: str
+    first_answer: str
+    second: str
+    second_answer: str
+
+
+class SecondOpinions(Model):
+    """What second opinions have found."""
+
+    open: int
+    """Given out and not answered."""
+    whole: Agreement
+    labels: list[Agreement]
+    first: list[Agreement]
+    """By the person who accepted."""
+    second: list[Agreement]
+    """By the person who looked again."""
+    disputes: list[Dispute]
+    """The first of them."""
+    disputed: int
+
+
+class SecondOpinionService:
+    """Second opinions of a library."""
+
+    def __init__(self, database: Database, events: EventBus) -> None:
+        self._database = database
+        self._events = events
+
+    def give(self, name: str, share: float) -> Given:
+        """Give a person the tracks of a sample that others have accepted and that nobody has been given.
+
+        Args:
+            name: of the person.
+            share: of all accepted tracks, 0 to 1.
+
+        Raises:
+            NotFound: there is nobody of that name.
+            Invalid: the person may not change anything.
+        """
+        row = SearchTrack
+        with self._database.write() as session:
+            self._events.order(session)  # two who give at once must not give the same track
+            person = person_named(session, name)
+            require_worker(person)
+            left = SecondOpinion.person_id.is_(None), SecondOpinion.answered.is_(None)
+            session.execute(delete(SecondOpinion).where(*left))  # of people who are gone
+            accepted = select(row.run_id, row.key, row.label, row.set_key, row.revision, row.author).where(
+                row.current == true(), row.state == "accepted", row.author.is_not(None), row.author != person.name
+            )
+            known = {(run, key) for run, key in session.execute(select(SecondOpinion.run_id, SecondOpinion.key))}
+            count = given = 0
+            for run, key, label, set_key, revision, author in session.execute(accepted):
+                count += 1
+                if author is not None and _place(run, key) < share and (run, key) not in known:
+                    given += 1
+                    look = SecondOpinion(run_id=run, key=key, set_key=set_key, person_id=person.id, second=person.name)
+                    look.first, look.first_label, look.revision = author, label, revision
+                    session.add(look)
+            return Given(given=given, accepted=count)
+
+    def next(self, who: Identity) -> NextLook:
+        """What somebody is to look at next; what was deleted since is nobody's business any more."""
+        own = SecondOpinion.person_id == who.person, SecondOpinion.answered.is_(None)
+        with self._database.read() as session:
+            shown = (
+                select(SecondOpinion, SearchTrack, Video.name)
+                .join(SearchTrack, _same_track())
+                .join(Video, Video.id == SearchTrack.video_id)
+            )
+            found = session.execute(shown.where(*own).order_by(SecondOpinion.id).limit(1)).first()
+            if who.person is None or found is None:
+                return NextLook(look=None, left=0)
+            left = select(func.count()).select_from(SecondOpinion).join(SearchTrack, _same_track()).where(*own)
+            look, track, video = found
+            offered = [LabelChoice(id=label.id, name=label.name) for label in newest(session, look.set_key).offered()]
+            return NextLook(
+                look=Look(
+                    id=look.id,
+                    run_id=look.run_id,
+                    video_name=video,
+                    frame=track.frame,
+                    box=(track.x1, track.y1, track.x2, track.y2),
+                    labels=offered,
+                ),
+                left=session.scalar(left) or 0,
+            )
+
+    def answer(self, who: Identity, look_id: int, label: int | None) -> None:
+        """Say what a sign is.
+
+        Args:
+            who: whoever was given the track.
+            look_id: the look.
+            label: id of a label, -1: none of the set; None: it is no sign.
+
+        Raises:
+            NotFound: there is no such look.
+            Refused: it was given to somebody else.
+            Conflict: it is answered.
+            Invalid: the label set has no such label.
+        """
+        with self._database.write() as session:
+            look = session.get(SecondOpinion, look_id, with_for_update=True)
+            if look is None:
+                raise NotFound("There is no such second opinion (any more).")
+            if who.person is None or look.person_id != who.person:
+                raise Refused(f"This second opinion was given to {look.second}.", code="not_yours")
+            if look.answered is not None:
+                raise Conflict("This second opinion has its answer already.", code="answered")
+            if label not in (None, NO_LABEL) and newest(session, look.set_key).get(label) is None:
+                raise Invalid(f"The label set '{look.set_key}' has no label {label}.", field="label")
+            look.second_label, look.answered = label, datetime.now(UTC)
+
+    def report(self) -> SecondOpinions:
+        """How well people agree, by label and by person, and on which tracks they do not."""
+        with self._database.read() as session:
+            looks = session.scalars(select(SecondOpinion).order_by(SecondOpinion.id)).all()
+            answered = [look for look in looks if look.answered is not None]
+            sets = {key: newest(session, key) for key in {look.set_key for look in answered}}
+            agree = {look.id: _agree(sets[look.set_key], look) for look in answered}
+            apart = [look for look in answered if not agree[look.id]]
+            disputes = _disputes(session, apart, sets)
+        return SecondOpinions(
+            open=len(looks) - len(answered),
+            whole=_agreement("all", list(agree.values())),
+            labels=_by([(_words(sets[each.set_key], each.first_label), agree[each.id]) for each in answered]),
+            first=_by([(each.first, agree[each.id]) for each in answered]),
+            second=_by([(each.second, agree[each.id]) for each in answered]),
+            disputes=disputes[:_MOST_DISPUTES],
+            disputed=len(disputes),
+        )
+
+
+def _same_track() -> ColumnElement[bool]:
+    return and_(SearchTrack.run_id == SecondOpinion.run_id, SearchTrack.key == SecondOpinion.key)
+
+
+def _place(run: str, key: str) -> float:
+    """Where a track lies between 0 and 1, by chance but always the same."""
+    return int.from_bytes(hashlib.blake2b(f"{run} {key}".encode(), digest_size=6).digest(), "big") / 2**48
+
+
+def _agree(labels: LabelSet, look: SecondOpinion) -> bool:
+    if look.second_label is None:
+        return False
+    return labels.resolved(look.second_label) == labels.resolved(look.first_label)
+
+
+def _words(labels: LabelSet, label: int | None) -> str:
+    if label is None:
+        return "no sign"
+    found = labels.get(labels.resolved(label))
+    return "none of the set" if found is None else found.name
+
+
+def _by(answers: Iterable[tuple[str, bool]]) -> list[Agreement]:
+    found: dict[str, list[bool]] = defaultdict(list)
+    for name, agrees in answers:
+        found[name].append(agrees)
+    return [_agreement(name, found[name]) for name in sorted(found)]
+
+
+def _agreement(name: str, answers: Sequence[bool]) -> Agreement:
+    low, high = share_interval(sum(answers), len(answers))
+    return Agreement(name=name, looked=len(answers), agreed=sum(answers), low=round(low, 4), high=round(high, 4))
+
+
+def _disputes(session: Session, apart: Sequence[SecondOpinion], sets: dict[str, LabelSet]) -> list[Dispute]:
+    present: dict[tuple[str, str], tuple[SearchTrack, str]] = {}
+    runs = sorted({look.run_id for look in apart})
+    for start in range(0, len(runs), _AT_ONCE):
+        here = SecondOpinion.run_id.in_(runs[start : start + _AT_ONCE])
+        query = select(SearchTrack, Video.name).join(SecondOpinion, _same_track())
+        for track, video in session.execute(query.join(Video, Video.id == SearchTrack.video_id).where(here)):
+            present[track.run_id, track.key] = track, video
+    return [
+        Dispute(
+            run_id=look.run_id,
+            video_id=track.video_id,
+            video_name=video,
+            key=look.key,
+            frame=track.frame,
+            first=look.first,
+            first_answer=_words(sets[look.set_key], look.first_label),
+            second=look.second,
+            second_answer=_words(sets[look.set_key], look.second_label),
+        )
+        for look in apart
+        if (found := present.get((look.run_id, look.key))) is not None
+        for track, video in [found]
+        if track.revision == look.revision
+    ]

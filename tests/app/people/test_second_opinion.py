@@ -1,0 +1,97 @@
+"""Second opinions over HTTP on both kinds of database: blind, fair, and with figures that add up."""
+
+from __future__ import annotations
+
+import pytest
+from sqlalchemy import delete, select
+
+from app.people.work import share_interval
+from app.storage.models import SecondOpinion
+from tests.app.people.team import Team
+from tests.app.people.test_authors import keys_of, run, send
+from tests.app.toy_server import Server
+
+__all__ = ["run"]
+
+
+@pytest.fixture(autouse=True)
+def fresh(served: Server) -> None:
+    """Nobody has been given anything."""
+    with served.context.database.write() as session:
+        session.execute(delete(SecondOpinion))
+
+
+def test_a_second_person_answers_without_the_first_answer(served: Server, team: Team, run: str) -> None:
+    anna, rolf = team.client("Anna"), team.client("Rolf")
+    first, second = keys_of(anna, run)[:2]
+    for key, label in ((first, 14), (second, 13)):
+        send(anna, run, "Anna", key=key, name="relabel_track", class_id=label)
+        send(anna, run, "Anna", 1, key=key, name="set_review", review="accepted")
+
+    assert rolf.post("/api/second-opinions", json={"person": "Anna", "share": 1}).json()["given"] == 0, "her own"
+    assert rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json() == {"given": 2, "accepted": 2}
+    again = rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json()
+    assert again == {"given": 0, "accepted": 2}, "every track once"
+
+    answers = {first: 14, second: None}
+    seen = []
+    for left in (2, 1):
+        found = rolf.get("/api/second-opinions/next").json()
+        assert found["left"] == left
+        look = found["look"]
+        assert set(look) == {"id", "run_id", "video_name", "frame", "box", "labels"}, "nothing of the first answer"
+        assert {"id": 14, "name": "stop"} in look["labels"]
+        with served.context.database.read() as session:
+            key = session.get_one(SecondOpinion, look["id"]).key
+        seen.append(key)
+        refused = anna.post(f"/api/second-opinions/{look['id']}/answer", json={"label": 14})
+        assert (refused.status_code, refused.json()["error"]["code"]) == (403, "not_yours")
+        assert rolf.post(f"/api/second-opinions/{look['id']}/answer", json={"label": 9999}).status_code == 422
+        assert rolf.post(f"/api/second-opinions/{look['id']}/answer", json={"label": answers[key]}).status_code == 204
+        twice = rolf.post(f"/api/second-opinions/{look['id']}/answer", json={"label": 14})
+        assert (twice.status_code, twice.json()["error"]["code"]) == (409, "answered")
+    assert sorted(seen) == sorted([first, second])
+    assert rolf.get("/api/second-opinions/next").json() == {"look": None, "left": 0}
+
+    report = rolf.get("/api/second-opinions").json()
+    assert (report["open"], report["whole"]["looked"], report["whole"]["agreed"]) == (0, 2, 1)
+    assert {one["name"]: one["agreed"] for one in report["labels"]} == {"stop": 1, "give way": 0}
+    assert [(one["name"], one["looked"], one["agreed"]) for one in report["first"]] == [("Anna", 2, 1)]
+    assert [(one["name"], one["looked"], one["agreed"]) for one in report["second"]] == [("Rolf", 2, 1)]
+    assert report["whole"]["low"] < 0.5 < report["whole"]["high"]
+    (dispute,) = report["disputes"]
+    assert (dispute["key"], dispute["first_answer"], dispute["second_answer"]) == (second, "give way", "no sign")
+
+    send(rolf, run, "Rolf", 2, key=second, name="set_review", review="rejected")
+    report = rolf.get("/api/second-opinions").json()
+    assert (report["disputed"], report["whole"]["agreed"]) == (0, 1), "settled, but they did not agree"
+
+
+def test_who_may_do_what(team: Team, run: str) -> None:
+    anna, rolf, vera = team.client("Anna"), team.client("Rolf"), team.client("Vera")
+    assert anna.post("/api/second-opinions", json={"person": "Anna", "share": 1}).status_code == 403
+    assert anna.get("/api/second-opinions").status_code == 403
+    assert vera.get("/api/second-opinions/next").status_code == 403
+    assert rolf.post("/api/second-opinions", json={"person": "Vera", "share": 1}).status_code == 422
+    assert rolf.post("/api/second-opinions", json={"person": "Eve", "share": 1}).status_code == 404
+    assert rolf.post("/api/second-opinions", json={"person": "Anna", "share": 0}).status_code == 422
+    assert rolf.post("/api/second-opinions/999999/answer", json={"label": 1}).status_code == 404
+
+
+def test_what_was_given_to_somebody_who_left_is_given_to_another(served: Server, team: Team, run: str) -> None:
+    anna, rolf = team.client("Anna"), team.client("Rolf")
+    key = keys_of(anna, run)[0]
+    send(anna, run, "Anna", key=key, name="set_review", review="accepted")
+    served.context.people.add("Zoe", "annotator")
+    assert rolf.post("/api/second-opinions", json={"person": "Zoe", "share": 1}).json()["given"] == 1
+    served.context.people.remove("Zoe")
+    assert rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json()["given"] == 1
+    with served.context.database.read() as session:
+        assert session.scalars(select(SecondOpinion.second)).all() == ["Rolf"]
+
+
+def test_intervals_of_shares() -> None:
+    assert share_interval(0, 0) == (0, 1)
+    assert share_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)  # Wilson's, as statsmodels gives it
+    assert share_interval(10, 10) == pytest.approx((0.7225, 1.0), abs=1e-4)
+    assert share_interval(0, 10) == pytest.approx((0.0, 0.2775), abs=1e-4)
