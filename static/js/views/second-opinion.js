@@ -6,6 +6,7 @@ import { formatRoute } from '../model/route.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
 import { count, percent, plural } from '../model/format.js';
+import { pictureThatMayMiss } from './pictures.js';
 
 const PICTURE = 320;
 const NONE = -1;
@@ -61,7 +62,7 @@ export function secondOpinionOf(app, signal) {
     return [
       h('h2', null, 'Second opinion ', h('span', { class: 'muted small' }, `${plural(left, 'sign')} left`)),
       h('p', { class: 'muted small' }, 'Somebody has accepted this sign. Say what you see; their answer is not shown.'),
-      h('img', { class: 'second-opinion-picture', alt: 'The sign', width: PICTURE, src: app.api.searchCropUrl({ run: look.run_id, frame: look.frame, box: [x1, y1, x2, y2] }, PICTURE) }),
+      pictureThatMayMiss({ class: 'second-opinion-picture', alt: 'The sign', width: PICTURE, src: app.api.searchCropUrl({ run: look.run_id, frame: look.frame, box: [x1, y1, x2, y2] }, PICTURE) }),
       h('p', { class: 'muted small', dir: 'auto' }, `${look.video_name}, frame ${look.frame}`),
       h('form', { class: 'second-opinion-answer', onsubmit: submit }, input, names,
         h('button', { class: 'btn btn-primary', type: 'submit' }, 'That is it'),

@@ -1,0 +1,66 @@
+"""Second opinions in a real browser: given out, answered without the first answer, told with intervals."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import expect
+
+from tests.e2e.review_desk import Desk, faultless, state, wait
+from tests.e2e.screenshots import CHROMIUM
+from tests.e2e.test_team_walk import people, signed_in
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+
+
+def test_a_second_opinion_is_asked_for_given_and_counted(desk: Desk) -> None:
+    home = desk.server.home
+    links = {
+        name: json.loads(people(home, "add", name, "--role", role, "--url", desk.server.base, "--json"))["link"]
+        for name, role in (("Adam", "admin"), ("Rolf", "reviewer"), ("Anna", "annotator"))
+    }
+    with (
+        faultless(signed_in(desk.browser, links["Rolf"])) as rolf,
+        faultless(signed_in(desk.browser, links["Anna"])) as anna,
+    ):
+        rolf.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}'")
+        wait(rolf, lambda s: s["tracks"] is not None and s["overlay"] is not None)
+        key = f"m{state(rolf)['tracks']['id'][0]}"
+        rolf.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}?track={key}'")
+        wait(rolf, lambda s: s["selected"] == key)
+        rolf.keyboard.press("a")
+        wait(rolf, lambda s: s["docs"].get(key, {}).get("review") == "accepted" and s["unsaved"] == 0)
+
+        rolf.get_by_role("link", name="Team").click()
+        region = rolf.get_by_role("region", name="Second opinions")
+        expect(region).to_contain_text("No accepted track has a second opinion")
+        region.get_by_label("Person").select_option("Anna")
+        region.get_by_label("Share of the accepted tracks").fill("100")
+        region.get_by_role("button", name="Give out").click()
+        expect(rolf.get_by_role("region", name="Second opinions")).to_contain_text("1 open")
+
+        anna.get_by_role("link", name="Anna").click()
+        mine = anna.get_by_role("region", name="Second opinion")
+        expect(mine).to_contain_text("1 sign left")
+        expect(mine.get_by_role("img", name="The sign")).to_have_js_property("complete", value=True)
+        assert mine.get_by_role("img").evaluate("image => image.naturalWidth") > 0
+        mine.get_by_label("What the sign is").fill("unicorn")
+        mine.get_by_role("button", name="That is it").click()
+        expect(mine.get_by_role("alert")).to_contain_text("Choose one of the labels")
+        mine.get_by_role("button", name="No sign").click()
+        expect(mine).to_contain_text("every sign that was given to you")
+
+        rolf.reload()
+        told = rolf.get_by_role("region", name="Second opinions")
+        expect(told).to_contain_text("0 of 1 track: 0 % (0 % to 79.3 %)")
+        expect(told.get_by_role("list", name="Tracks in dispute")).to_contain_text("Anna: no sign")
+        told.get_by_role("list", name="Tracks in dispute").get_by_role("link").click()
+        wait(rolf, lambda s: s["selected"] == key)
