@@ -15,13 +15,14 @@ import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
 import { changeLanesView } from '../../store/actions/page.js';
 import { framesOf } from '../../store/actions/review.js';
-import { dialog, mark, seek, select, setTau, show } from '../app.js';
+import { dialog, edit, mark, seek, select, setTau, show } from '../app.js';
 import { leaveKeysToPicture, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
 import { createNoTracks } from '../no_tracks.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
 import { SUB_LANES, detailHeight, paintDetail, shownLanes } from './detail_painter.js';
 import { createDriveFlips } from './drive_flips.js';
+import { createEndHandle } from './end_handle.js';
 import { createFollowingStrip } from './following_strip.js';
 import { createFrame, fillLegend } from './frame.js';
 import { attachGestures } from './gestures.js';
@@ -50,6 +51,11 @@ export function createLanes(app) {
   parts.detailPlot.append(slider.element);
   const driveFlips = createDriveFlips(app, signal);
   parts.reset.before(driveFlips.element);
+  const ending = createEndHandle({
+    look: (frame) => seek(app, frame),
+    end: (key, last) => void edit(app, key, { name: 'delete_from', frame: last + 1 }),
+  }, signal);
+  parts.tracksPlot.append(ending.element);
 
   let palette = readPalette(document.documentElement);
   /** @type {State|null} */ let state = null;
@@ -221,7 +227,17 @@ export function createLanes(app) {
     }
     if (old?.following || !proposal.element.hidden) proposal.paint(r.following, width, span, palette);
     dirty.overview = dirty.tracks = dirty.detail = false;
+    ending.update(endOf(r, span));
     placeMarks(r, span, frames);
+  }
+
+  /** The end of the selected bar, while it is in sight. @param {ReviewState} r @param {{first: number, last: number}} span */
+  function endOf(r, span) {
+    const bar = index.barOf.get(r.selected ?? '');
+    if (bar === undefined || r.selected === null) return null;
+    const [first, last, x] = [index.first[bar], index.last[bar], toX(span, index.last[bar] + 1, width)];
+    const y = index.row[bar] * rowHeight() - parts.tracksPane.scrollTop;
+    return x < 0 || x > width || y <= -rowHeight() || y >= tracksHeight ? null : { key: r.selected, first, last, x, y, height: rowHeight(), scale: width / (span.last - span.first) };
   }
 
   /** @param {ReviewState} r @param {{first: number, last: number}} span @param {number} frames */
@@ -336,7 +352,7 @@ export function createLanes(app) {
     const bar = index.barOf.get(awaited ?? '');
     const pane = parts.tracksPane;
     if (bar === undefined || pane.clientHeight === 0) return;
-    if (!isInView(awaited, pane.clientHeight)) pane.scrollTop = index.row[bar] * rowHeight() - pane.clientHeight / 2;
+    if (!isInView(awaited, pane.clientHeight)) pane.scrollTop = index.row[bar] * rowHeight() - Math.max(0, pane.clientHeight - rowHeight()) / 2;
     awaited = null;
   }
 
