@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import read_clips
 from benchmarks.review.annotator import Annotator, Work
-from benchmarks.review.desk import Desk, open_desk, open_review
+from benchmarks.review.desk import READY, Desk, open_desk
 from benchmarks.review.planted import KINDS, ROUNDS, planted
 from tsr_engine.track_table import TrackTable
 
@@ -77,7 +77,8 @@ def _one(desk: Desk, video: Mapping[str, Any], truth: TrackTable, turn: int, see
     content, cases = planted(truth, size, int(video["frames"]), turn, seed)
     run = _brought(desk, video, content, "run")
     page = desk.page()
-    open_review(page, video["id"], run)
+    page.get_by_role("link", name=f"Review {video['name']}").click()  # the newest run, which is this one
+    page.wait_for_function(f"run => {READY} && tsr.store.get().review.run.id === run", arg=run)
     page.wait_for_function(f"() => {_LABELS}?.length")
     names = {label["id"]: label["name"] for label in page.evaluate(f"() => {_LABELS}")}
     found = Annotator(page, cases, names).work_off()

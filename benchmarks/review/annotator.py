@@ -1,7 +1,8 @@
 """An annotator who knows the truth, at the real page: presses keys, drags boxes, and counts what that takes.
 
 An action is a key press that is a command, a click, or a drag. Typing a label's name or a frame's number is one action,
-with the Enter that ends it. The time is that of the page: a person's own thinking comes on top.
+with the Enter that ends it, and the key before it that asks for it is another. The time is that of the page: a person's
+own thinking comes on top.
 """
 
 from __future__ import annotations
@@ -25,12 +26,13 @@ _STATE = """() => { const r = tsr.store.get().review; return { frame: r.frame, s
   following: r.following ? !['queued', 'running'].includes(r.following.state) : null,
   ready: r.shown === r.frame && Boolean(r.overlays[r.frame]),
   judged: Object.fromEntries(Object.values(r.docs).map((d) => [d.key, d.gone ? 'deleted' : d.review])),
+  ends: Object.fromEntries(Object.values(r.docs).map((d) => [d.key, Math.max(...d.segments.map((part) => part.last))])),
   view: r.viewport }; }"""
-_KEYS = """async () => (await import('/static/js/operations/registry.js')).allOperations().flatMap((one) => one.keys)"""
+_OPERATIONS = """async () => (await import('/static/js/operations/registry.js')).allOperations().map((one) => one.id)"""
 _PATIENCE = 120.0
 """How long the page may take for one step, s."""
-_CLOSE = 0.7
-"""A box that overlaps the truth by this IoU needs no hand."""
+_PIXELS = 3
+"""Pixels that the end of a bar is dragged for a frame, where the page does not ask for more."""
 
 
 @dataclass(slots=True)
@@ -62,15 +64,18 @@ class Annotator:
         self._cases = cases
         self._names = names
         self._work = Work("")
-        known = page.evaluate(_KEYS)
-        self._follows = "T" in known
-        # what the versions of the page can do: the operations that they know
-        self._ends = "Alt+Del" in known
+        # what the versions of the page can do: the operations that they know, and a bar that ends where it is let go
+        known = page.evaluate(_OPERATIONS)
+        self._follows = "follow" in known
+        self._accepts = "end-here" in known
+        self._trims = page.locator(".lanes-end").count() == 1
 
     def work_off(self) -> list[Work]:
         """All tracks of the queue, then the missed signs; what each took."""
         done: list[Work] = []
         left = {number for number in self._cases if number >= 0}
+        if self._trims:  # this page opens the first track by itself
+            self._next(None)
         while left:
             self._work, began = Work(""), time.monotonic()
             now = self._state()
@@ -94,23 +99,27 @@ class Annotator:
         if case.kind == "false":
             self._verdict("x", key, last=last)
             return
+        if "label" in case.faults and not self._accepts:
+            self._key("l")
+            self._label(case)
         if "box" in case.faults:
             self._go(case.box_frame)
             self._drag(case.wrong_box, case.truth[case.box_frame])
         if "end" in case.faults:
-            if self._ends:
+            if self._trims:
+                self._trim(key, case.last)
+            elif self._accepts:
                 self._go(case.last)
                 self._key("Alt+Delete")
             else:
                 self._go(case.last + 1)
                 self._key("Delete")
-        if "label" in case.faults:
+        if "label" in case.faults and self._accepts:
             self._key("l")
-            self._label(case, accepts=self._ends)
-            if self._ends:
-                self._left("accepted", key, last=last)
-                return
-        self._verdict("a", key, last=last)
+            self._label(case, accepts=True)
+            self._left("accepted", key, last=last)
+        else:
+            self._verdict("a", key, last=last)
 
     def _verdict(self, letter: str, key: str, *, last: bool) -> None:
         self._key(letter)
@@ -189,6 +198,25 @@ class Annotator:
     def _drag(self, box: FloatArray, target: FloatArray) -> None:
         """Take hold of the middle of a box and bring it onto the target."""
         self._drag_between(_middle(box), _middle(target))
+
+    def _trim(self, key: str, last: int) -> None:
+        """Drag the end of the track's bar until the picture shows the frame that is to be its last one."""
+        handle = self._page.locator(".lanes-end")
+        handle.wait_for()
+        box = handle.bounding_box()
+        assert box is not None
+        at, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        mouse = self._page.mouse
+        mouse.move(at, y)
+        mouse.down()
+        while (frame := self._state()["frame"]) != last:
+            at += _PIXELS * (last - frame)
+            mouse.move(at, y)
+            self._page.evaluate("() => new Promise((done) => requestAnimationFrame(() => done()))")
+        self._wait(lambda s: s["frame"] == last and s["ready"])
+        mouse.up()
+        self._count("drag the end")
+        self._wait(lambda s: s["ends"].get(key) == last)
 
     def _drag_between(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         mouse = self._page.mouse

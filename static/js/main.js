@@ -13,7 +13,8 @@ import { createNoteDrafts } from './editing/note_drafts.js';
 import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
 import { createOwnOutbox } from './editing/own_outbox.js';
 import { createFrames } from './frames/frames.js';
-import { parseRoute, placeOf, samePlace } from './model/route.js';
+import { NEXT_TRACK, parseRoute, placeOf, samePlace } from './model/route.js';
+import { openFirst } from './operations/navigate.js';
 import { allOperations } from './operations/registry.js';
 import { createFollowing } from './review/following.js';
 import { createLoader } from './review/loader.js';
@@ -59,11 +60,11 @@ const following = createFollowing({ store, api, edit: editor.edit, author, signa
 const app = { store, api, labels: createLabelSets({ store, api, author, say: (text) => toast(text, { topic: 'labels', stays: true }), turned: () => void app.loader.refresh() }), ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, notes: createNoteDrafts(() => sessionStorage), loader: /** @type {any} */ (null), following };
 app.loader = createLoader(app, { opened: (run) => {
   following.open(run);
-  void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) })));
+  return editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) })));
 }, closed: () => {
   following.close();
   editor.close();
-} });
+}, first: () => openFirst(app) });
 
 /** The address as it was last read or written here. */
 let known = '';
@@ -79,7 +80,8 @@ function readRoute() {
   const { review } = store.get();
   if (route.screen === 'review' && review?.video.id === route.video && (route.run === null || route.run === review.run?.id)) {
     if (route.frame !== null) store.dispatch((state) => seek(state, /** @type {number} */ (route.frame)));
-    if (route.track !== null) store.dispatch((state) => select(state, route.track));
+    if (route.track === NEXT_TRACK) openFirst(app);
+    else if (route.track !== null) store.dispatch((state) => select(state, route.track));
   }
 }
 

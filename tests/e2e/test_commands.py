@@ -148,6 +148,30 @@ def test_the_palette_finds_tracks_labels_settings_and_screens(desk: Desk, page: 
     wait(page, lambda s: s["overlay"] is not None and s["selected"] == key)
 
 
+def test_the_palette_finds_what_a_screen_offers(desk: Desk, page: Page) -> None:
+    palette(page, "retrain")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("dialog", name="Retrain")).to_be_visible()
+    page.keyboard.press("Escape")
+    page.evaluate("location.hash = '#/'")
+    expect(page.get_by_role("heading", name="drive.mp4")).to_be_visible()
+    palette(page, "order of the videos name")
+    page.keyboard.press("Enter")
+    expect(page.get_by_label("Order of the videos")).to_have_value("name")
+    palette(page, "search videos")
+    page.keyboard.press("Enter")
+    expect(page.get_by_label("Search videos")).to_be_focused()
+    palette(page, "go labels")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("button", name="Add a label")).to_be_visible()
+    palette(page, "add label")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("dialog")).to_contain_text("label")
+    page.keyboard.press("Escape")
+    page.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}'")
+    wait(page, lambda s: s["run"] == desk.run and s["overlay"] is not None)
+
+
 def test_5000_tracks_and_400_labels_of_200_characters_are_found_without_a_pause(page: Page) -> None:
     page.evaluate(CROWD)
     began = time.perf_counter()

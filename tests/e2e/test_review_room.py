@@ -113,6 +113,44 @@ def test_a_key_a_click_and_a_verdict_lead_to_the_same_frame_of_a_track(desk: Des
     edited(page, lambda: page.keyboard.press("Control+z"))
 
 
+def test_the_library_opens_a_review_at_the_first_track_that_is_left(desk: Desk, page: Page) -> None:
+    key = to_track(page)
+    edited(page, lambda: page.keyboard.press("a"))
+    other = wait(page, lambda s: s["selected"] not in (None, key))
+    page.evaluate("location.hash = '#/'")
+    page.get_by_role("link", name="Review drive.mp4").click()
+    wait(page, lambda s: s["selected"] == other["selected"] and s["frame"] == s["shown"] == other["frame"])
+    edited(page, lambda: page.keyboard.press("Control+z"))
+
+
+def test_a_track_ends_where_the_end_of_its_bar_is_let_go(desk: Desk, page: Page) -> None:
+    key = to_track(page)
+    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+    last = tracks["last"][tracks["id"].index(int(key[1:]))]
+    handle, before = page.locator(".lanes-end"), desk.documents().get(key)
+
+    def hold() -> None:
+        handle.wait_for()
+        at = place(handle)
+        page.mouse.move(at["x"] + at["width"] / 2, at["y"] + at["height"] / 2)
+        page.mouse.down()
+        wait(page, lambda s: s["frame"] == last)
+        page.mouse.move(at["x"] - 60, at["y"] + at["height"] / 2, steps=6)
+        wait(page, lambda s: s["frame"] < last - 3)
+
+    hold()
+    page.keyboard.press("Escape")
+    wait(page, lambda s: s["frame"] == last)
+    page.mouse.up()
+    assert desk.documents().get(key) == before
+    hold()
+    end = wait(page, lambda s: s["frame"] == s["shown"])["frame"]
+    edited(page, page.mouse.up)
+    assert [part["last"] for part in desk.documents()[key]["segments"]] == [end]
+    edited(page, lambda: page.keyboard.press("Control+z"))
+    assert [part["last"] for part in desk.documents()[key]["segments"]] == [last]
+
+
 LONG = """() => tsr.store.dispatch((state) => ({...state, labels: state.labels.map((label, i) => ({...label,
   name: (i % 2 ? 'Donaudampfschifffahrt'.repeat(10) : 'a very long name of a label '.repeat(8)).slice(0, 200)}))}))"""
 """Labels of 200 characters, with and without spaces."""

@@ -3,7 +3,7 @@
  * Addresses inside the page: what stands after `#`. Pure.
  *
  *     #/                                        library
- *     #/review/VIDEO/RUN?frame=12&track=m7      RUN may be `-`: the newest
+ *     #/review/VIDEO/RUN?frame=12&track=m7      RUN may be `-`: the newest; TRACK may be `next`: the first of the queue
  *     #/compare?a=run:R&b=annotation:R
  *     #/team, #/team/NAME                       all people, one of them
  *     #/search?label=60&uncertainty_min=0.3     filters of the search, see model/search.js
@@ -13,6 +13,12 @@
  */
 
 import { formatSearch, parseSearch } from './search.js';
+
+/** Instead of a track: the first of the queue that is left, whichever that is when the review opens. */
+export const NEXT_TRACK = 'next';
+
+/** The address where the review of a video begins. @param {string} video */
+export const reviewOf = (video) => formatRoute({ screen: 'review', video, run: null, frame: null, track: NEXT_TRACK });
 
 /**
  * @param {Route} route

@@ -1,7 +1,7 @@
 // @ts-check
 /** Moving through time. */
 
-import { endOfQueue, nextInQueue } from '../model/queue.js';
+import { endOfQueue, nextInQueue, queueCounts, shownQueue } from '../model/queue.js';
 import { playOrPause, seek, select, setPlaying, step } from '../store/actions/review.js';
 import { clearestFrame } from '../model/clearest.js';
 import { spanOf } from '../model/effective.js';
@@ -35,6 +35,16 @@ export function openTrack(app, key) {
   const doc = review && docOf(review, key);
   const clearest = doc && clearestFrame(doc, review.tracks, sizeOf(review.video));
   app.store.dispatch((state) => select(clearest === null ? state : seek(setPlaying(state, false), clearest), key));
+}
+
+/**
+ * Open the first track of the queue that is left; nothing where one is selected already, or none is left.
+ * @param {Pick<import('../views/app.js').ViewApp, 'store'>} app
+ */
+export function openFirst(app) {
+  const state = app.store.get();
+  const key = state.review?.selected === null && queueCounts(shownQueue(state)).left > 0 ? nextInQueue(state, 1) : null;
+  if (key !== null) openTrack(app, key);
 }
 
 /** @param {App} app @param {1|-1} direction */

@@ -2,7 +2,7 @@
 /** From the end of one queue to the next. */
 
 import { leftElsewhere } from '../model/left_elsewhere.js';
-import { formatRoute } from '../model/route.js';
+import { reviewOf } from '../model/route.js';
 import { setVideos } from '../store/actions/page.js';
 import { toast } from '../core/toast.js';
 import { operation } from './helpers.js';
@@ -27,11 +27,11 @@ export async function openNextVideo({ store, api, load }, say = toast) {
   }
   const { next } = elsewhere(store.get());
   if (next === null) say('No other video has open tracks.', { topic: 'queue' });
-  else location.hash = formatRoute({ screen: 'review', video: next.id, run: null, frame: null, track: null });
+  else location.hash = reviewOf(next.id);
 }
 
 /** @type {import('../page-types.js').Operation[]} */
-export const library = [
+export const nextVideo = [
   operation({
     id: 'next-video', label: 'Next video with open tracks', keys: [NEXT_VIDEO_KEY], icon: 'film', group: 'Queue',
     disabled: (state) => (elsewhere(state).next === null ? 'No other video has open tracks.' : null),

@@ -8,8 +8,10 @@ import { operation } from './helpers.js';
 
 const GROUP = 'Page';
 const THEMES = /** @type {const} */ ([['auto', 'Theme: as the system', 'contrast'], ['light', 'Theme: light', 'sun'], ['dark', 'Theme: dark', 'moon']]);
-const SCREENS = /** @type {const} */ ([['library', 'Library', '#/'], ['files', 'Files', '#/files'], ['labels', 'Labels', '#/labels'], ['models', 'Models', '#/models']]);
+const SCREENS = /** @type {const} */ ([['library', 'Library', '#/'], ['search', 'Search', '#/search'], ['files', 'Files', '#/files'], ['labels', 'Labels', '#/labels'], ['models', 'Models', '#/models'], ['team', 'Team', '#/team']]);
 const everywhere = () => true;
+/** A tool of one person has no team. @param {import('../state-types.js').State} state */
+const withPeople = (state) => state.session?.person != null;
 
 /** @type {Operation[]} */
 export const page = [
@@ -31,7 +33,7 @@ export const page = [
     run: (app) => app.store.dispatch((state) => setTheme(state, theme)),
   })),
   ...SCREENS.map(([screen, label, address]) => operation({
-    id: `screen-${screen}`, label: `Go to: ${label}`, keys: [], group: GROUP, available: everywhere,
+    id: `screen-${screen}`, label: `Go to: ${label}`, keys: [], group: GROUP, available: screen === 'team' ? withPeople : everywhere,
     run: () => {
       location.hash = address;
     },

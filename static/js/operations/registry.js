@@ -6,15 +6,16 @@ import { boxes } from './boxes.js';
 import { exchange } from './exchange.js';
 import { following } from './follow.js';
 import { groundTruth } from './ground_truth.js';
+import { library } from './library.js';
 import { navigation } from './navigate.js';
 import { page } from './page.js';
-import { library } from './next_video.js';
+import { nextVideo } from './next_video.js';
 import { team } from './team.js';
 import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...following, ...navigation, ...library, ...boxes, ...verdicts, ...attributes, ...groundTruth, ...exchange, ...view, ...team, ...page];
+export const allOperations = () => [...following, ...navigation, ...nextVideo, ...boxes, ...verdicts, ...attributes, ...groundTruth, ...exchange, ...view, ...team, ...library, ...page];
 
 /**
  * Run an operation if it can be run now.

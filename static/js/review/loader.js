@@ -8,6 +8,7 @@
  * @typedef {import('../types.js').Run} Run
  */
 import { ApiError, sentence } from '../api/errors.js';
+import { NEXT_TRACK } from '../model/route.js';
 import { createTimebase } from '../model/timebase.js';
 import { tracksBehind } from '../model/track_lane.js';
 import { hideBanner, showBanner, setRuns } from '../store/actions/page.js';
@@ -36,7 +37,7 @@ const withoutErrors = (state) => ['review', 'picture', 'earlier'].reduce(hideBan
 function putTracks(state, found) {
   const named = state.route.screen === 'review' && state.review?.tracks === null && state.review.selected === null ? state.route.track : null;
   const next = changeReview(state, found);
-  return named === null ? next : select(next, named);
+  return named === null || named === NEXT_TRACK ? next : select(next, named);
 }
 
 /**
@@ -51,7 +52,8 @@ function putTracks(state, found) {
 
 /**
  * @param {App} app
- * @param {{opened: (run: string) => void, closed: () => void}} hooks
+ * @param {{opened: (run: string) => Promise<void>|void, closed: () => void, first: () => void}} hooks   `opened`: until what people
+ *   have corrected is there; `first`: open the first track that is left
  * @returns {Loader}
  */
 export function createLoader(app, hooks) {
@@ -137,10 +139,13 @@ export function createLoader(app, hooks) {
 
   /** @param {Run} run @param {AbortSignal} signal */
   async function load(run, signal) {
-    hooks.opened(run.id);
+    const corrected = hooks.opened(run.id);
     if (run.state === 'queued' && run.frames_done === 0) return;
     const found = await tracksOf(run.id, signal);
     if (found) store.dispatch((state) => putTracks(state, found));
+    const { route } = store.get();
+    const toFirst = route.screen === 'review' && route.track === NEXT_TRACK;
+    if (toFirst) void Promise.resolve(corrected).then(() => signal.aborted || hooks.first());
     offerEarlier(app, run, signal).catch((thrown) => fail(thrown, signal));
   }
 

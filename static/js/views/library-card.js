@@ -3,7 +3,7 @@
 
 import {sentence} from '../api/errors.js';
 import {isVideoFile} from '../model/exchange.js';
-import {formatRoute} from '../model/route.js';
+import {reviewOf} from '../model/route.js';
 import {runPart} from '../model/run_progress.js';
 import {may} from '../model/team.js';
 import {dropVideo, openDialog, putVideo} from '../store/actions/page.js';
@@ -159,7 +159,7 @@ function actionsOf(app, video) {
   const {session} = app.store.get();
   const actions = [];
   if (video.state === 'ready' && video.latest_run) {
-    actions.push(h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video: video.id, run: null, frame: null, track: null}), 'aria-label': `Review ${video.name}`}, icon('eye'), 'Review'));
+    actions.push(h('a', {class: 'btn btn-primary', href: reviewOf(video.id), 'aria-label': `Review ${video.name}`}, icon('eye'), 'Review'));
     actions.push(h('button', {class: 'btn', type: 'button', onclick: open, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}`}, plural(video.runs, 'run')));
   } else if (video.state === 'ready') {
     actions.push(h('button', {class: 'btn btn-primary', type: 'button', disabled: video.missing, onclick: open, 'aria-label': `Run the engine on ${video.name}`}, icon('run'), 'Run the engine'));

@@ -1,7 +1,7 @@
 // @ts-check
 /** What a new user sees first: the sample drive, how far it is, and three hints. */
 
-import {formatRoute} from '../model/route.js';
+import {reviewOf} from '../model/route.js';
 import {runPart} from '../model/run_progress.js';
 import {openDialog} from '../store/actions/page.js';
 import {fill, h} from './dom.js';
@@ -60,7 +60,7 @@ export function createWelcome(app) {
     const usable = video.latest_run !== null;
     if (!action.firstElementChild || key.split(',')[1] !== (video.latest_run ?? '') || !usable) {
       fill(action, usable
-        ? h('a', {class: 'btn btn-primary btn-large', href: formatRoute({screen: 'review', video: video.id, run: null, frame: null, track: null})}, icon('play'), 'Review the sample drive')
+        ? h('a', {class: 'btn btn-primary btn-large', href: reviewOf(video.id)}, icon('play'), 'Review the sample drive')
         : video.state === 'ready' && h('button', {class: 'btn btn-primary btn-large', type: 'button', onclick: () => app.store.dispatch((now) => openDialog(now, {kind: 'run', data: {video: video.id}}))}, icon('run'), 'Run the engine on it'),
       h('div', {class: 'welcome-progress'}));
     }

@@ -29,8 +29,12 @@ test('names are unique; every operation says what it does', () => {
 
 test('outside the review screen only what belongs to the whole page can be had', () => {
   assert.deepEqual(operations.filter((operation) => operation.available(initialState())).map(({ id }) => id), [
-    'palette', 'help', 'preferences', 'theme-auto', 'theme-light', 'theme-dark', 'screen-library', 'screen-files', 'screen-labels', 'screen-models',
+    'open-add-video', 'open-run-queue', 'open-export', 'open-import-bundle', 'open-retrain',
+    'palette', 'help', 'preferences', 'theme-auto', 'theme-light', 'theme-dark',
+    'screen-library', 'screen-search', 'screen-files', 'screen-labels', 'screen-models',
   ]);
+  const session = /** @type {any} */ ({ person: { name: 'Ada', role: 'annotator' } });
+  assert.deepEqual(operations.filter((operation) => operation.available({ ...initialState(), session })).map(({ id }) => id).filter((id) => /^(open|screen-team)/.test(id)), ['screen-team']);
 });
 
 test('keys that move may be held; one that judges, cuts, marks or opens something happens once for each press', () => {

@@ -14,8 +14,9 @@ const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
 /**
  * A loader on an open run whose overlays come when the test says so.
  * @param {{answers?: Record<string, (...given: any[]) => Promise<any>>, track?: string|null}} [given]   requests that are answered otherwise; the track in the address
+ * @param {Partial<Parameters<typeof createLoader>[1]>} [hooks]
  */
-async function create({ answers = {}, track = null } = {}) {
+async function create({ answers = {}, track = null } = {}, hooks = {}) {
   const video = /** @type {any} */ ({ id: 'v', state: 'ready', latest_run: 'r', frames: 5000 });
   const run = /** @type {any} */ ({ id: 'r', state: 'complete', first: 0, frames_done: 5000 });
   const store = createStore({ ...initialState(), route: { screen: 'review', video: 'v', run: 'r', frame: 0, track } });
@@ -56,7 +57,7 @@ async function create({ answers = {}, track = null } = {}) {
     store.dispatch((state) => action(state, found));
   };
   const app = /** @type {any} */ ({ store, api, load, signal: new AbortController().signal });
-  const loader = createLoader(app, { opened: () => {}, closed: () => {} });
+  const loader = createLoader(app, { opened: () => {}, closed: () => {}, first: () => {}, ...hooks });
   store.subscribe(() => loader.sync());
   loader.sync();
   for (let i = 0; i < 5; i++) await turn();
@@ -201,6 +202,17 @@ test('the track that the address names is selected with the tracks, and what is 
   groundTruths.release([]);
   await turn();
   assert.equal(store.get().review?.selected, 'm2');
+});
+
+test('where the address asks for the first track that is left, what people have corrected is waited for', async () => {
+  const corrected = held();
+  let first = 0;
+  const hooks = { opened: () => corrected.promise, first: () => void (first += 1) };
+  const { store } = await create({ track: 'next', answers: { tracks: async () => ({ id: [1] }) } }, hooks);
+  assert.deepEqual([store.get().review?.tracks?.id, store.get().review?.selected, first], [[1], null, 0]);
+  corrected.release();
+  await turn();
+  assert.equal(first, 1);
 });
 
 test('an address that goes on while its review is opened is followed', async () => {

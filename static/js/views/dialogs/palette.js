@@ -1,5 +1,5 @@
 // @ts-check
-/** The command palette: every command with its key, every label, track and setting, found by typing. */
+/** The command palette: every command with its key, what the screen offers, every label, track and setting, found by typing. */
 
 import {stepTo} from '../../model/list_keys.js';
 import {engineName, offeredLabels} from '../../model/labels.js';
@@ -13,6 +13,7 @@ import {h, reconcile, setText} from '../dom.js';
 import {count, frameSpan} from '../../model/format.js';
 import {toast} from '../../core/toast.js';
 import {keyHint} from './help.js';
+import {controlsOf} from './palette-controls.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */
@@ -22,18 +23,22 @@ import {keyHint} from './help.js';
 const MOST = 60;
 
 /**
- * Everything that can be found now: commands, then labels, then tracks in the order of the run.
+ * Everything that can be found now: commands, then controls of the screen, labels, and tracks in the order of the run.
  * @param {App} app
  * @param {State} state
+ * @param {ReturnType<typeof controlsOf>} [controls]
  * @returns {Item[]}
  */
-function paletteItems(app, state) {
+function paletteItems(app, state, controls = []) {
+  /** @type {Item[]} */
   const commands = app.operations.filter((operation) => operation.id !== 'palette' && operation.available(state)).flatMap((operation) => {
     const {id, label, tooltip, group, keys, each = false} = operation;
     const common = {also: `${tooltip} ${group}`, kind: group, reason: operation.disabled(state)};
     if (!each) return [{...common, id, text: label, key: keys[0] ?? '', run: () => runOperation(app, operation, toast)}];
     return keys.map((key) => ({...common, id: `${id}-${key}`, text: `${label}: ${key.slice(-1)}`, key, run: () => runOperation(app, operation, toast, key)}));
   });
+  const named = new Set(commands.map(({text}) => text.replace(/ …$/, '')));
+  commands.push(...controls.filter(({text}) => !named.has(text)).map((control, at) => ({...control, id: `control-${at}`, key: ''})));
   const {review, labels} = state;
   if (review === null || !onReview(state)) return commands;
   const reason = needsTrack(state);
@@ -48,12 +53,18 @@ function paletteItems(app, state) {
   return [...commands, ...given, ...tracks];
 }
 
+/** What the screen shows below the dialogs. @param {State} state */
+function controlsOn({route}) {
+  const main = document.getElementById('main');
+  return main === null ? [] : controlsOf(main, route.screen.replace(/^./, (first) => first.toUpperCase()));
+}
+
 /**
  * @param {import('./layer.js').Setup<'palette'>} setup
  * @returns {import('./layer.js').Content}
  */
 export function paletteDialog({app, close, signal}) {
-  const items = prepared(paletteItems(app, app.store.get()));
+  const items = prepared(paletteItems(app, app.store.get(), controlsOn(app.store.get())));
   /** @type {Item[]} */
   let found = [];
   let at = 0;

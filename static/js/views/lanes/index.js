@@ -7,12 +7,12 @@
 import { detailColumns } from '../../model/detail_columns.js';
 import { barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
 import { symmetryHint } from '../../model/plain_words.js';
-import { reveal, toFrame } from '../../model/time_axis.js';
+import { reveal, toFrame, toX } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
 import { framesOf, pick as pickTrack } from '../../store/actions/review.js';
-import { setTau, show } from '../app.js';
+import { edit, seek, setTau, show } from '../app.js';
 import { leaveKeysToPicture, setAttribute, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { createNoTracks } from '../no_tracks.js';
@@ -21,6 +21,7 @@ import { SUB_LANES, detailHeight, shownLanes } from '../../model/sub_lanes.js';
 import { paintDetail } from './detail_painter.js';
 import { listenToControls, spanOf } from './controls.js';
 import { createDriveFlips } from './drive_flips.js';
+import { createEndHandle } from './end_handle.js';
 import { createFollowingStrip } from './following_strip.js';
 import { createFrame } from './frame.js';
 import { prepare, readPalette } from './palette.js';
@@ -49,6 +50,11 @@ export function createLanes(app) {
   parts.detailPlot.append(slider.element);
   const driveFlips = createDriveFlips(app, signal);
   parts.reset.before(driveFlips.element);
+  const ending = createEndHandle({
+    look: (frame) => seek(app, frame),
+    end: (key, last) => void edit(app, key, { name: 'delete_from', frame: last + 1 }),
+  }, signal);
+  parts.tracksPlot.append(ending.element);
 
   let palette = readPalette(document.documentElement);
   /** @type {State|null} */ let state = null;
@@ -167,8 +173,18 @@ export function createLanes(app) {
     }
     if (old?.following || !proposal.element.hidden) proposal.paint(r.following, width, span, palette);
     dirty.overview = dirty.tracks = dirty.detail = false;
+    ending.update(endOf(r, span));
     const frame = placeMarks(parts, { review: r, span, frames, width, gutter, hovered });
     showValues(parts, slider, { review: r, frame, columns, lane, labels: state?.labels ?? [], palette });
+  }
+
+  /** The end of the selected bar, while it is in sight. @param {ReviewState} r @param {{first: number, last: number}} span */
+  function endOf(r, span) {
+    const bar = index.barOf.get(r.selected ?? '');
+    if (bar === undefined || r.selected === null) return null;
+    const [first, last, x] = [index.first[bar], index.last[bar], toX(span, index.last[bar] + 1, width)];
+    const y = index.row[bar] * rowHeight() - parts.tracksPane.scrollTop;
+    return x < 0 || x > width || y <= -rowHeight() || y >= tracksHeight ? null : { key: r.selected, first, last, x, y, height: rowHeight(), scale: width / (span.last - span.first) };
   }
 
   /** @param {State['lanesView']} view */
@@ -237,7 +253,7 @@ export function createLanes(app) {
     const bar = index.barOf.get(awaited ?? '');
     const pane = parts.tracksPane;
     if (bar === undefined || pane.clientHeight === 0) return;
-    if (!isInView(awaited, pane.clientHeight)) pane.scrollTop = index.row[bar] * rowHeight() - pane.clientHeight / 2;
+    if (!isInView(awaited, pane.clientHeight)) pane.scrollTop = index.row[bar] * rowHeight() - Math.max(0, pane.clientHeight - rowHeight()) / 2;
     awaited = null;
   }
 

@@ -1,0 +1,56 @@
+// @ts-check
+/** What the screen offers beside the operations: its buttons, links, choices and fields, by the names that they have there. */
+
+const CONTROLS = 'button, a[href], select, summary, input';
+/** Operations are found as such; what is inside a list of choices is that list's. */
+const OTHERS = '[data-operation], [role=option], [aria-hidden=true], dialog';
+
+/** @typedef {HTMLButtonElement|HTMLAnchorElement|HTMLSelectElement|HTMLInputElement} Control */
+
+/**
+ * @param {Element} root
+ * @param {string} screen   what is around a control that stands under no heading
+ * @returns {{text: string, also: string, kind: string, reason: string|null, run: () => void}[]} each with a name, in the order of the screen
+ */
+export function controlsOf(root, screen) {
+  const found = /** @type {Control[]} */ ([...root.querySelectorAll(CONTROLS)]);
+  return found.filter((one) => one.closest(OTHERS) === null && one.checkVisibility({ visibilityProperty: true })).flatMap((element) => {
+    const name = nameOf(element);
+    if (name === '') return [];
+    const common = { also: element.title, kind: headingOf(element, root) || screen, reason: element.matches(':disabled, [aria-disabled=true]') ? element.title || 'This is not possible now.' : null };
+    if (!(element instanceof HTMLSelectElement)) return [{ ...common, text: name, run: () => use(element) }];
+    return [...element.options].filter(({ disabled }) => !disabled).map((option) => ({ ...common, text: `${name}: ${option.text}`, run: () => choose(element, option.value) }));
+  });
+}
+
+/** @param {Control} element */
+function nameOf(element) {
+  const labels = 'labels' in element && element.labels?.length ? [...element.labels].map(textOf).join(' ') : '';
+  return (element.getAttribute('aria-label') || labels || textOf(element) || element.title).trim().slice(0, 200);
+}
+
+/** @param {Element} element */
+const textOf = (element) => (element instanceof HTMLElement ? element.innerText : element.textContent ?? '').replace(/\s+/g, ' ').trim();
+
+/** The heading that an element stands under: the nearest one around it. @param {Element} element @param {Element} root */
+function headingOf(element, root) {
+  for (let around = element.parentElement; around !== null && around !== root; around = around.parentElement) {
+    const heading = around.querySelector('h1, h2, h3, h4');
+    if (heading) return textOf(heading).slice(0, 100);
+  }
+  return '';
+}
+
+/** Press what is pressed; write in what is written in. @param {Exclude<Control, HTMLSelectElement>} element */
+function use(element) {
+  element.scrollIntoView({ block: 'nearest' });
+  element.focus();
+  if (!(element instanceof HTMLInputElement) || ['checkbox', 'radio', 'file', 'button'].includes(element.type)) element.click();
+}
+
+/** @param {HTMLSelectElement} element @param {string} value */
+function choose(element, value) {
+  element.value = value;
+  element.dispatchEvent(new Event('input', { bubbles: true }));
+  element.dispatchEvent(new Event('change', { bubbles: true }));
+}
