@@ -20,7 +20,15 @@ const DIALOGS = [
 ];
 
 /** @type {Operation[]} */
-export const library = DIALOGS.map(([dialog, label, group, icon, tooltip]) => operation({
-  id: `open-${dialog.kind}`, label, keys: [], icon, group, tooltip, available,
-  run: (app) => app.store.dispatch((state) => openDialog(state, dialog)),
-}));
+export const library = DIALOGS.map(([dialog, label, group, icon, tooltip]) =>
+  operation({
+    id: `open-${dialog.kind}`,
+    label,
+    keys: [],
+    icon,
+    group,
+    tooltip,
+    available,
+    run: (app) => app.store.dispatch((state) => openDialog(state, dialog)),
+  }),
+);

@@ -27,7 +27,12 @@ export function secondOpinionOf(app, signal) {
     try {
       const { look, left } = await app.api.nextSecondOpinion({ signal });
       element.hidden = look === null && !element.hasChildNodes();
-      fill(element, ...(look === null ? [h('p', { role: 'status' }, 'You have looked at every sign that was given to you.')] : shown(look, left, problem)));
+      fill(
+        element,
+        ...(look === null
+          ? [h('p', { role: 'status' }, 'You have looked at every sign that was given to you.')]
+          : shown(look, left, problem)),
+      );
       if (look !== null && problem === undefined) element.querySelector('input')?.focus();
     } catch (thrown) {
       if (signal.aborted) return;
@@ -41,7 +46,13 @@ export function secondOpinionOf(app, signal) {
     const [x1, y1, x2, y2] = look.box;
     const alert = h('p', { class: 'field-error', role: 'alert' }, problem ?? '');
     const names = h('datalist', { id: 'second-opinion-labels' }, ...look.labels.map(({ name }) => h('option', { value: name })));
-    const input = h('input', { class: 'input', 'aria-label': 'What the sign is', placeholder: 'Label', list: 'second-opinion-labels', autocomplete: 'off' });
+    const input = h('input', {
+      class: 'input',
+      'aria-label': 'What the sign is',
+      placeholder: 'Label',
+      list: 'second-opinion-labels',
+      autocomplete: 'off',
+    });
     /** @param {number|null} label */
     const say = async (label) => {
       try {
@@ -62,12 +73,22 @@ export function secondOpinionOf(app, signal) {
     return [
       h('h2', null, 'Second opinion ', h('span', { class: 'muted small' }, `${plural(left, 'sign')} left`)),
       h('p', { class: 'muted small' }, 'Somebody has accepted this sign. Say what you see; their answer is not shown.'),
-      pictureThatMayMiss({ class: 'second-opinion-picture', alt: 'The sign', width: PICTURE, src: app.api.searchCropUrl({ run: look.run_id, frame: look.frame, box: [x1, y1, x2, y2] }, PICTURE) }),
+      pictureThatMayMiss({
+        class: 'second-opinion-picture',
+        alt: 'The sign',
+        width: PICTURE,
+        src: app.api.searchCropUrl({ run: look.run_id, frame: look.frame, box: [x1, y1, x2, y2] }, PICTURE),
+      }),
       h('p', { class: 'muted small', dir: 'auto' }, `${look.video_name}, frame ${look.frame}`),
-      h('form', { class: 'second-opinion-answer', onsubmit: submit }, input, names,
+      h(
+        'form',
+        { class: 'second-opinion-answer', onsubmit: submit },
+        input,
+        names,
         h('button', { class: 'btn btn-primary', type: 'submit' }, 'That is it'),
         h('button', { class: 'btn', type: 'button', onclick: () => void say(NONE) }, 'None of the labels'),
-        h('button', { class: 'btn', type: 'button', onclick: () => void say(null) }, 'No sign')),
+        h('button', { class: 'btn', type: 'button', onclick: () => void say(null) }, 'No sign'),
+      ),
       alert,
     ];
   }
@@ -89,39 +110,114 @@ export function agreementOf(app, looks, people, signal, reload) {
   const { whole } = looks;
   const told = h('p', { role: 'status', class: 'small' });
   const person = h('select', { class: 'select', 'aria-label': 'Person' }, ...people.map((name) => h('option', { value: name }, name)));
-  const share = h('input', { class: 'input', type: 'number', min: '0.1', max: '100', step: '0.1', value: '5', required: true, 'aria-label': 'Share of the accepted tracks, %' });
+  const share = h('input', {
+    class: 'input',
+    type: 'number',
+    min: '0.1',
+    max: '100',
+    step: '0.1',
+    value: '5',
+    required: true,
+    'aria-label': 'Share of the accepted tracks, %',
+  });
   /** @param {Event} event */
   const give = async (event) => {
     event.preventDefault();
     try {
       const { given, accepted } = await app.api.giveSecondOpinions({ person: person.value, share: Number(share.value) / 100 }, { signal });
       if (given > 0) reload();
-      else told.textContent = accepted === 0 ? 'Nobody else has accepted a track yet.' : `The sample of ${plural(accepted, 'accepted track')} holds nothing that was not given out yet.`;
+      else
+        told.textContent =
+          accepted === 0
+            ? 'Nobody else has accepted a track yet.'
+            : `The sample of ${plural(accepted, 'accepted track')} holds nothing that was not given out yet.`;
     } catch (thrown) {
       if (!signal.aborted) told.textContent = sentence(thrown);
     }
   };
-  return h('section', { 'aria-label': 'Second opinions' },
+  return h(
+    'section',
+    { 'aria-label': 'Second opinions' },
     h('h2', null, 'Second opinions ', h('span', { class: 'muted small' }, `${count(looks.open)} open`)),
-    h('p', null, whole.looked === 0 ? 'No accepted track has a second opinion yet.'
-      : `A second person says the same of ${count(whole.agreed)} of ${plural(whole.looked, 'track')}: ${shareOf(whole)}.`),
-    whole.looked > 0 && h('div', { class: 'team-people' }, h('table', { class: 'table team-table' },
-      h('thead', null, h('tr', null, ...['Of', 'Looked at', 'Same answer', 'Share, 95 % interval'].map((head, at) => h('th', { scope: 'col', class: at > 0 ? 'number' : '' }, head)))),
-      h('tbody', null,
-        ...looks.labels.map((one) => agreementRow(one, 'label')),
-        ...looks.first.map((one) => agreementRow(one, 'accepted by')),
-        ...looks.second.map((one) => agreementRow(one, 'looked at by'))))),
+    h(
+      'p',
+      null,
+      whole.looked === 0
+        ? 'No accepted track has a second opinion yet.'
+        : `A second person says the same of ${count(whole.agreed)} of ${plural(whole.looked, 'track')}: ${shareOf(whole)}.`,
+    ),
+    whole.looked > 0 &&
+      h(
+        'div',
+        { class: 'team-people' },
+        h(
+          'table',
+          { class: 'table team-table' },
+          h(
+            'thead',
+            null,
+            h(
+              'tr',
+              null,
+              ...['Of', 'Looked at', 'Same answer', 'Share, 95 % interval'].map((head, at) =>
+                h('th', { scope: 'col', class: at > 0 ? 'number' : '' }, head),
+              ),
+            ),
+          ),
+          h(
+            'tbody',
+            null,
+            ...looks.labels.map((one) => agreementRow(one, 'label')),
+            ...looks.first.map((one) => agreementRow(one, 'accepted by')),
+            ...looks.second.map((one) => agreementRow(one, 'looked at by')),
+          ),
+        ),
+      ),
     looks.disputed > 0 && h('h3', null, `${plural(looks.disputed, 'track')} in dispute`),
-    looks.disputed > 0 && h('ol', { class: 'activity', 'aria-label': 'Tracks in dispute' }, ...looks.disputes.map((one) => h('li', null,
-      h('a', { class: 'truncate', dir: 'auto', href: formatRoute({ screen: 'review', video: one.video_id, run: one.run_id, frame: one.frame, track: one.key }) }, `track ${trackName(one.key)} of ${one.video_name}`),
-      h('span', null, `${one.first}: ${one.first_answer}. ${one.second}: ${one.second_answer}.`)))),
-    people.length > 0 && h('form', { class: 'second-opinion-give', onsubmit: give }, 'Give ', person, ' a sample of ', share, ' % of the tracks that others have accepted. ', h('button', { class: 'btn', type: 'submit' }, 'Give out')),
-    told);
+    looks.disputed > 0 &&
+      h(
+        'ol',
+        { class: 'activity', 'aria-label': 'Tracks in dispute' },
+        ...looks.disputes.map((one) =>
+          h(
+            'li',
+            null,
+            h(
+              'a',
+              {
+                class: 'truncate',
+                dir: 'auto',
+                href: formatRoute({ screen: 'review', video: one.video_id, run: one.run_id, frame: one.frame, track: one.key }),
+              },
+              `track ${trackName(one.key)} of ${one.video_name}`,
+            ),
+            h('span', null, `${one.first}: ${one.first_answer}. ${one.second}: ${one.second_answer}.`),
+          ),
+        ),
+      ),
+    people.length > 0 &&
+      h(
+        'form',
+        { class: 'second-opinion-give', onsubmit: give },
+        'Give ',
+        person,
+        ' a sample of ',
+        share,
+        ' % of the tracks that others have accepted. ',
+        h('button', { class: 'btn', type: 'submit' }, 'Give out'),
+      ),
+    told,
+  );
 }
 
 /** @param {Agreement} one @param {string} what */
-const agreementRow = (one, what) => h('tr', null, h('th', { scope: 'row', dir: 'auto' }, one.name, ' ', h('span', { class: 'muted small' }, what)),
-  ...[count(one.looked), count(one.agreed), shareOf(one)].map((value) => h('td', { class: 'number' }, value)));
+const agreementRow = (one, what) =>
+  h(
+    'tr',
+    null,
+    h('th', { scope: 'row', dir: 'auto' }, one.name, ' ', h('span', { class: 'muted small' }, what)),
+    ...[count(one.looked), count(one.agreed), shareOf(one)].map((value) => h('td', { class: 'number' }, value)),
+  );
 
 /** @param {Agreement} one */
 const shareOf = ({ looked, agreed, low, high }) => `${percent(agreed / looked)} (${percent(low)} to ${percent(high)})`;

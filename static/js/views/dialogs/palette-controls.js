@@ -14,13 +14,21 @@ const OTHERS = '[data-operation], [role=option], [aria-hidden=true], dialog';
  */
 export function controlsOf(root, screen) {
   const found = /** @type {Control[]} */ ([...root.querySelectorAll(CONTROLS)]);
-  return found.filter((one) => one.closest(OTHERS) === null && one.checkVisibility({ visibilityProperty: true })).flatMap((element) => {
-    const name = nameOf(element);
-    if (name === '') return [];
-    const common = { also: element.title, kind: headingOf(element, root) || screen, reason: element.matches(':disabled, [aria-disabled=true]') ? element.title || 'This is not possible now.' : null };
-    if (!(element instanceof HTMLSelectElement)) return [{ ...common, text: name, run: () => use(element) }];
-    return [...element.options].filter(({ disabled }) => !disabled).map((option) => ({ ...common, text: `${name}: ${option.text}`, run: () => choose(element, option.value) }));
-  });
+  return found
+    .filter((one) => one.closest(OTHERS) === null && one.checkVisibility({ visibilityProperty: true }))
+    .flatMap((element) => {
+      const name = nameOf(element);
+      if (name === '') return [];
+      const common = {
+        also: element.title,
+        kind: headingOf(element, root) || screen,
+        reason: element.matches(':disabled, [aria-disabled=true]') ? element.title || 'This is not possible now.' : null,
+      };
+      if (!(element instanceof HTMLSelectElement)) return [{ ...common, text: name, run: () => use(element) }];
+      return [...element.options]
+        .filter(({ disabled }) => !disabled)
+        .map((option) => ({ ...common, text: `${name}: ${option.text}`, run: () => choose(element, option.value) }));
+    });
 }
 
 /** @param {Control} element */
@@ -30,7 +38,7 @@ function nameOf(element) {
 }
 
 /** @param {Element} element */
-const textOf = (element) => (element instanceof HTMLElement ? element.innerText : element.textContent ?? '').replace(/\s+/g, ' ').trim();
+const textOf = (element) => (element instanceof HTMLElement ? element.innerText : (element.textContent ?? '')).replace(/\s+/g, ' ').trim();
 
 /** The heading that an element stands under: the nearest one around it. @param {Element} element @param {Element} root */
 function headingOf(element, root) {

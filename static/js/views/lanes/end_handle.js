@@ -24,7 +24,10 @@ const LEAST = 3;
  */
 export function createEndHandle({ look, end }, signal) {
   const element = h('div', {
-    class: 'lanes-end', hidden: true, 'aria-hidden': 'true', title: 'Drag: end the track earlier; the picture shows its last frame (Alt+Del ends it at the cursor)',
+    class: 'lanes-end',
+    hidden: true,
+    'aria-hidden': 'true',
+    title: 'Drag: end the track earlier; the picture shows its last frame (Alt+Del ends it at the cursor)',
   });
   /** @type {EndBar|null} */ let bar = null;
   /** What is held: the bar as it was, where the pointer was, and its last frame now. @type {{bar: EndBar, from: number, last: number}|null} */
@@ -43,38 +46,54 @@ export function createEndHandle({ look, end }, signal) {
     place();
   };
 
-  element.addEventListener('pointerdown', (event) => {
-    if (event.button !== 0 || bar === null) return;
-    event.preventDefault();
-    event.stopPropagation();
-    element.setPointerCapture(event.pointerId);
-    held = { bar, from: event.clientX, last: bar.last };
-    look(bar.last);
-  }, { signal });
-  element.addEventListener('pointermove', (event) => {
-    event.stopPropagation(); // the frame under the pointer is not the one that is shown
-    if (held === null) return;
-    const { first, last, scale } = held.bar;
-    const frame = Math.min(last, Math.max(first, last + Math.round((event.clientX - held.from) / Math.max(LEAST, scale))));
-    if (frame === held.last) return;
-    held.last = frame;
-    place();
-    look(frame);
-  }, { signal });
-  element.addEventListener('pointerup', (event) => {
-    event.stopPropagation();
-    const done = held;
-    letGo();
-    if (done !== null && done.last < done.bar.last) end(done.bar.key, done.last);
-  }, { signal });
+  element.addEventListener(
+    'pointerdown',
+    (event) => {
+      if (event.button !== 0 || bar === null) return;
+      event.preventDefault();
+      event.stopPropagation();
+      element.setPointerCapture(event.pointerId);
+      held = { bar, from: event.clientX, last: bar.last };
+      look(bar.last);
+    },
+    { signal },
+  );
+  element.addEventListener(
+    'pointermove',
+    (event) => {
+      event.stopPropagation(); // the frame under the pointer is not the one that is shown
+      if (held === null) return;
+      const { first, last, scale } = held.bar;
+      const frame = Math.min(last, Math.max(first, last + Math.round((event.clientX - held.from) / Math.max(LEAST, scale))));
+      if (frame === held.last) return;
+      held.last = frame;
+      place();
+      look(frame);
+    },
+    { signal },
+  );
+  element.addEventListener(
+    'pointerup',
+    (event) => {
+      event.stopPropagation();
+      const done = held;
+      letGo();
+      if (done !== null && done.last < done.bar.last) end(done.bar.key, done.last);
+    },
+    { signal },
+  );
   element.addEventListener('lostpointercapture', letGo, { signal });
-  document.addEventListener('keydown', (event) => {
-    if (held === null || event.key !== 'Escape') return;
-    event.preventDefault();
-    event.stopPropagation();
-    look(held.bar.last);
-    letGo();
-  }, { signal, capture: true });
+  document.addEventListener(
+    'keydown',
+    (event) => {
+      if (held === null || event.key !== 'Escape') return;
+      event.preventDefault();
+      event.stopPropagation();
+      look(held.bar.last);
+      letGo();
+    },
+    { signal, capture: true },
+  );
 
   return {
     element,
