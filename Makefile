@@ -85,6 +85,8 @@ lint-js: $(VENV)/.installed $(VENV)/.tools
 	$(NODE) node_modules/typescript/bin/tsc -p tsconfig.json
 	$(NODE) node_modules/typescript/bin/tsc -p tsconfig.pure.json
 	$(NODE) node_modules/typescript/bin/tsc -p tsconfig.tests.json
+	$(NODE) node_modules/eslint/bin/eslint.js static/js tests/js eslint.config.js
+	$(NODE) node_modules/prettier/bin/prettier.cjs --check .
 
 wheel: $(VENV)/.installed ## wheel and source archive into ./dist
 	$(BIN)/python -m build --outdir dist

@@ -4,7 +4,14 @@
 import { createApi } from './api/client.js';
 import { sentence } from './api/errors.js';
 import { listenToKeys } from './behaviours/keyboard.js';
-import { rememberChoices, rememberedFewLabels, rememberedLanesView, rememberedLayers, rememberedTheme, signature } from './core/preferences.js';
+import {
+  rememberChoices,
+  rememberedFewLabels,
+  rememberedLanesView,
+  rememberedLayers,
+  rememberedTheme,
+  signature,
+} from './core/preferences.js';
 import { endToasts, toast } from './core/toast.js';
 import { createBackground } from './editing/background.js';
 import { createEditor } from './editing/editor.js';
@@ -29,7 +36,13 @@ import { createShell } from './views/shell.js';
 /** @typedef {import('./page-types.js').App} App */
 
 const ended = new AbortController();
-const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers(), fewLabels: rememberedFewLabels(), lanesView: rememberedLanesView() });
+const store = createStore({
+  ...initialState(),
+  theme: rememberedTheme(),
+  layers: rememberedLayers(),
+  fewLabels: rememberedFewLabels(),
+  lanesView: rememberedLanesView(),
+});
 rememberChoices(store);
 const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);
@@ -41,7 +54,11 @@ const personKnown = new Promise((resolve) => {
     resolve();
   });
 });
-const outbox = createOwnOutbox(globalThis.indexedDB ? createOutbox() : createMemoryOutbox(), personKnown, () => store.get().session?.person?.name ?? null);
+const outbox = createOwnOutbox(
+  globalThis.indexedDB ? createOutbox() : createMemoryOutbox(),
+  personKnown,
+  () => store.get().session?.person?.name ?? null,
+);
 const background = createBackground({ store, api, outbox, signal: ended.signal, toast });
 const author = () => signature(store.get().session) || store.get().session?.author || 'someone';
 const editor = createEditor({
@@ -56,14 +73,38 @@ const editor = createEditor({
 });
 const following = createFollowing({ store, api, edit: editor.edit, author, signal: ended.signal, toast });
 /** @type {App} */
-const app = { store, api, labels: createLabelSets({ store, api, author, say: (text) => toast(text, { topic: 'labels', stays: true }), turned: () => void app.loader.refresh() }), ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, notes: createNoteDrafts(() => sessionStorage), loader: /** @type {any} */ (null), following };
-app.loader = createLoader(app, { opened: (run) => {
-  following.open(run);
-  void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) })));
-}, closed: () => {
-  following.close();
-  editor.close();
-} });
+const app = {
+  store,
+  api,
+  labels: createLabelSets({
+    store,
+    api,
+    author,
+    say: (text) => toast(text, { topic: 'labels', stays: true }),
+    turned: () => void app.loader.refresh(),
+  }),
+  ...createCatchUp(store),
+  operations: allOperations(),
+  frames,
+  signal: ended.signal,
+  edit: editor.edit,
+  editor,
+  notes: createNoteDrafts(() => sessionStorage),
+  loader: /** @type {any} */ (null),
+  following,
+};
+app.loader = createLoader(app, {
+  opened: (run) => {
+    following.open(run);
+    void editor
+      .open(run)
+      .catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) })));
+  },
+  closed: () => {
+    following.close();
+    editor.close();
+  },
+});
 
 /** The address as it was last read or written here. */
 let known = '';
@@ -116,10 +157,14 @@ store.subscribe(() => {
 });
 addEventListener('hashchange', readRoute, { signal: ended.signal });
 addEventListener('pagehide', writeRoute, { signal: ended.signal });
-addEventListener('beforeunload', (event) => {
-  // the outbox keeps them, but only in this browser
-  if (unsavedOf(store.get()).unsaved) event.preventDefault();
-}, { signal: ended.signal });
+addEventListener(
+  'beforeunload',
+  (event) => {
+    // the outbox keeps them, but only in this browser
+    if (unsavedOf(store.get()).unsaved) event.preventDefault();
+  },
+  { signal: ended.signal },
+);
 listenToKeys(app, toast, () => shell.update(store.get()));
 const live = startLive(app, {
   onEvent: (event) => {

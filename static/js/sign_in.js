@@ -4,10 +4,10 @@
  * review tool there is where one goes on afterwards.
  */
 
-import {sentence} from './api/errors.js';
-import {createSend, readJson} from './api/http.js';
+import { sentence } from './api/errors.js';
+import { createSend, readJson } from './api/http.js';
 
-const send = createSend({base: '/api', fetch: globalThis.fetch.bind(globalThis)});
+const send = createSend({ base: '/api', fetch: globalThis.fetch.bind(globalThis) });
 const form = /** @type {HTMLFormElement} */ (document.getElementById('sign-in'));
 const field = /** @type {HTMLInputElement} */ (document.getElementById('token'));
 const problem = /** @type {HTMLElement} */ (document.getElementById('problem'));
@@ -20,7 +20,7 @@ const goOn = () => location.replace(`/${place}`);
 async function signIn(token) {
   problem.textContent = '';
   try {
-    await readJson(await send('/session', {method: 'POST', body: {token}}));
+    await readJson(await send('/session', { method: 'POST', body: { token } }));
     goOn();
   } catch (thrown) {
     problem.textContent = sentence(thrown);

@@ -3,8 +3,22 @@
 
 /** @param {Partial<import('../../static/js/types.js').Label> & {id: number}} fields @returns {import('../../static/js/types.js').Label} */
 export const label = (fields) => ({
-  key: `key-${fields.id}`, name: `label ${fields.id}`, short: '', aliases: [], picture: null, shape: 'other', category: 'other', attributes: [], size_mm: null,
-  mirror: null, teach: 'sign', colour: null, pinned: null, hidden: false, merged_into: null, ...fields,
+  key: `key-${fields.id}`,
+  name: `label ${fields.id}`,
+  short: '',
+  aliases: [],
+  picture: null,
+  shape: 'other',
+  category: 'other',
+  attributes: [],
+  size_mm: null,
+  mirror: null,
+  teach: 'sign',
+  colour: null,
+  pinned: null,
+  hidden: false,
+  merged_into: null,
+  ...fields,
 });
 
 /** Labels with these names, numbered from 0. @param {readonly string[]} names */

@@ -1,2 +1,4 @@
 /** For `tsconfig.pure.json`: pure code hands a file that somebody chose on to a dialog, and reads nothing of it. */
-interface File { readonly name: string }
+interface File {
+  readonly name: string;
+}

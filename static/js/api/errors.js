@@ -12,7 +12,7 @@ export class ApiError extends Error {
    * @param {{field?: string|null, details?: Record<string, any>|null, cause?: unknown}} [more]
    */
   constructor(status, code, message, more = {}) {
-    super(message, {cause: more.cause});
+    super(message, { cause: more.cause });
     this.name = 'ApiError';
     this.status = status;
     this.code = code;
@@ -23,7 +23,9 @@ export class ApiError extends Error {
 
   /** True: the same request can succeed later, and sending it again does no harm. */
   get passing() {
-    return this.status === 0 ? this.code !== 'aborted' : this.status === 503 || this.status === 507 || this.status >= 502 && this.status <= 504;
+    return this.status === 0
+      ? this.code !== 'aborted'
+      : this.status === 503 || this.status === 507 || (this.status >= 502 && this.status <= 504);
   }
 }
 
@@ -36,14 +38,18 @@ export class ApiError extends Error {
  */
 export function errorOfAnswer(status, text) {
   try {
-    const {error} = JSON.parse(text);
+    const { error } = JSON.parse(text);
     if (typeof error.code === 'string' && typeof error.message === 'string') {
-      return new ApiError(status, error.code, error.message, {field: error.field, details: error.details});
+      return new ApiError(status, error.code, error.message, { field: error.field, details: error.details });
     }
   } catch {
     // Not ours: a proxy between, say. Said below.
   }
-  return new ApiError(status, 'bad_answer', `The server answered ${status} without saying why. Try again; if it stays, look at the terminal where it runs.`);
+  return new ApiError(
+    status,
+    'bad_answer',
+    `The server answered ${status} without saying why. Try again; if it stays, look at the terminal where it runs.`,
+  );
 }
 
 /**
@@ -55,11 +61,11 @@ export function errorOfAnswer(status, text) {
 export function errorOfSilence(cause) {
   const name = cause instanceof Error ? cause.name : '';
   if (cause instanceof ApiError) return cause;
-  if (name === 'AbortError') return new ApiError(0, 'aborted', 'The request was cancelled.', {cause});
+  if (name === 'AbortError') return new ApiError(0, 'aborted', 'The request was cancelled.', { cause });
   if (name === 'TimeoutError') {
-    return new ApiError(0, 'timeout', 'The server did not answer in time. It may be busy; try again.', {cause});
+    return new ApiError(0, 'timeout', 'The server did not answer in time. It may be busy; try again.', { cause });
   }
-  return new ApiError(0, 'offline', 'The server cannot be reached. Look whether it still runs in its terminal.', {cause});
+  return new ApiError(0, 'offline', 'The server cannot be reached. Look whether it still runs in its terminal.', { cause });
 }
 
 /**

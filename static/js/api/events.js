@@ -41,7 +41,7 @@ const LONGEST_WAIT = 15_000;
  * @returns {Stream}
  */
 export function openStream(options) {
-  const {url = '/api/events', onEvent, onConnection, onStorage, onReset, onDenied, wait = sleep, silence = 30_000} = options;
+  const { url = '/api/events', onEvent, onConnection, onStorage, onReset, onDenied, wait = sleep, silence = 30_000 } = options;
   const fetch = options.fetch ?? globalThis.fetch.bind(globalThis);
   const whole = new AbortController();
   const closed = options.signal ? AbortSignal.any([whole.signal, options.signal]) : whole.signal;
@@ -70,7 +70,7 @@ export function openStream(options) {
       onStorage?.(event.text);
       return;
     }
-    if (typeof event.seq !== 'number' || last !== null && event.seq <= last) return;
+    if (typeof event.seq !== 'number' || (last !== null && event.seq <= last)) return;
     last = event.seq;
     onEvent(event);
   }
@@ -78,7 +78,7 @@ export function openStream(options) {
   async function listen() {
     const dead = new AbortController();
     /** @type {Record<string, string>} */
-    const headers = {Accept: 'text/event-stream'};
+    const headers = { Accept: 'text/event-stream' };
     if (last !== null) headers['Last-Event-ID'] = String(last);
     /** @type {ReturnType<typeof setTimeout>|undefined} */
     let timer;
@@ -88,7 +88,7 @@ export function openStream(options) {
     };
     alive();
     try {
-      const answer = await fetch(url, {headers, signal: AbortSignal.any([closed, dead.signal]), credentials: 'same-origin'});
+      const answer = await fetch(url, { headers, signal: AbortSignal.any([closed, dead.signal]), credentials: 'same-origin' });
       if (answer.status === 401 || answer.status === 403) {
         onDenied?.();
         throw new Error(`events: ${answer.status}`);
@@ -98,11 +98,11 @@ export function openStream(options) {
       const decoder = new TextDecoder();
       const reader = answer.body.getReader();
       for (;;) {
-        const {done, value} = await reader.read();
+        const { done, value } = await reader.read();
         if (done) return;
         alive();
         delay = FIRST_WAIT;
-        parse(decoder.decode(value, {stream: true}));
+        parse(decoder.decode(value, { stream: true }));
       }
     } finally {
       clearTimeout(timer);
@@ -151,7 +151,7 @@ export function createParser(emit) {
   /** @param {string} line */
   function takeLine(line) {
     if (line === '') {
-      if (data.length || event) emit({id, event: event || 'message', data: data.join('\n')});
+      if (data.length || event) emit({ id, event: event || 'message', data: data.join('\n') });
       event = '';
       data = [];
       return;
@@ -189,7 +189,7 @@ function sleep(ms, signal) {
       return;
     }
     const timer = setTimeout(done, ms);
-    signal.addEventListener('abort', done, {once: true});
+    signal.addEventListener('abort', done, { once: true });
     function done() {
       clearTimeout(timer);
       signal.removeEventListener('abort', done);

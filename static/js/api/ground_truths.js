@@ -1,7 +1,7 @@
 // @ts-check
 /** Routes of ground truths and of comparisons. */
 
-import {expectList, expectObject} from './shapes.js';
+import { expectList, expectObject } from './shapes.js';
 
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
 /** @typedef {{id: string, name: string, count: number}} GroundTruth */
@@ -9,24 +9,35 @@ import {expectList, expectObject} from './shapes.js';
 /** @typedef {import('./compare-types.js').Comparison} Comparison */
 
 /** @param {import('./http.js').Routes} setup */
-export function groundTruthRoutes({json}) {
+export function groundTruthRoutes({ json }) {
   /** @param {string} part */
   const e = (part) => encodeURIComponent(part);
   return {
     /** @param {string} video @param {Call} [call] @returns {Promise<GroundTruth[]>} */
     groundTruths: async (video, call) => {
-      const answer = expectObject('GET /videos/…/ground-truths', await json(`/videos/${e(video)}/ground-truths`, call), {ground_truths: 'array'});
-      return expectList('GET /videos/…/ground-truths', answer.ground_truths, {id: 'string', name: 'string', count: 'number'});
+      const answer = expectObject('GET /videos/…/ground-truths', await json(`/videos/${e(video)}/ground-truths`, call), {
+        ground_truths: 'array',
+      });
+      return expectList('GET /videos/…/ground-truths', answer.ground_truths, { id: 'string', name: 'string', count: 'number' });
     },
     /** @param {string} video @param {string} name @param {Blob|string} csv @param {Call} [call] @returns {Promise<GroundTruth>} */
-    putTruth: async (video, name, csv, call) => expectObject('PUT /videos/…/ground-truths/…', await json(`/videos/${e(video)}/ground-truths/${e(name)}`, {...call, method: 'PUT', body: csv, type: 'text/csv'}), {id: 'string', count: 'number'}),
+    putTruth: async (video, name, csv, call) =>
+      expectObject(
+        'PUT /videos/…/ground-truths/…',
+        await json(`/videos/${e(video)}/ground-truths/${e(name)}`, { ...call, method: 'PUT', body: csv, type: 'text/csv' }),
+        { id: 'string', count: 'number' },
+      ),
     /** @param {string} truth @param {number} first @param {number} last @param {Call} [call] @returns {Promise<GroundTruthBox[]>} */
     truthBoxes: async (truth, first, last, call) => {
-      const answer = await json(`/ground-truths/${e(truth)}/boxes`, {...call, query: {first, last}});
-      return expectList('GET /ground-truths/…/boxes', Array.isArray(answer) ? answer : answer?.boxes, {frame: 'number', box: 'array', class_id: 'nullable'});
+      const answer = await json(`/ground-truths/${e(truth)}/boxes`, { ...call, query: { first, last } });
+      return expectList('GET /ground-truths/…/boxes', Array.isArray(answer) ? answer : answer?.boxes, {
+        frame: 'number',
+        box: 'array',
+        class_id: 'nullable',
+      });
     },
     /** @param {string} truth @param {Call} [call] @returns {Promise<void>} */
-    removeTruth: (truth, call) => json(`/ground-truths/${e(truth)}`, {...call, method: 'DELETE'}),
+    removeTruth: (truth, call) => json(`/ground-truths/${e(truth)}`, { ...call, method: 'DELETE' }),
     /**
      * Correct a run by signs of a ground truth, all in one operation.
      * @param {string} run
@@ -34,8 +45,17 @@ export function groundTruthRoutes({json}) {
      * @param {Call} [call]
      * @returns {Promise<import('./compare-types.js').TakenOver>}
      */
-    takeOver: async (run, wanted, call) => expectObject('POST /runs/…/take-over', await json(`/runs/${e(run)}/take-over`, {...call, method: 'POST', body: wanted, timeout: 120_000}), {changed: 'number', made: 'number', same: 'number', op_id: 'nullable', skipped: 'array'}),
+    takeOver: async (run, wanted, call) =>
+      expectObject(
+        'POST /runs/…/take-over',
+        await json(`/runs/${e(run)}/take-over`, { ...call, method: 'POST', body: wanted, timeout: 120_000 }),
+        { changed: 'number', made: 'number', same: 'number', op_id: 'nullable', skipped: 'array' },
+      ),
     /** @param {string} reference   `run:ID`, `annotation:RUN` or `truth:ID` @param {string} candidate @param {Call} [call] @returns {Promise<Comparison>} */
-    compare: async (reference, candidate, call) => expectObject('GET /compare', await json('/compare', {timeout: 120_000, ...call, query: {reference, candidate}}), {figures: 'object', confusion: 'object'}),
+    compare: async (reference, candidate, call) =>
+      expectObject('GET /compare', await json('/compare', { timeout: 120_000, ...call, query: { reference, candidate } }), {
+        figures: 'object',
+        confusion: 'object',
+      }),
   };
 }

@@ -1,7 +1,7 @@
 // @ts-check
 /** One request: time limit, cancelling, and every failure as an `ApiError`. */
 
-import {errorOfAnswer, errorOfSilence} from './errors.js';
+import { errorOfAnswer, errorOfSilence } from './errors.js';
 
 /**
  * @typedef {object} RequestOptions
@@ -21,7 +21,7 @@ import {errorOfAnswer, errorOfSilence} from './errors.js';
  * @param {{base: string, fetch: typeof fetch, signal?: AbortSignal}} setup
  * @returns {Send} resolves for 2xx only
  */
-export function createSend({base, fetch, signal: whole}) {
+export function createSend({ base, fetch, signal: whole }) {
   return async (path, options = {}) => {
     const signals = [AbortSignal.timeout(options.timeout ?? 20_000)];
     if (options.signal) signals.push(options.signal);
@@ -34,7 +34,13 @@ export function createSend({base, fetch, signal: whole}) {
     } else if (options.type) {
       headers.set('Content-Type', options.type);
     }
-    const request = {method: options.method ?? 'GET', headers, body, signal: AbortSignal.any(signals), credentials: /** @type {const} */ ('same-origin')};
+    const request = {
+      method: options.method ?? 'GET',
+      headers,
+      body,
+      signal: AbortSignal.any(signals),
+      credentials: /** @type {const} */ ('same-origin'),
+    };
     /** @type {Response} */
     let answer;
     try {

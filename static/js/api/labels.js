@@ -1,7 +1,7 @@
 // @ts-check
 /** Routes of label sets. */
 
-import {expectList, expectObject} from './shapes.js';
+import { expectList, expectObject } from './shapes.js';
 
 /** @typedef {import('../types.js').LabelSetHead} LabelSetHead */
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
@@ -10,8 +10,27 @@ import {expectList, expectObject} from './shapes.js';
 /** @typedef {{version: number, sentence: string, created: boolean, added: unknown[], known: unknown[], refused: {name: string, reason: string}[], reported: string[]}} LabelsBrought */
 
 /** What a set's file leaves out where it says nothing. */
-const PLAIN = {short: '', aliases: [], shape: 'other', category: 'other', size_mm: null, mirror: null, teach: 'sign', colour: null, pinned: null, hidden: false, merged_into: null};
-const HEAD = /** @type {const} */ ({key: 'string', name: 'string', version: 'number', labels: 'number', default: 'boolean', shipped: 'boolean'});
+const PLAIN = {
+  short: '',
+  aliases: [],
+  shape: 'other',
+  category: 'other',
+  size_mm: null,
+  mirror: null,
+  teach: 'sign',
+  colour: null,
+  pinned: null,
+  hidden: false,
+  merged_into: null,
+};
+const HEAD = /** @type {const} */ ({
+  key: 'string',
+  name: 'string',
+  version: 'number',
+  labels: 'number',
+  default: 'boolean',
+  shipped: 'boolean',
+});
 
 /**
  * @param {string} base
@@ -22,29 +41,76 @@ export function labelRoutes(base, json) {
   const e = (part) => encodeURIComponent(part);
   return {
     /** @param {string|null} [video]   those of its set; null: of the library's @param {Call} [call] @returns {Promise<import('../types.js').Label[]>} */
-    labels: async (video, call) => expectList('GET /labels', await json('/labels', {...call, query: {video}}), {id: 'number', key: 'string', name: 'string', picture: 'nullable', aliases: 'array', attributes: 'array'}),
+    labels: async (video, call) =>
+      expectList('GET /labels', await json('/labels', { ...call, query: { video } }), {
+        id: 'number',
+        key: 'string',
+        name: 'string',
+        picture: 'nullable',
+        aliases: 'array',
+        attributes: 'array',
+      }),
     /** @param {Call} [call] @returns {Promise<LabelSetHead[]>} */
     labelSets: async (call) => expectList('GET /label-sets', await json('/label-sets', call), HEAD),
     /** @param {string} set @param {Call} [call] @returns {Promise<import('../types.js').Label[]>} all labels of a set, also hidden and merged ones */
     labelsOfSet: async (set, call) => {
-      const found = expectObject('GET /label-sets/…', await json(`/label-sets/${e(set)}`, call), {key: 'string', version: 'number', labels: 'array'});
-      return expectList('GET /label-sets/…', found.labels, {id: 'number', key: 'string', name: 'string'}).map((label) => ({...PLAIN, ...label,
-        attributes: (label.attributes ?? []).map((/** @type {any} */ one) => ({mutable: false, values: [], low: null, high: null, default: null, ...one})),
-        picture: label.pictogram ? `${base}/labels/${label.id}.png?set=${e(set)}&size=64&look=${e(label.pictogram.slice(-60))}` : null}));
+      const found = expectObject('GET /label-sets/…', await json(`/label-sets/${e(set)}`, call), {
+        key: 'string',
+        version: 'number',
+        labels: 'array',
+      });
+      return expectList('GET /label-sets/…', found.labels, { id: 'number', key: 'string', name: 'string' }).map((label) => ({
+        ...PLAIN,
+        ...label,
+        attributes: (label.attributes ?? []).map((/** @type {any} */ one) => ({
+          mutable: false,
+          values: [],
+          low: null,
+          high: null,
+          default: null,
+          ...one,
+        })),
+        picture: label.pictogram ? `${base}/labels/${label.id}.png?set=${e(set)}&size=64&look=${e(label.pictogram.slice(-60))}` : null,
+      }));
     },
     /** @param {string} set @param {Call} [call] @returns {Promise<Record<string, {tracks: number, videos: number}>>} by id of the label */
-    labelUsage: async (set, call) => expectObject('GET /label-sets/…/usage', await json(`/label-sets/${e(set)}/usage`, {timeout: 60_000, ...call}), {}),
+    labelUsage: async (set, call) =>
+      expectObject('GET /label-sets/…/usage', await json(`/label-sets/${e(set)}/usage`, { timeout: 60_000, ...call }), {}),
     /** @param {string} set @param {Call} [call] @returns {Promise<import('../types.js').LabelVersion[]>} the newest first */
-    labelHistory: async (set, call) => expectList('GET /label-sets/…/history', await json(`/label-sets/${e(set)}/history`, call), {version: 'number', author: 'string', created: 'nullable', sentence: 'string', undoes: 'nullable'}),
+    labelHistory: async (set, call) =>
+      expectList('GET /label-sets/…/history', await json(`/label-sets/${e(set)}/history`, call), {
+        version: 'number',
+        author: 'string',
+        created: 'nullable',
+        sentence: 'string',
+        undoes: 'nullable',
+      }),
     /** @param {string} set @param {string} format @returns {string} address of the file */
     labelFileUrl: (set, format) => `${base}/label-sets/${e(set)}/file?format=${e(format)}`,
     /** @param {string} set @param {string} author @param {import('../types.js').LabelChange} change @param {Call} [call] @returns {Promise<LabelAnswer>} */
-    changeLabels: async (set, author, change, call) => expectObject('POST /label-sets/…/changes', await json(`/label-sets/${e(set)}/changes`, {...call, method: 'POST', body: {author, change}}), {version: 'number', label: 'nullable', sentence: 'string'}),
+    changeLabels: async (set, author, change, call) =>
+      expectObject(
+        'POST /label-sets/…/changes',
+        await json(`/label-sets/${e(set)}/changes`, { ...call, method: 'POST', body: { author, change } }),
+        { version: 'number', label: 'nullable', sentence: 'string' },
+      ),
     /** @param {string} set @param {File} file @param {string} author @param {boolean} create   make the set where there is none @param {Call} [call] @returns {Promise<LabelsBrought>} */
-    bringLabels: async (set, file, author, create, call) => expectObject('POST /label-sets/…/files', await json(`/label-sets/${e(set)}/files`, {timeout: 60_000, ...call, method: 'POST', body: file, type: 'application/octet-stream', query: {author, name: file.name.slice(-120), create: create ? 'true' : null}}), {sentence: 'string', added: 'array', known: 'array', refused: 'array', reported: 'array'}),
+    bringLabels: async (set, file, author, create, call) =>
+      expectObject(
+        'POST /label-sets/…/files',
+        await json(`/label-sets/${e(set)}/files`, {
+          timeout: 60_000,
+          ...call,
+          method: 'POST',
+          body: file,
+          type: 'application/octet-stream',
+          query: { author, name: file.name.slice(-120), create: create ? 'true' : null },
+        }),
+        { sentence: 'string', added: 'array', known: 'array', refused: 'array', reported: 'array' },
+      ),
     /** @param {string} video @param {string|null} set   null: the library's @param {Call} [call] @returns {Promise<unknown>} */
-    useLabelSet: (video, set, call) => json(`/videos/${e(video)}/label-set`, {...call, method: 'PUT', body: {set}}),
+    useLabelSet: (video, set, call) => json(`/videos/${e(video)}/label-set`, { ...call, method: 'PUT', body: { set } }),
     /** @param {string} set @param {Call} [call] @returns {Promise<unknown>} */
-    setDefaultLabelSet: (set, call) => json('/label-sets/default', {...call, method: 'PUT', body: {set}}),
+    setDefaultLabelSet: (set, call) => json('/label-sets/default', { ...call, method: 'PUT', body: { set } }),
   };
 }

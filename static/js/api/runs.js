@@ -1,8 +1,8 @@
 // @ts-check
 /** Routes of runs and of what they stored. */
 
-import {queryText} from './http.js';
-import {expectColumns, expectList, expectObject} from './shapes.js';
+import { queryText } from './http.js';
+import { expectColumns, expectList, expectObject } from './shapes.js';
 
 /** @typedef {import('../types.js').Run} Run */
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
@@ -15,57 +15,110 @@ import {expectColumns, expectList, expectObject} from './shapes.js';
  * @property {number} tau
  */
 
-export const RUN = /** @type {const} */ ({id: 'string', video_id: 'string', state: 'string', preset: 'string', first: 'number', frames_done: 'number', summary: 'object'});
+export const RUN = /** @type {const} */ ({
+  id: 'string',
+  video_id: 'string',
+  state: 'string',
+  preset: 'string',
+  first: 'number',
+  frames_done: 'number',
+  summary: 'object',
+});
 
 /** @param {import('./http.js').Routes} setup */
-export function runRoutes({base, json}) {
+export function runRoutes({ base, json }) {
   /** @param {string} part */
   const e = (part) => encodeURIComponent(part);
   return {
     /** @param {string} video @param {Call} [call] @returns {Promise<Run[]>} */
     runs: async (video, call) => {
-      const answer = expectObject('GET /videos/…/runs', await json(`/videos/${e(video)}/runs`, call), {runs: 'array'});
+      const answer = expectObject('GET /videos/…/runs', await json(`/videos/${e(video)}/runs`, call), { runs: 'array' });
       return expectList('GET /videos/…/runs', answer.runs, RUN);
     },
     /** @param {string} video @param {RunRequest} request @param {Call} [call] @returns {Promise<Run>} */
-    startRun: async (video, request, call) => expectObject('POST /videos/…/runs', await json(`/videos/${e(video)}/runs`, {...call, method: 'POST', body: request}), RUN),
+    startRun: async (video, request, call) =>
+      expectObject('POST /videos/…/runs', await json(`/videos/${e(video)}/runs`, { ...call, method: 'POST', body: request }), RUN),
     /** Runs of the engine that go on or wait, in the order of their turns. @param {Call} [call] @returns {Promise<Run[]>} */
     runQueue: async (call) => {
-      const answer = expectObject('GET /run-queue', await json('/run-queue', call), {runs: 'array'});
+      const answer = expectObject('GET /run-queue', await json('/run-queue', call), { runs: 'array' });
       return expectList('GET /run-queue', answer.runs, RUN);
     },
     /** @param {string} id @param {string|null} before   null: after all that wait @param {Call} [call] @returns {Promise<Run>} */
-    moveRun: async (id, before, call) => expectObject('POST /runs/…/turn', await json(`/runs/${e(id)}/turn`, {...call, method: 'POST', body: {before}}), RUN),
+    moveRun: async (id, before, call) =>
+      expectObject('POST /runs/…/turn', await json(`/runs/${e(id)}/turn`, { ...call, method: 'POST', body: { before } }), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
     run: async (id, call) => expectObject('GET /runs/…', await json(`/runs/${e(id)}`, call), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
-    removeRun: (id, call) => json(`/runs/${e(id)}`, {...call, method: 'DELETE'}),
+    removeRun: (id, call) => json(`/runs/${e(id)}`, { ...call, method: 'DELETE' }),
     /** @param {string} id @param {string} name @param {Call} [call] @returns {Promise<Run>} */
-    renameRun: async (id, name, call) => expectObject('PATCH /runs/…', await json(`/runs/${e(id)}`, {...call, method: 'PATCH', body: {name}}), RUN),
+    renameRun: async (id, name, call) =>
+      expectObject('PATCH /runs/…', await json(`/runs/${e(id)}`, { ...call, method: 'PATCH', body: { name } }), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<string[]>} those that are gone */
-    removeWhatIfs: async (id, call) => expectObject('DELETE /runs/…/whatifs', await json(`/runs/${e(id)}/whatifs`, {...call, method: 'DELETE'}), {removed: 'array'}).removed,
+    removeWhatIfs: async (id, call) =>
+      expectObject('DELETE /runs/…/whatifs', await json(`/runs/${e(id)}/whatifs`, { ...call, method: 'DELETE' }), { removed: 'array' })
+        .removed,
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
-    cancelRun: async (id, call) => expectObject('POST /runs/…/cancel', await json(`/runs/${e(id)}/cancel`, {...call, method: 'POST'}), RUN),
+    cancelRun: async (id, call) =>
+      expectObject('POST /runs/…/cancel', await json(`/runs/${e(id)}/cancel`, { ...call, method: 'POST' }), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
-    resumeRun: async (id, call) => expectObject('POST /runs/…/resume', await json(`/runs/${e(id)}/resume`, {...call, method: 'POST'}), RUN),
+    resumeRun: async (id, call) =>
+      expectObject('POST /runs/…/resume', await json(`/runs/${e(id)}/resume`, { ...call, method: 'POST' }), RUN),
     /** @param {string} id @param {{parameters: Record<string, unknown>, name?: string}} request @param {Call} [call] @returns {Promise<Run>} */
-    whatIf: async (id, request, call) => expectObject('POST /runs/…/whatif', await json(`/runs/${e(id)}/whatif`, {...call, method: 'POST', body: request}), RUN),
+    whatIf: async (id, request, call) =>
+      expectObject('POST /runs/…/whatif', await json(`/runs/${e(id)}/whatif`, { ...call, method: 'POST', body: request }), RUN),
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').TrackColumns>} */
-    tracks: async (run, call) => expectColumns('GET /runs/…/tracks', await json(`/runs/${e(run)}/tracks`, {timeout: 60_000, ...call}), ['id', 'first', 'last', 'frames', 'detected', 'class_id', 'uncertainty', 'rank', 'reasons']),
+    tracks: async (run, call) =>
+      expectColumns('GET /runs/…/tracks', await json(`/runs/${e(run)}/tracks`, { timeout: 60_000, ...call }), [
+        'id',
+        'first',
+        'last',
+        'frames',
+        'detected',
+        'class_id',
+        'uncertainty',
+        'rank',
+        'reasons',
+      ]),
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').LaneColumns>} */
-    lanes: async (run, call) => expectColumns('GET /runs/…/lanes', await json(`/runs/${e(run)}/lanes`, {timeout: 60_000, ...call}), ['track', 'first', 'last', 'source']),
+    lanes: async (run, call) =>
+      expectColumns('GET /runs/…/lanes', await json(`/runs/${e(run)}/lanes`, { timeout: 60_000, ...call }), [
+        'track',
+        'first',
+        'last',
+        'source',
+      ]),
     /** @param {string} run @param {number} first @param {number} last   inclusive; <= 256 frames @param {Call} [call] @returns {Promise<import('../types.js').Overlay[]>} */
     overlays: async (run, first, last, call) => {
-      const answer = expectObject('GET /runs/…/overlays', await json(`/runs/${e(run)}/overlays`, {...call, query: {first, last}}), {overlays: 'array'});
-      return expectList('GET /runs/…/overlays', answer.overlays, {frame: 'number', detections: 'array', tracks: 'array'});
+      const answer = expectObject('GET /runs/…/overlays', await json(`/runs/${e(run)}/overlays`, { ...call, query: { first, last } }), {
+        overlays: 'array',
+      });
+      return expectList('GET /runs/…/overlays', answer.overlays, { frame: 'number', detections: 'array', tracks: 'array' });
     },
     /** @param {string} run @param {number} track @param {Call} [call] @returns {Promise<import('../types.js').TrackLane>} */
-    track: async (run, track, call) => expectColumns('GET /runs/…/tracks/…', await json(`/runs/${e(run)}/tracks/${track}`, call), ['frame', 'source', 'box', 'score', 'l_positive']),
+    track: async (run, track, call) =>
+      expectColumns('GET /runs/…/tracks/…', await json(`/runs/${e(run)}/tracks/${track}`, call), [
+        'frame',
+        'source',
+        'box',
+        'score',
+        'l_positive',
+      ]),
     /** @param {string} run @param {number} track @param {number} frame @param {number} [size]   longest side, px @returns {string} */
-    cropUrl: (run, track, frame, size) => `${base}/runs/${e(run)}/tracks/${track}/crops/${frame}${queryText({size})}`,
+    cropUrl: (run, track, frame, size) => `${base}/runs/${e(run)}/tracks/${track}/crops/${frame}${queryText({ size })}`,
     /** @param {string} run @param {number} tau @param {Call} [call] @returns {Promise<import('../types.js').Flips>} */
-    flips: async (run, tau, call) => expectObject('GET /runs/…/flips', await json(`/runs/${e(run)}/flips`, {...call, query: {tau}}), {verdicts: 'number', to_confident: 'number', to_rejected: 'number', tracks: 'array'}),
+    flips: async (run, tau, call) =>
+      expectObject('GET /runs/…/flips', await json(`/runs/${e(run)}/flips`, { ...call, query: { tau } }), {
+        verdicts: 'number',
+        to_confident: 'number',
+        to_rejected: 'number',
+        tracks: 'array',
+      }),
     /** @param {string} run @param {number} track @param {number} frame @param {Call} [call] @returns {Promise<Explanation>} */
-    explain: async (run, track, frame, call) => expectObject('GET /runs/…/explain', await json(`/runs/${e(run)}/tracks/${track}/explain/${frame}`, call), {symmetry: 'nullable', hash: 'nullable', tau: 'number'}),
+    explain: async (run, track, frame, call) =>
+      expectObject('GET /runs/…/explain', await json(`/runs/${e(run)}/tracks/${track}/explain/${frame}`, call), {
+        symmetry: 'nullable',
+        hash: 'nullable',
+        tau: 'number',
+      }),
   };
 }

@@ -11,7 +11,19 @@ import { queryText } from './http.js';
 /** @typedef {{type: 'judge', review: import('../types.js').TrackDoc['review']}|{type: 'ignore', value: boolean}|{type: 'relabel', label: string}} TrackAction */
 /** @typedef {{changed: number, operations: {run: string, op_id: string}[], stayed: number, sentences: string[], tracks: FoundTrack[]}} TracksDone */
 
-const FOUND = /** @type {const} */ ({ run: 'string', key: 'string', video: 'string', video_name: 'string', label: 'nullable', state: 'string', uncertainty: 'number', frame: 'number', box: 'array', revision: 'number', tags: 'array' });
+const FOUND = /** @type {const} */ ({
+  run: 'string',
+  key: 'string',
+  video: 'string',
+  video_name: 'string',
+  label: 'nullable',
+  state: 'string',
+  uncertainty: 'number',
+  frame: 'number',
+  box: 'array',
+  revision: 'number',
+  tags: 'array',
+});
 const DONE = /** @type {const} */ ({ changed: 'number', operations: 'array', stayed: 'number', sentences: 'array', tracks: 'array' });
 
 /**
@@ -25,17 +37,29 @@ export function searchRoutes(base, json) {
       const asked = new URLSearchParams(query);
       asked.set('limit', String(limit));
       if (cursor) asked.set('cursor', cursor);
-      const answer = expectObject('GET /search', await json(`/search?${asked}`, call), { tracks: 'array', next: 'nullable', total: 'number', more: 'boolean', unread: 'number', unreadable: 'array' });
+      const answer = expectObject('GET /search', await json(`/search?${asked}`, call), {
+        tracks: 'array',
+        next: 'nullable',
+        total: 'number',
+        more: 'boolean',
+        unread: 'number',
+        unreadable: 'array',
+      });
       expectList('GET /search', answer.tracks, FOUND);
       return answer;
     },
     /** @param {Pick<FoundTrack, 'run'|'frame'|'box'>} track @param {number} size   longer side, px @returns {string} */
     searchCropUrl: ({ run, frame, box }, size) => `${base}/search/crop${queryText({ run, frame, box: box.join(','), size })}`,
     /** @param {{action_id: string, author: string|null, action: TrackAction, tracks: {run: string, key: string, revision: number}[]}} body @param {Call} [call] @returns {Promise<TracksDone>} */
-    actOnTracks: async (body, call) => expectObject('POST /search/actions', await json('/search/actions', { timeout: 120_000, ...call, method: 'POST', body }), DONE),
+    actOnTracks: async (body, call) =>
+      expectObject('POST /search/actions', await json('/search/actions', { timeout: 120_000, ...call, method: 'POST', body }), DONE),
     /** @param {{author: string|null, operations: {run: string, op_id: string}[]}} body @param {Call} [call] @returns {Promise<TracksDone>} */
-    undoTracks: async (body, call) => expectObject('POST /search/undo', await json('/search/undo', { timeout: 120_000, ...call, method: 'POST', body }), DONE),
+    undoTracks: async (body, call) =>
+      expectObject('POST /search/undo', await json('/search/undo', { timeout: 120_000, ...call, method: 'POST', body }), DONE),
     /** @param {{videos: string[], add?: string[], remove?: string[]}} body @param {Call} [call] @returns {Promise<{changed: number}>} */
-    tagVideos: async (body, call) => expectObject('POST /videos/tags', await json('/videos/tags', { timeout: 60_000, ...call, method: 'POST', body }), { changed: 'number' }),
+    tagVideos: async (body, call) =>
+      expectObject('POST /videos/tags', await json('/videos/tags', { timeout: 60_000, ...call, method: 'POST', body }), {
+        changed: 'number',
+      }),
   };
 }

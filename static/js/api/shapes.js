@@ -1,8 +1,8 @@
 // @ts-check
 /** Light checks of what the server sends: enough that a wrong answer is named where it arrives, not far away in a view. */
 
-import {plural} from '../model/format.js';
-import {ApiError} from './errors.js';
+import { plural } from '../model/format.js';
+import { ApiError } from './errors.js';
 
 /** @typedef {'string'|'number'|'boolean'|'array'|'object'|'nullable'} Kind */
 
@@ -78,5 +78,9 @@ function isObject(value) {
  */
 function wrong(place, expected, got) {
   const shown = JSON.stringify(got)?.slice(0, 80) ?? String(got);
-  return new ApiError(0, 'bad_answer', `${place}: expected ${expected}, got ${shown}. Page and server may be of different versions; reload the page.`);
+  return new ApiError(
+    0,
+    'bad_answer',
+    `${place}: expected ${expected}, got ${shown}. Page and server may be of different versions; reload the page.`,
+  );
 }

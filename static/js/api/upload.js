@@ -1,7 +1,7 @@
 // @ts-check
 /** Sending a file with progress. Only XMLHttpRequest tells how much has left. */
 
-import {ApiError, errorOfAnswer} from './errors.js';
+import { ApiError, errorOfAnswer } from './errors.js';
 
 /** A connection on which nothing moves for this long is given up, ms. */
 const STALL = 60_000;
@@ -17,7 +17,7 @@ const ANSWER = 30 * 60_000;
  * @returns {Promise<any>} the JSON of the answer
  * @throws {ApiError}
  */
-export function upload(url, file, {onProgress, signal, method = 'PUT', request = new XMLHttpRequest()}) {
+export function upload(url, file, { onProgress, signal, method = 'PUT', request = new XMLHttpRequest() }) {
   return new Promise((resolve, reject) => {
     /** @type {ReturnType<typeof setTimeout>|undefined} */
     let timer;
@@ -41,14 +41,16 @@ export function upload(url, file, {onProgress, signal, method = 'PUT', request =
       fail(new ApiError(0, 'aborted', 'The upload was cancelled.'));
       return;
     }
-    signal?.addEventListener('abort', stop, {once: true});
+    signal?.addEventListener('abort', stop, { once: true });
     request.open(method, url);
     request.setRequestHeader('Content-Type', 'application/octet-stream');
     request.upload.addEventListener('progress', (event) => {
       moved();
       onProgress?.(event.loaded, file.size);
     });
-    request.upload.addEventListener('load', () => wait(ANSWER, 'The server has not answered for half an hour. Reload the page and see what is there.'));
+    request.upload.addEventListener('load', () =>
+      wait(ANSWER, 'The server has not answered for half an hour. Reload the page and see what is there.'),
+    );
     request.addEventListener('load', () => {
       if (request.status < 200 || request.status >= 300) {
         fail(errorOfAnswer(request.status, request.responseText));
@@ -59,7 +61,7 @@ export function upload(url, file, {onProgress, signal, method = 'PUT', request =
       try {
         resolve(JSON.parse(request.responseText));
       } catch (cause) {
-        reject(new ApiError(0, 'bad_answer', 'The server took the upload and sent no valid answer. Reload the page.', {cause}));
+        reject(new ApiError(0, 'bad_answer', 'The server took the upload and sent no valid answer. Reload the page.', { cause }));
       }
     });
     request.addEventListener('error', () => fail(new ApiError(0, 'offline', 'The upload broke off: the server cannot be reached.')));

@@ -1,44 +1,64 @@
 // @ts-check
 /** Routes of videos and their pictures. */
 
-import {queryText} from './http.js';
-import {expectList, expectObject} from './shapes.js';
-import {upload} from './upload.js';
+import { queryText } from './http.js';
+import { expectList, expectObject } from './shapes.js';
+import { upload } from './upload.js';
 
 /** @typedef {import('../types.js').Video} Video */
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
 /** @typedef {{path: string, parent: string|null, folders: string[], videos: {name: string, path: string, size: number}[], truncated: boolean}} Folder   `truncated`: the first by name, there are more */
 
-const VIDEO = /** @type {const} */ ({id: 'string', name: 'string', state: 'string', runs: 'number', warnings: 'array', review: 'object'});
+const VIDEO = /** @type {const} */ ({ id: 'string', name: 'string', state: 'string', runs: 'number', warnings: 'array', review: 'object' });
 
 /** @param {import('./http.js').Routes} setup */
-export function videoRoutes({base, json, send}) {
+export function videoRoutes({ base, json, send }) {
   /** @param {string} part */
   const e = (part) => encodeURIComponent(part);
   return {
     /** @param {Call} [call] @returns {Promise<Video[]>} */
     videos: async (call) => {
-      const answer = expectObject('GET /videos', await json('/videos', call), {videos: 'array'});
+      const answer = expectObject('GET /videos', await json('/videos', call), { videos: 'array' });
       return expectList('GET /videos', answer.videos, VIDEO);
     },
     /** @param {{label?: string, attribute?: string, value?: string, state?: string}} wanted @param {Call} [call] @returns {Promise<{videos: Record<string, number>, left: number, unreadable: number}>} videos: tracks by id; left: not counted yet, to be asked again */
-    matchingVideos: async (wanted, call) => expectObject('GET /videos/matching', await json('/videos/matching', {...call, query: wanted}), {videos: 'object', left: 'number', unreadable: 'number'}),
+    matchingVideos: async (wanted, call) =>
+      expectObject('GET /videos/matching', await json('/videos/matching', { ...call, query: wanted }), {
+        videos: 'object',
+        left: 'number',
+        unreadable: 'number',
+      }),
     /** @param {string} id @param {Call} [call] @returns {Promise<Video>} */
     video: async (id, call) => expectObject('GET /videos/…', await json(`/videos/${e(id)}`, call), VIDEO),
     /** @param {string} path @param {Call} [call] @returns {Promise<Video>} */
-    addVideo: async (path, call) => expectObject('POST /videos', await json('/videos', {...call, method: 'POST', body: {path}, timeout: 60_000}), VIDEO),
+    addVideo: async (path, call) =>
+      expectObject('POST /videos', await json('/videos', { ...call, method: 'POST', body: { path }, timeout: 60_000 }), VIDEO),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
-    removeVideo: (id, call) => json(`/videos/${e(id)}`, {...call, method: 'DELETE'}),
+    removeVideo: (id, call) => json(`/videos/${e(id)}`, { ...call, method: 'DELETE' }),
     /**
      * @param {File} file
      * @param {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal}} [options]
      * @returns {Promise<Video>}
      */
-    uploadVideo: async (file, options = {}) => expectObject('PUT /uploads/…', await upload(`${base}/uploads/${e(file.name)}`, file, options), VIDEO),
+    uploadVideo: async (file, options = {}) =>
+      expectObject('PUT /uploads/…', await upload(`${base}/uploads/${e(file.name)}`, file, options), VIDEO),
     /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').FrameTableData>} */
-    frameTable: async (id, call) => expectObject('GET /videos/…/table', await json(`/videos/${e(id)}/table`, call), {frames: 'number', time_base: 'array', steps: 'array', keys: 'array', corrupt: 'array'}),
+    frameTable: async (id, call) =>
+      expectObject('GET /videos/…/table', await json(`/videos/${e(id)}/table`, call), {
+        frames: 'number',
+        time_base: 'array',
+        steps: 'array',
+        keys: 'array',
+        corrupt: 'array',
+      }),
     /** @param {string|null} path   null: where to begin @param {Call} [call] @returns {Promise<Folder>} */
-    browse: async (path, call) => expectObject('GET /browse', await json('/browse', {...call, query: {path}}), {path: 'string', folders: 'array', videos: 'array', truncated: 'boolean'}),
+    browse: async (path, call) =>
+      expectObject('GET /browse', await json('/browse', { ...call, query: { path } }), {
+        path: 'string',
+        folders: 'array',
+        videos: 'array',
+        truncated: 'boolean',
+      }),
     /** @param {string} id @returns {string} address of the picture */
     thumbnailUrl: (id) => `${base}/videos/${e(id)}/thumbnail`,
     /**
@@ -55,7 +75,8 @@ export function videoRoutes({base, json, send}) {
      * @param {number} size                      longer side, px
      * @returns {string} address of a part of the picture
      */
-    framePartUrl: (id, frame, [x1, y1, x2, y2], size) => `${base}/videos/${e(id)}/frames/${frame}/crop${queryText({x1, y1, x2, y2, size})}`,
+    framePartUrl: (id, frame, [x1, y1, x2, y2], size) =>
+      `${base}/videos/${e(id)}/frames/${frame}/crop${queryText({ x1, y1, x2, y2, size })}`,
     /**
      * The picture of a frame, with the ordinal that the server says it has. A preview may get a small, soft one, which
      * is not exact.
@@ -65,14 +86,14 @@ export function videoRoutes({base, json, send}) {
      * @param {{width?: number, format?: 'jpeg'|'webp', preview?: boolean, signal?: AbortSignal, timeout?: number}} [options]
      * @returns {Promise<{blob: Blob, ordinal: number, pts: number|null, exact: boolean}>}
      */
-    frame: async (id, frame, {width, format, preview, ...call} = {}) => {
-      const query = {width, format, preview: preview ? 'true' : undefined};
-      const answer = await send(`/videos/${e(id)}/frames/${frame}`, {...call, query});
+    frame: async (id, frame, { width, format, preview, ...call } = {}) => {
+      const query = { width, format, preview: preview ? 'true' : undefined };
+      const answer = await send(`/videos/${e(id)}/frames/${frame}`, { ...call, query });
       const ordinal = answer.headers.get('X-Frame-Ordinal');
       const pts = answer.headers.get('X-Frame-Pts');
-      expectObject('GET /videos/…/frames/…', {ordinal: ordinal === null ? null : Number(ordinal)}, {ordinal: 'number'});
+      expectObject('GET /videos/…/frames/…', { ordinal: ordinal === null ? null : Number(ordinal) }, { ordinal: 'number' });
       const exact = answer.headers.get('X-Frame-Exact') !== 'false';
-      return {blob: await answer.blob(), ordinal: Number(ordinal), pts: pts === null ? null : Number(pts), exact};
+      return { blob: await answer.blob(), ordinal: Number(ordinal), pts: pts === null ? null : Number(pts), exact };
     },
   };
 }

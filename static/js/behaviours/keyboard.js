@@ -13,10 +13,16 @@ const WRITTEN = 'input:not([type="checkbox"], [type="radio"], [type="range"], [t
 /** The keys that a field leaves to the page. */
 const NEVER_TEXT = new Set(['F1', 'Ctrl+S', 'Ctrl+K']);
 /** What space bar and Enter press. A list does nothing with them, nor does a tab that is open already. */
-const PRESSED = 'button:not([aria-selected="true"]), a, summary, input, [role="slider"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
+const PRESSED =
+  'button:not([aria-selected="true"]), a, summary, input, [role="slider"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
 /** Keys that scroll what does not fit in its place, and the side that they scroll. */
 const SCROLLING = new Map([
-  ['ArrowLeft', 'Width'], ['ArrowRight', 'Width'], ['ArrowUp', 'Height'], ['ArrowDown', 'Height'], ['Home', 'Height'], ['End', 'Height'],
+  ['ArrowLeft', 'Width'],
+  ['ArrowRight', 'Width'],
+  ['ArrowUp', 'Height'],
+  ['ArrowDown', 'Height'],
+  ['Home', 'Height'],
+  ['End', 'Height'],
 ]);
 /** A letter of another script than the keys are named in. */
 const OTHER_SCRIPT = /^[^\x00-\x7f]$/;
@@ -68,26 +74,30 @@ function isItsOwn(target, name) {
 export function listenToKeys(app, refuse, draw = () => {}) {
   /** @type {Map<string, import('../page-types.js').Operation[]>} */
   const byKey = new Map();
-  for (const operation of app.operations) for (const key of operation.keys) byKey.set(key, [...byKey.get(key) ?? [], operation]);
+  for (const operation of app.operations) for (const key of operation.keys) byKey.set(key, [...(byKey.get(key) ?? []), operation]);
 
-  document.addEventListener('keydown', (event) => {
-    // one that was asked for since the last drawing gets what is typed for it: to the picture these letters would be commands
-    if (app.store.get().dialog !== null) draw();
-    const name = keyNames(event).find((one) => byKey.has(one)) ?? '';
-    const meant = byKey.get(name) ?? [];
-    if (meant.length === 0 || event.defaultPrevented) return;
-    const target = event.target instanceof Element ? event.target : null;
-    if (document.querySelector('dialog[open]')) return;
-    if (target?.closest(WRITTEN) && !NEVER_TEXT.has(name)) return;
-    if (target?.closest(FIELDS) && !name.startsWith('Ctrl+') && name !== 'F1') return;
-    if (!target?.closest('[data-keys="picture"]') && isItsOwn(target, name)) return;
-    // behind the last track Tab leaves the picture as usual
-    if (name.endsWith('Tab') && neighbour(app.store.get(), event.shiftKey ? -1 : 1) === null) return;
-    const operation = meant.find((one) => one.available(app.store.get()));
-    if (!operation) return;
-    event.preventDefault();
-    // one press, one verdict: a key that is held must not judge, cut or delete what comes up under it
-    if (event.repeat && !operation.repeats) return;
-    runOperation(app, operation, refuse, name);
-  }, { signal: app.signal });
+  document.addEventListener(
+    'keydown',
+    (event) => {
+      // one that was asked for since the last drawing gets what is typed for it: to the picture these letters would be commands
+      if (app.store.get().dialog !== null) draw();
+      const name = keyNames(event).find((one) => byKey.has(one)) ?? '';
+      const meant = byKey.get(name) ?? [];
+      if (meant.length === 0 || event.defaultPrevented) return;
+      const target = event.target instanceof Element ? event.target : null;
+      if (document.querySelector('dialog[open]')) return;
+      if (target?.closest(WRITTEN) && !NEVER_TEXT.has(name)) return;
+      if (target?.closest(FIELDS) && !name.startsWith('Ctrl+') && name !== 'F1') return;
+      if (!target?.closest('[data-keys="picture"]') && isItsOwn(target, name)) return;
+      // behind the last track Tab leaves the picture as usual
+      if (name.endsWith('Tab') && neighbour(app.store.get(), event.shiftKey ? -1 : 1) === null) return;
+      const operation = meant.find((one) => one.available(app.store.get()));
+      if (!operation) return;
+      event.preventDefault();
+      // one press, one verdict: a key that is held must not judge, cut or delete what comes up under it
+      if (event.repeat && !operation.repeats) return;
+      runOperation(app, operation, refuse, name);
+    },
+    { signal: app.signal },
+  );
 }

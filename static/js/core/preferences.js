@@ -49,7 +49,7 @@ export function rememberedLayers() {
 export const rememberedFewLabels = () => recall('labels') === 'few';
 
 /** @returns {import('../state-types.js').State['lanesView']} */
-export const rememberedLanesView = () => ({folded: recall('lanes') !== 'all', lane: recall('lane') ?? 'gate'});
+export const rememberedLanesView = () => ({ folded: recall('lanes') !== 'all', lane: recall('lane') ?? 'gate' });
 
 /** @returns {'light'|'dark'|'auto'} */
 export function rememberedTheme() {
@@ -63,7 +63,7 @@ export function rememberedTheme() {
  * @param {import('../state-types.js').Store} store
  */
 export function rememberChoices(store) {
-  let {theme, layers, fewLabels, lanesView} = store.get();
+  let { theme, layers, fewLabels, lanesView } = store.get();
   store.subscribe((state) => {
     if (state.theme !== theme) remember('theme', state.theme);
     if (state.layers !== layers) remember('layers', LAYERS.filter((name) => state.layers[name]).join(' '));
@@ -72,7 +72,7 @@ export function rememberChoices(store) {
       remember('lanes', state.lanesView.folded ? 'folded' : 'all');
       remember('lane', state.lanesView.lane);
     }
-    ({theme, layers, fewLabels, lanesView} = state);
+    ({ theme, layers, fewLabels, lanesView } = state);
   });
 }
 

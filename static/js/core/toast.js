@@ -19,7 +19,7 @@ export const TOAST = 'tsr-toast';
  * @param {ToastOptions} [options]
  */
 export function toast(text, options = {}) {
-  document.dispatchEvent(new CustomEvent(TOAST, {detail: {text, ...options}}));
+  document.dispatchEvent(new CustomEvent(TOAST, { detail: { text, ...options } }));
 }
 
 /** The event that ends those about what was done last. */

@@ -50,10 +50,19 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
     for (const { run } of left) counts.set(run, (counts.get(run) ?? 0) + 1);
     const elsewhere = [...counts].map(([run, unsaved]) => ({ run, unsaved, held: stuck.has(run) }));
     const held = elsewhere.filter((one) => one.held).reduce((sum, { unsaved }) => sum + unsaved, 0);
-    store.dispatch((state) => setElsewhere(held === 0 ? hideBanner(state, 'elsewhere') : showBanner(state, {
-      id: 'elsewhere', tone: 'warning', action: { label: 'Open it', operation: 'open-undecided' },
-      text: `${held === 1 ? 'A change' : `${held} changes`} of another run ${held === 1 ? 'is' : 'are'} not saved: somebody else changed the same track first.`,
-    }), elsewhere));
+    store.dispatch((state) =>
+      setElsewhere(
+        held === 0
+          ? hideBanner(state, 'elsewhere')
+          : showBanner(state, {
+              id: 'elsewhere',
+              tone: 'warning',
+              action: { label: 'Open it', operation: 'open-undecided' },
+              text: `${held === 1 ? 'A change' : `${held} changes`} of another run ${held === 1 ? 'is' : 'are'} not saved: somebody else changed the same track first.`,
+            }),
+        elsewhere,
+      ),
+    );
   }
 
   /** What is left to send here. @returns {Promise<Pending[]>} */
@@ -69,11 +78,16 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
     if (Reflect.get(next.command, 'op_id') === '') {
       const name = /** @type {'undo'|'redo'} */ (next.command.name);
       const about = (await api.annotation(next.run, next.author, { signal }))[name];
-      if (about === null) return void await giveUp(next);
+      if (about === null) return void (await giveUp(next));
       sent = { ...next, command: { name, op_id: about.op_id }, about };
     }
     const answer = await api.edit(sent.run, { op_id: sent.op_id, author: sent.author, command: sent.command }, sent.seen, { signal });
-    await leave(outbox, sent, answer.docs, (await outbox.load(sent.run)).filter(({ op_id }) => op_id !== sent.op_id));
+    await leave(
+      outbox,
+      sent,
+      answer.docs,
+      (await outbox.load(sent.run)).filter(({ op_id }) => op_id !== sent.op_id),
+    );
   }
 
   /** @param {Pending} next */
@@ -99,7 +113,8 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
       toast(`A new track has no label yet. ${sentence(thrown)}`, { tone: 'bad', stays: true });
     } else {
       await giveUp(next);
-      if (code !== 'stale' || reverts) toast(`${describe(next.command.name)} was not possible. ${named(sentence(thrown), {})}`, { tone: 'bad' });
+      if (code !== 'stale' || reverts)
+        toast(`${describe(next.command.name)} was not possible. ${named(sentence(thrown), {})}`, { tone: 'bad' });
     }
   }
 
@@ -143,7 +158,12 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
     async except(run) {
       open = run;
       if (run !== null) stuck.delete(run);
-      store.dispatch((state) => setElsewhere(state, state.elsewhere.filter((one) => one.run !== run)));
+      store.dispatch((state) =>
+        setElsewhere(
+          state,
+          state.elsewhere.filter((one) => one.run !== run),
+        ),
+      );
       if (flight?.run === run) await flight.ends;
     },
     go() {

@@ -58,11 +58,17 @@ export function createConflicts({ store, outbox, work, toast, enqueue, refresh }
    * @param {readonly TrackDoc[]} current   those that somebody else has changed
    */
   function leaveOut(next, current) {
-    const less = without(next, current.map(({ key }) => key));
+    const less = without(
+      next,
+      current.map(({ key }) => key),
+    );
     if (less === next) return false;
     if (less === null) work.forget(next);
     else work.replace(less);
-    const names = listed(current.map(({ key }) => trackName(key, work.confirmed[key])), NAMED);
+    const names = listed(
+      current.map(({ key }) => trackName(key, work.confirmed[key])),
+      NAMED,
+    );
     toast(`No verdict on ${current.length === 1 ? 'track' : 'tracks'} ${names}: somebody else was first.`, { stays: true });
     return true;
   }
@@ -71,7 +77,8 @@ export function createConflicts({ store, outbox, work, toast, enqueue, refresh }
   function putOnTop(next) {
     const review = store.get().review;
     const key = next.command.name === 'add_note' ? /** @type {Command} */ (next.command).key : null;
-    if (review === null || key === null || work.confirmed[key]?.gone || work.pending.filter((one) => keysOf(one).includes(key)).length > 1) return false;
+    if (review === null || key === null || work.confirmed[key]?.gone || work.pending.filter((one) => keysOf(one).includes(key)).length > 1)
+      return false;
     work.replace({ ...next, seen: revisionsSeen(review, work.confirmed, next.command) });
     return true;
   }
@@ -113,9 +120,17 @@ export function createConflicts({ store, outbox, work, toast, enqueue, refresh }
       return;
     }
     const text = `${held.length === 1 ? 'A change is' : `${held.length} changes are`} not saved: somebody else changed the same track first.`;
-    store.dispatch((state) => openDialog(showBanner(state, {
-      id: 'conflict', tone: 'warning', text, action: { label: 'Decide', operation: 'decide-conflict' },
-    }), { kind: 'conflict', data: { ...plan, others, keepMine: () => settle(true), takeTheirs: () => settle(false) } }));
+    store.dispatch((state) =>
+      openDialog(
+        showBanner(state, {
+          id: 'conflict',
+          tone: 'warning',
+          text,
+          action: { label: 'Decide', operation: 'decide-conflict' },
+        }),
+        { kind: 'conflict', data: { ...plan, others, keepMine: () => settle(true), takeTheirs: () => settle(false) } },
+      ),
+    );
   }
 
   return { meet, decide, leaveGone, end: () => (others = {}) };

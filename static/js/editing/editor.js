@@ -57,7 +57,18 @@ import { createWork } from './work.js';
  * @param {() => string} [parts.newId]
  * @returns {Editor}
  */
-export function createEditor({ store, api, outbox, background, signal, toast, author, edited = () => {}, pause, newId = () => crypto.randomUUID() }) {
+export function createEditor({
+  store,
+  api,
+  outbox,
+  background,
+  signal,
+  toast,
+  author,
+  edited = () => {},
+  pause,
+  newId = () => crypto.randomUUID(),
+}) {
   const work = createWork(store, outbox);
   const growth = createGrowth(work);
   const { wait, wake } = createPause();
@@ -91,7 +102,12 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
       work.keep({ ...made, run: work.run, seen: revisionsSeen(review, {}, command) });
       return op_id;
     }
-    const pending = { ...made, run: work.run, seen: revisionsSeen(review, work.confirmed, command), ...(gesture !== undefined && { growing: true }) };
+    const pending = {
+      ...made,
+      run: work.run,
+      seen: revisionsSeen(review, work.confirmed, command),
+      ...(gesture !== undefined && { growing: true }),
+    };
     work.pending = [...work.pending, pending];
     if (gesture !== undefined) growth.begin(op_id, gesture);
     work.show();
@@ -103,7 +119,13 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
   /** Send one; where its run has been left meanwhile, those behind it are in the outbox only. @param {Pending} next @param {string} here */
   async function transmit(next, here) {
     const answer = await api.edit(here, { op_id: next.op_id, author: next.author, command: next.command }, next.seen, { signal });
-    if (work.run !== here) await leave(outbox, next, answer.docs, (await outbox.load(here)).filter(({ op_id }) => op_id !== next.op_id)).catch(() => {});
+    if (work.run !== here)
+      await leave(
+        outbox,
+        next,
+        answer.docs,
+        (await outbox.load(here)).filter(({ op_id }) => op_id !== next.op_id),
+      ).catch(() => {});
     return answer;
   }
 
@@ -125,7 +147,7 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
           work.show();
           continue;
         }
-        if (resolved !== next) work.replace(next = resolved);
+        if (resolved !== next) work.replace((next = resolved));
         const under = transmit(next, here);
         flight = under.catch(() => {});
         const answer = await under;
@@ -137,7 +159,13 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
         if (work.run !== here) continue;
         if (isPassing(thrown)) {
           if (thrown.code !== 'offline') {
-            store.dispatch((state) => showBanner(state, { id: 'saving', tone: 'warning', text: `${thrown.message} Your changes are kept in this page and sent again.` }));
+            store.dispatch((state) =>
+              showBanner(state, {
+                id: 'saving',
+                tone: 'warning',
+                text: `${thrown.message} Your changes are kept in this page and sent again.`,
+              }),
+            );
           }
           await rest(pauseAfter(tries++));
           continue;
@@ -216,7 +244,8 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
         return false;
       }
     }
-    if (gesture === undefined || !growth.goOn(command, gesture)) enqueue(withLabelKey(command, store.get().labels), undefined, gesture, op_id);
+    if (gesture === undefined || !growth.goOn(command, gesture))
+      enqueue(withLabelKey(command, store.get().labels), undefined, gesture, op_id);
     return true;
   }
 
@@ -225,7 +254,10 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
     for (let left = early; left.length > 0;) {
       const { op_id, command, about } = left[0];
       const own = asCommand(command);
-      const made = own !== null ? edit(own, work.run, undefined, op_id) : about !== undefined && undoing.press(/** @type {'undo'|'redo'} */ (command.name), op_id);
+      const made =
+        own !== null
+          ? edit(own, work.run, undefined, op_id)
+          : about !== undefined && undoing.press(/** @type {'undo'|'redo'} */ (command.name), op_id);
       const gone = made ? [left[0]] : givenUp(left, left[0]);
       if (!made) for (const one of gone) outbox.remove(one.op_id).catch(() => {});
       left = left.filter((one) => !gone.includes(one));
@@ -249,7 +281,10 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
       work.ready = true;
       store.dispatch((state) => changeReview(state, { seq: annotation.seq }));
       work.show();
-      if (before.length) toast(`${before.length} change${before.length === 1 ? '' : 's'} of an earlier visit ${before.length === 1 ? 'is' : 'are'} being saved.`);
+      if (before.length)
+        toast(
+          `${before.length} change${before.length === 1 ? '' : 's'} of an earlier visit ${before.length === 1 ? 'is' : 'are'} being saved.`,
+        );
       make(made);
       if (work.overtaken) void askAnew();
       void send();
@@ -285,7 +320,11 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
       if (!work.stored.has(op_id) && (by === author() || docs.some(({ key }) => next.includes(key)))) void askAnew();
       work.show();
       const doc = there ? conflicts.leaveGone() : null;
-      if (doc) toast(`Track ${trackName(doc.key, doc)} was ${doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : 'deleted'} in another page.`, { stays: true });
+      if (doc)
+        toast(
+          `Track ${trackName(doc.key, doc)} was ${doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : 'deleted'} in another page.`,
+          { stays: true },
+        );
     },
     refresh,
     settled,

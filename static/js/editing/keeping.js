@@ -38,7 +38,10 @@ export function planned(review, confirmed, held, time) {
   };
   for (const one of held) {
     // a verdict on many tracks brings none of them back
-    const kept = without(one, keysOf(one).filter((key) => docs[key]?.gone));
+    const kept = without(
+      one,
+      keysOf(one).filter((key) => docs[key]?.gone),
+    );
     const own = kept && asCommand(kept.command);
     if (!own) continue;
     const { author } = one;
@@ -75,10 +78,13 @@ export function planned(review, confirmed, held, time) {
 
 /** Whether nothing would become different: both have done the same. @param {Plan} plan */
 export function isAgreed({ saved, mine, lost }) {
-  return lost.length === 0 && mine.every((doc) => {
-    const other = saved.find(({ key }) => key === doc.key);
-    return other !== undefined && sameValue({ ...other, revision: 0 }, { ...doc, revision: 0 });
-  });
+  return (
+    lost.length === 0 &&
+    mine.every((doc) => {
+      const other = saved.find(({ key }) => key === doc.key);
+      return other !== undefined && sameValue({ ...other, revision: 0 }, { ...doc, revision: 0 });
+    })
+  );
 }
 
 /** The track that a merged one is part of by now. @param {Record<string, TrackDoc>} docs @param {string} key */
@@ -113,5 +119,7 @@ function redirected(docs, command) {
 function sameValue(a, b) {
   if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return a === b;
   const names = Object.keys(a);
-  return names.length === Object.keys(b).length && names.every((name) => name in b && sameValue(Reflect.get(a, name), Reflect.get(b, name)));
+  return (
+    names.length === Object.keys(b).length && names.every((name) => name in b && sameValue(Reflect.get(a, name), Reflect.get(b, name)))
+  );
 }

@@ -41,7 +41,8 @@ export function nextOf(line, what) {
 export function after(line, operations) {
   return operations.reduce((at, { op_id, command, about = UNKNOWN }) => {
     const own = asCommand(command);
-    if (own !== null) return { ...at, done: moved(at.done, { op_id, name: own.name, frame: own.frame, keys: touchedKeys(own) }), undone: [], later: false };
+    if (own !== null)
+      return { ...at, done: moved(at.done, { op_id, name: own.name, frame: own.frame, keys: touchedKeys(own) }), undone: [], later: false };
     return command.name === 'undo'
       ? { ...at, done: taken(at.done, about), undone: moved(at.undone, about) }
       : { ...at, undone: taken(at.undone, about), done: moved(at.done, about) };

@@ -73,7 +73,13 @@ export function projected(review, confirmed, pending, time, stored = new Map()) 
     }
     try {
       const made = applyCommand({ ...docsFor({ ...review, docs }, own), ...docs }, own, { author, time });
-      steps.set(op_id, stepTo(docs, made.changed.map((key) => made.docs[key])));
+      steps.set(
+        op_id,
+        stepTo(
+          docs,
+          made.changed.map((key) => made.docs[key]),
+        ),
+      );
       docs = made.docs;
     } catch (thrown) {
       if (!(thrown instanceof CommandError)) throw thrown;
@@ -90,11 +96,13 @@ export const stepTo = (docs, changed) => ({
 
 /** @param {ReviewState} review @param {Record<string, TrackDoc>} docs @param {Record<string, TrackDoc|null>} goal @returns {Record<string, TrackDoc>} */
 function reverted(review, docs, goal) {
-  return Object.fromEntries(Object.entries(goal).map(([key, doc]) => {
-    // without a document: the engine's track, or of a person's nothing is left
-    const wanted = doc ?? docOf({ ...review, docs: {} }, key) ?? { ...blankDoc(key), gone: true };
-    return [key, { ...wanted, revision: docs[key]?.revision ?? 0 }];
-  }));
+  return Object.fromEntries(
+    Object.entries(goal).map(([key, doc]) => {
+      // without a document: the engine's track, or of a person's nothing is left
+      const wanted = doc ?? docOf({ ...review, docs: {} }, key) ?? { ...blankDoc(key), gone: true };
+      return [key, { ...wanted, revision: docs[key]?.revision ?? 0 }];
+    }),
+  );
 }
 
 /**
@@ -109,7 +117,10 @@ export function rebased(pending, stored) {
   const next = pending.map((one) => {
     const touched = stored.filter(({ key }) => keysOf(one).includes(key));
     if (touched.length === 0) return one;
-    const moved = { ...one, seen: { ...one.seen, ...Object.fromEntries(touched.map(({ key, revision }) => [key, Math.max(one.seen[key] ?? 0, revision)])) } };
+    const moved = {
+      ...one,
+      seen: { ...one.seen, ...Object.fromEntries(touched.map(({ key, revision }) => [key, Math.max(one.seen[key] ?? 0, revision)])) },
+    };
     changed.push(moved);
     return moved;
   });
@@ -129,7 +140,11 @@ export function without(pending, keys) {
   if (own?.name !== 'review_tracks' || left.length === all.length) return pending;
   const [key, ...others] = left;
   if (key === undefined) return null;
-  return { ...pending, command: { ...own, key, others }, seen: Object.fromEntries(Object.entries(pending.seen).filter(([one]) => !keys.includes(one))) };
+  return {
+    ...pending,
+    command: { ...own, key, others },
+    seen: Object.fromEntries(Object.entries(pending.seen).filter(([one]) => !keys.includes(one))),
+  };
 }
 
 /**
@@ -161,7 +176,9 @@ const isAbout = (one, { op_id }) => asCommand(one.command) === null && Reflect.g
  * @param {readonly Pending[]} pending   in order
  */
 export function standing(pending) {
-  return pending.filter((one) => asCommand(one.command) !== null && pending.findLast((other) => isAbout(other, one))?.command.name !== 'undo');
+  return pending.filter(
+    (one) => asCommand(one.command) !== null && pending.findLast((other) => isAbout(other, one))?.command.name !== 'undo',
+  );
 }
 
 /**
@@ -175,5 +192,8 @@ export function standing(pending) {
 export function givenUp(pending, given) {
   const of = asCommand(given.command) === null ? Reflect.get(given.command, 'op_id') : given.op_id;
   const at = pending.findIndex(({ op_id }) => op_id === given.op_id);
-  return [given, ...pending.slice(at + 1).filter((one) => isAbout(one, { op_id: of }) || (of !== given.op_id && isAbout(one, { op_id: '' })))];
+  return [
+    given,
+    ...pending.slice(at + 1).filter((one) => isAbout(one, { op_id: of }) || (of !== given.op_id && isAbout(one, { op_id: '' }))),
+  ];
 }

@@ -30,7 +30,8 @@ export const isPassing = (thrown) => thrown instanceof ApiError && (!FINAL.has(t
  */
 export function keptWithoutLabel(next, thrown) {
   const own = asCommand(next.command);
-  if (own?.name !== 'create_track' || own.class_id === null || !(thrown instanceof ApiError) || thrown.code !== 'no_such_label') return null;
+  if (own?.name !== 'create_track' || own.class_id === null || !(thrown instanceof ApiError) || thrown.code !== 'no_such_label')
+    return null;
   const { label_key: _, ...command } = own;
   return { ...next, command: { ...command, class_id: null } };
 }
@@ -45,13 +46,14 @@ export const pauseAfter = (tries) => PAUSES[Math.min(tries, PAUSES.length - 1)];
 export function createPause() {
   let wake = () => {};
   return {
-    wait: (ms) => new Promise((resolve) => {
-      const timer = setTimeout(resolve, ms);
-      wake = () => {
-        clearTimeout(timer);
-        resolve();
-      };
-    }),
+    wait: (ms) =>
+      new Promise((resolve) => {
+        const timer = setTimeout(resolve, ms);
+        wake = () => {
+          clearTimeout(timer);
+          resolve();
+        };
+      }),
     wake: () => wake(),
   };
 }

@@ -31,7 +31,10 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
     // undo must not change what nobody looks at
     store.dispatch((state) => select(about.frame === null ? state : seek(state, about.frame), subject?.key ?? null));
     const doc = subject ?? docs[0];
-    toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describeUndone(about.name, about.frame, doc && trackName(doc.key, doc), docs.length)}`, { topic: 'undo' });
+    toast(
+      `${what === 'undo' ? 'Undone' : 'Done again'}: ${describeUndone(about.name, about.frame, doc && trackName(doc.key, doc), docs.length)}`,
+      { topic: 'undo' },
+    );
   }
 
   /** Whether this page knows what became of the tracks. @param {UndoTarget} about */
@@ -48,7 +51,11 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
     const op_id = enqueue({ name: what, op_id: about.op_id }, about, undefined, as);
     const docs = store.get().review?.docs ?? {};
     if (known) {
-      announce(what, about, about.keys.flatMap((key) => docs[key] ?? []));
+      announce(
+        what,
+        about,
+        about.keys.flatMap((key) => docs[key] ?? []),
+      );
     } else {
       awaited.add(op_id);
       const which = about === UNKNOWN ? '' : ` (${describeUndone(about.name, about.frame)})`;
@@ -81,9 +88,12 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
   /** @param {Pending} next @param {unknown} thrown */
   function refused(next, thrown) {
     const docs = store.get().review?.docs ?? {};
-    const why = thrown instanceof ApiError && thrown.code === 'not_next'
-      ? 'You have gone on in another page since. What is shown is up to date now; the same key is about what was done there.'
-      : thrown instanceof ApiError ? named(thrown.message, docs) : 'Something in the page went wrong.';
+    const why =
+      thrown instanceof ApiError && thrown.code === 'not_next'
+        ? 'You have gone on in another page since. What is shown is up to date now; the same key is about what was done there.'
+        : thrown instanceof ApiError
+          ? named(thrown.message, docs)
+          : 'Something in the page went wrong.';
     toast(`${describe(next.command.name)} was not possible. ${why}`, { tone: 'bad', topic: 'undo' });
   }
 

@@ -60,7 +60,9 @@ export function createWork(store, outbox) {
       if (review === null || work.run === null) return;
       const docs = projected(review, work.confirmed, [...work.pending, ...work.early], new Date().toISOString(), work.steps);
       /** @param {boolean} held @returns {(one: Early) => {op_id: string, command: Command, held: boolean}} */
-      const entry = (held) => ({ op_id, command }) => ({ op_id, command: /** @type {Command} */ (command), held });
+      const entry =
+        (held) =>
+        ({ op_id, command }) => ({ op_id, command: /** @type {Command} */ (command), held });
       const unsaved = [...work.held.map(entry(true)), ...work.pending.map(entry(false)), ...work.early.map(entry(false))];
       store.dispatch((state) => changeReview(state, { docs, unsaved, undo: work.next('undo'), redo: work.next('redo') }));
     },
@@ -87,9 +89,13 @@ export function createWork(store, outbox) {
     /** @param {Pending} made */
     keep(made) {
       outbox.put(made).catch(() => {
-        store.dispatch((state) => showBanner(state, {
-          id: 'outbox', tone: 'warning', text: 'This browser cannot keep unsaved work (a private window, or a page of an older version beside this one?). Wait for "All saved" before you close the page.',
-        }));
+        store.dispatch((state) =>
+          showBanner(state, {
+            id: 'outbox',
+            tone: 'warning',
+            text: 'This browser cannot keep unsaved work (a private window, or a page of an older version beside this one?). Wait for "All saved" before you close the page.',
+          }),
+        );
       });
     },
 

@@ -83,16 +83,18 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
       keep(shot);
       failing = false;
       return shot;
-    })().catch((error) => {
-      if (!abort.signal.aborted && !closed) {
-        failing = true;
-        queue = [];
-      }
-      throw error;
-    }).finally(() => {
-      if (running.get(frame)?.abort === abort) running.delete(frame);
-      pump();
-    });
+    })()
+      .catch((error) => {
+        if (!abort.signal.aborted && !closed) {
+          failing = true;
+          queue = [];
+        }
+        throw error;
+      })
+      .finally(() => {
+        if (running.get(frame)?.abort === abort) running.delete(frame);
+        pump();
+      });
     promise.catch(() => {});
     running.set(frame, { promise, abort, preview });
     return promise;

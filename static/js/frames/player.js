@@ -47,7 +47,11 @@ const SLACK = 0.12;
  * @param {{now?: () => number, tick?: (run: () => void) => number, untick?: (handle: number) => void, again?: number}} [clock]   again: pause before a picture is asked for once more, ms
  * @returns {Player}
  */
-export function createPlayer(store, cache, { now = () => performance.now(), tick = requestAnimationFrame, untick = cancelAnimationFrame, again = AGAIN } = {}) {
+export function createPlayer(
+  store,
+  cache,
+  { now = () => performance.now(), tick = requestAnimationFrame, untick = cancelAnimationFrame, again = AGAIN } = {},
+) {
   /** @type {Paint} */
   let paint = () => {};
   let wanted = -1;
@@ -149,7 +153,9 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
   /** @param {number} frame @param {unknown} thrown */
   function fail(frame, thrown) {
     if (ended) return;
-    store.dispatch((state) => showBanner(setPlaying(state, false), { id: 'picture', tone: 'error', text: `Frame ${frame} cannot be shown. ${sentence(thrown)}` }));
+    store.dispatch((state) =>
+      showBanner(setPlaying(state, false), { id: 'picture', tone: 'error', text: `Frame ${frame} cannot be shown. ${sentence(thrown)}` }),
+    );
   }
 
   /** @param {Shot} shot @param {boolean} passing */

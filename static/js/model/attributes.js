@@ -34,13 +34,20 @@ export function attributeRows(label, doc, frame) {
   const rows = (label?.attributes ?? []).map((attribute) => {
     const { name } = attribute;
     const row = {
-      name, attribute, value: given.get(name) ?? attribute.default, given: given.has(name), changes: changing.has(name),
+      name,
+      attribute,
+      value: given.get(name) ?? attribute.default,
+      given: given.has(name),
+      changes: changing.has(name),
       digit: attribute.kind === 'checkbox' ? (digit += 1) : 0,
     };
     given.delete(name);
     return row;
   });
-  return [...rows, ...[...given].map(([name, value]) => ({ name, attribute: null, value, given: true, changes: changing.has(name), digit: 0 }))];
+  return [
+    ...rows,
+    ...[...given].map(([name, value]) => ({ name, attribute: null, value, given: true, changes: changing.has(name), digit: 0 })),
+  ];
 }
 
 /**
@@ -53,7 +60,9 @@ export function attributeProblem({ name, kind, values, low, high }, value) {
   if (kind === 'number') {
     if (typeof value !== 'number' || !Number.isFinite(value)) return `${name} must be a number.`;
     const within = (low === null || value >= low) && (high === null || value <= high);
-    return within ? null : `${name} must be ${low === null ? `at most ${high}` : high === null ? `at least ${low}` : `within ${low} and ${high}`}.`;
+    return within
+      ? null
+      : `${name} must be ${low === null ? `at most ${high}` : high === null ? `at least ${low}` : `within ${low} and ${high}`}.`;
   }
   if (typeof value !== 'string') return `${name} must be a text.`;
   if (kind === 'select') return values.includes(value) ? null : `${name} must be one of ${values.join(', ')}.`;
@@ -90,7 +99,8 @@ export function attributeChoices(labels, docs) {
     for (const value of values) own.add(value);
     found.set(name, own);
   };
-  for (const { attributes } of labels) for (const { name, kind, values } of attributes) add(name, kind === 'checkbox' ? [true, false] : values);
+  for (const { attributes } of labels)
+    for (const { name, kind, values } of attributes) add(name, kind === 'checkbox' ? [true, false] : values);
   for (const doc of docs) {
     for (const attributes of [doc.attributes, ...Object.values(doc.keys).map((key) => key.attributes)]) {
       for (const [name, value] of Object.entries(attributes ?? {})) add(name, [value]);
@@ -107,8 +117,9 @@ export function attributeChoices(labels, docs) {
  * @param {AttributeValue|null} value   null: any that a person has given
  */
 export function hasAttribute(label, doc, name, value) {
-  const given = [doc?.attributes, ...Object.values(doc?.keys ?? {}).map((key) => key.attributes)]
-    .flatMap((attributes) => (attributes && Object.hasOwn(attributes, name) ? [attributes[name]] : []));
+  const given = [doc?.attributes, ...Object.values(doc?.keys ?? {}).map((key) => key.attributes)].flatMap((attributes) =>
+    attributes && Object.hasOwn(attributes, name) ? [attributes[name]] : [],
+  );
   if (value === null) return given.length > 0;
   if (given.includes(value)) return true;
   const whole = doc?.attributes && Object.hasOwn(doc.attributes, name);

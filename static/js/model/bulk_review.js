@@ -19,7 +19,12 @@ export const AT_ONCE = 500;
  */
 export function judgeable(shown, { review, openOnly, mostUncertainty }) {
   return shown
-    .filter((entry) => entry.review !== review && (!openOnly || entry.review === 'open') && (mostUncertainty >= 1 || (entry.uncertainty !== null && entry.uncertainty <= mostUncertainty)))
+    .filter(
+      (entry) =>
+        entry.review !== review &&
+        (!openOnly || entry.review === 'open') &&
+        (mostUncertainty >= 1 || (entry.uncertainty !== null && entry.uncertainty <= mostUncertainty)),
+    )
     .map(({ key }) => key);
 }
 

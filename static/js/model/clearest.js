@@ -22,7 +22,10 @@ export function clearestFrame(doc, tracks, picture = { width: Infinity, height: 
   const span = shownSpan(doc, tracks);
   if (span === null) return null;
   const views = tracks === null ? [] : engineViews(doc, tracks);
-  const own = best(views.filter(({ away }) => away === 0), ({ side }) => side);
+  const own = best(
+    views.filter(({ away }) => away === 0),
+    ({ side }) => side,
+  );
   if (own) return own.frame;
   const drawn = keyFramesOf(doc).filter((frame) => doc.keys[frame].box !== null && !doc.keys[frame].outside);
   const largest = best(drawn, (frame) => rankOf(/** @type {import('../types.js').Box} */ (doc.keys[frame].box), picture));
@@ -40,10 +43,12 @@ function engineViews(doc, tracks) {
     const at = tracks.id.indexOf(track);
     const clearest = tracks.clearest[at];
     if (at < 0) return [];
-    return runs.filter(([from, to]) => from <= last && first <= to).map(([from, to]) => {
-      const frame = Math.min(Math.max(clearest, first, from), last, to);
-      return { frame, away: Math.abs(clearest - frame), side: tracks.side[at] };
-    });
+    return runs
+      .filter(([from, to]) => from <= last && first <= to)
+      .map(([from, to]) => {
+        const frame = Math.min(Math.max(clearest, first, from), last, to);
+        return { frame, away: Math.abs(clearest - frame), side: tracks.side[at] };
+      });
   });
 }
 

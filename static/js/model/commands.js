@@ -139,7 +139,9 @@ function alone(doc, command, person) {
       return {
         ...doc,
         // words of somebody else never stand under the name of who wrote the note
-        notes: doc.notes.map((n) => (n.id === command.note_id ? { ...n, text: needed(command.text, 'text'), ...(n.author !== person.author && person) } : n)),
+        notes: doc.notes.map((n) =>
+          n.id === command.note_id ? { ...n, text: needed(command.text, 'text'), ...(n.author !== person.author && person) } : n,
+        ),
       };
     case 'remove_note':
       requireNote(doc, command);

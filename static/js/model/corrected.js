@@ -9,7 +9,13 @@
 export function isCorrected(doc, tracks) {
   const at = doc.key.startsWith('m') && tracks ? tracks.id.indexOf(Number(doc.key.slice(1))) : -1;
   const [piece, ...others] = doc.segments;
-  const whole = tracks !== null && at >= 0 && others.length === 0 && piece !== undefined
-    && piece.track === tracks.id[at] && piece.first <= tracks.first[at] && piece.last >= tracks.last[at];
+  const whole =
+    tracks !== null &&
+    at >= 0 &&
+    others.length === 0 &&
+    piece !== undefined &&
+    piece.track === tracks.id[at] &&
+    piece.first <= tracks.first[at] &&
+    piece.last >= tracks.last[at];
   return !whole || doc.gone || doc.class_id !== null || doc.not_a_sign || Object.keys(doc.keys).length > 0;
 }

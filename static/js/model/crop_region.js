@@ -37,5 +37,10 @@ export function placeIn(box, region) {
   const [wide, high] = [region[2] - region[0], region[3] - region[1]];
   /** @param {number} part @param {number} whole */
   const share = (part, whole) => `${((100 * part) / whole).toFixed(2)}%`;
-  return { left: share(box[0] - region[0], wide), top: share(box[1] - region[1], high), width: share(box[2] - box[0], wide), height: share(box[3] - box[1], high) };
+  return {
+    left: share(box[0] - region[0], wide),
+    top: share(box[1] - region[1], high),
+    width: share(box[2] - box[0], wide),
+    height: share(box[3] - box[1], high),
+  };
 }

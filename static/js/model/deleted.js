@@ -17,11 +17,13 @@ import { spanOf } from './effective.js';
  * @returns {{doc: TrackDoc, first: number, last: number}[]}   both frames included
  */
 export function deletedTracks(docs, lastOf) {
-  return Object.values(docs).flatMap((doc) => {
-    if (!doc.gone || doc.merged_into !== null || isEmpty(doc)) return [];
-    const span = spanOf({ ...doc, gone: false }, lastOf);
-    return span ? [{ doc, ...span }] : [];
-  }).sort((a, b) => a.first - b.first || (a.doc.key < b.doc.key ? -1 : 1));
+  return Object.values(docs)
+    .flatMap((doc) => {
+      if (!doc.gone || doc.merged_into !== null || isEmpty(doc)) return [];
+      const span = spanOf({ ...doc, gone: false }, lastOf);
+      return span ? [{ doc, ...span }] : [];
+    })
+    .sort((a, b) => a.first - b.first || (a.doc.key < b.doc.key ? -1 : 1));
 }
 
 /**

@@ -18,7 +18,15 @@
 import { logDomain } from './gate_lane.js';
 
 const SERIES = /** @type {const} */ ([
-  'l_positive', 'symmetry', 'hash_distance', 'position_distance', 'score', 'raw_score', 'decision', 'probability', 'weight',
+  'l_positive',
+  'symmetry',
+  'hash_distance',
+  'position_distance',
+  'score',
+  'raw_score',
+  'decision',
+  'probability',
+  'weight',
 ]);
 /** @typedef {typeof SERIES[number]} SeriesName */
 
@@ -35,7 +43,8 @@ export function detailColumns(lane) {
     range[name] = rangeOf(series[name]);
   }
   const both = /** @type {[number, number]} */ ([
-    Math.min(range.score[0], range.raw_score[0]), Math.max(range.score[1], range.raw_score[1]),
+    Math.min(range.score[0], range.raw_score[0]),
+    Math.max(range.score[1], range.raw_score[1]),
   ]);
   range.score = range.raw_score = both;
   for (const name of /** @type {SeriesName[]} */ (['symmetry', 'hash_distance', 'position_distance', 'weight'])) {

@@ -73,7 +73,11 @@ export function keyFramesOf(doc) {
  * @returns {number|null}
  */
 export function lastKey(doc, frame) {
-  return keyFramesOf(doc).filter((k) => k <= frame).at(-1) ?? null;
+  return (
+    keyFramesOf(doc)
+      .filter((k) => k <= frame)
+      .at(-1) ?? null
+  );
 }
 
 /**
@@ -93,7 +97,11 @@ export function nextKey(doc, frame) {
  * @returns {number|null}
  */
 export function prevKey(doc, frame) {
-  return keyFramesOf(doc).filter((k) => k < frame).at(-1) ?? null;
+  return (
+    keyFramesOf(doc)
+      .filter((k) => k < frame)
+      .at(-1) ?? null
+  );
 }
 
 /**

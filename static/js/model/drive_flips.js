@@ -42,6 +42,8 @@ export function nextPlace(places, selected, frame) {
 function keyOf(id, frame, docs) {
   const own = docs[`m${id}`];
   if (own === undefined) return `m${id}`;
-  const holder = Object.values(docs).find((doc) => !doc.gone && doc.segments.some((part) => part.track === id && part.first <= frame && frame <= part.last));
+  const holder = Object.values(docs).find(
+    (doc) => !doc.gone && doc.segments.some((part) => part.track === id && part.first <= frame && frame <= part.last),
+  );
   return holder?.key ?? null;
 }

@@ -98,9 +98,12 @@ export const shownSpan = (doc, tracks) => spanOf(doc, (id) => tracks?.last[track
  */
 export function subjectOf(docs, frame) {
   const left = docs.filter((doc) => !doc.gone);
-  const here = frame === null ? undefined : left.find((doc) => {
-    const span = spanOf(doc);
-    return span !== null && span.first <= frame && frame <= span.last;
-  });
+  const here =
+    frame === null
+      ? undefined
+      : left.find((doc) => {
+          const span = spanOf(doc);
+          return span !== null && span.first <= frame && frame <= span.last;
+        });
   return here ?? left[0] ?? null;
 }

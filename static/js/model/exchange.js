@@ -36,8 +36,20 @@ export const DEFAULT_STATES = /** @type {readonly string[]} */ (['edited', 'acce
 
 /** @type {Choice} */
 export const FIRST_CHOICE = {
-  format: 'cvat-video', pictures: 'none', states: [...DEFAULT_STATES], labels: null, not_in_set: 'leave-out', class_map: 'all', balance: false, min_side: '', split: false,
-  shares: ['80', '20', '0'], split_by: 'sign', seed: '0', thin_px: '0.5', switches: {},
+  format: 'cvat-video',
+  pictures: 'none',
+  states: [...DEFAULT_STATES],
+  labels: null,
+  not_in_set: 'leave-out',
+  class_map: 'all',
+  balance: false,
+  min_side: '',
+  split: false,
+  shares: ['80', '20', '0'],
+  split_by: 'sign',
+  seed: '0',
+  thin_px: '0.5',
+  switches: {},
 };
 
 /**
@@ -150,14 +162,47 @@ export function countOut(tracks, docs, { states, labels, notInSet, first, last }
     const runs = shownRuns(doc, (id) => tracks.last[at.get(id) ?? -1] ?? null);
     const verdict = verdictOf(doc);
     const edited = verdict === 'open' && (isCorrected(doc, tracks) || doc.attributes !== undefined);
-    add(edited ? 'edited' : verdict, labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), runs, 1);
+    add(
+      edited ? 'edited' : verdict,
+      labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null),
+      runs,
+      1,
+    );
   }
   return total;
 }
 
-const ENDINGS = ['mp4', 'm4v', 'mov', '3gp', 'mkv', 'webm', 'avi', 'ts', 'm2ts', 'mts', 'm2t', 'mpg', 'mpeg', 'vob', 'flv', 'wmv', 'asf', 'h264', '264', 'avc', 'h265', '265', 'hevc', 'gif', 'apng', 'webp'];
+const ENDINGS = [
+  'mp4',
+  'm4v',
+  'mov',
+  '3gp',
+  'mkv',
+  'webm',
+  'avi',
+  'ts',
+  'm2ts',
+  'mts',
+  'm2t',
+  'mpg',
+  'mpeg',
+  'vob',
+  'flv',
+  'wmv',
+  'asf',
+  'h264',
+  '264',
+  'avc',
+  'h265',
+  '265',
+  'hevc',
+  'gif',
+  'apng',
+  'webp',
+];
 /** What a dialog for files offers as videos: endings too, since browsers do not know all kinds. */
 export const VIDEO_FILES = ['video/*', ...ENDINGS.map((ending) => `.${ending}`)].join();
 
 /** Whether a file is a video by its name; others are datasets. @param {{name: string, type?: string}} file */
-export const isVideoFile = (file) => ENDINGS.includes(file.name.split('.').pop()?.toLowerCase() ?? '') || (file.type ?? '').startsWith('video/');
+export const isVideoFile = (file) =>
+  ENDINGS.includes(file.name.split('.').pop()?.toLowerCase() ?? '') || (file.type ?? '').startsWith('video/');

@@ -19,7 +19,8 @@ export function extendHint(tracks, entry, { width, height, frames }) {
   /** @param {import('../types.js').Box} box */
   const isInside = ([x1, y1, x2, y2]) => x1 > EDGE && y1 > EDGE && x2 < width - EDGE && y2 < height - EDGE;
   const words = [];
-  if (first && entry.first > 0 && first[2] - first[0] >= WIDE && isInside(first)) words.push(`Begins ${Math.round(first[2] - first[0])} px wide (press , to extend it back).`);
+  if (first && entry.first > 0 && first[2] - first[0] >= WIDE && isInside(first))
+    words.push(`Begins ${Math.round(first[2] - first[0])} px wide (press , to extend it back).`);
   if (last && entry.last < frames - 1 && isInside(last)) words.push('Ends inside the picture (press . to extend it).');
   return words.join(' ');
 }

@@ -36,8 +36,17 @@ const TOLERANCE = 0.5;
  * @returns {Following}
  */
 export const newFollowing = (asked) => ({
-  ...asked, id: null, state: 'queued', error: null, endings: [], next: 0, from: null, to: null,
-  proposals: Object.fromEntries(asked.anchors.map(({ frame, box }) => [frame, { box, confidence: 1, source: /** @type {const} */ ('anchor') }])),
+  ...asked,
+  id: null,
+  state: 'queued',
+  error: null,
+  endings: [],
+  next: 0,
+  from: null,
+  to: null,
+  proposals: Object.fromEntries(
+    asked.anchors.map(({ frame, box }) => [frame, { box, confidence: 1, source: /** @type {const} */ ('anchor') }]),
+  ),
 });
 
 /**
@@ -79,7 +88,7 @@ export function takenSpan({ anchors, proposals, from, to }) {
 /** The proposal of a frame that would be taken. @param {Following} following @param {number} frame @returns {Proposal|null} */
 export function proposalAt(following, frame) {
   const { first, last } = takenSpan(following);
-  return first <= frame && frame <= last ? following.proposals[frame] ?? null : null;
+  return first <= frame && frame <= last ? (following.proposals[frame] ?? null) : null;
 }
 
 /** How many frames would be taken besides the anchors. @param {Following} following */
@@ -202,7 +211,8 @@ export function requestFrom(doc, key, anchor, only) {
   const earlier = only === 'forward' || (before && before.frame < reach.first) ? null : before;
   const later = only === 'backward' || (after && reach.last !== null && after.frame > reach.last) ? null : after;
   return {
-    key, only,
+    key,
+    only,
     anchors: [earlier, anchor, later].flatMap((one) => (one ? [one] : [])),
     first: earlier ? earlier.frame : reach.first,
     last: later ? later.frame : reach.last,
@@ -228,7 +238,8 @@ export function requestWith({ key, anchors, only, first, last }, anchor) {
  * @returns {string}
  */
 export function followingWords(following, name) {
-  if (following.state === 'failed' || following.state === 'cancelled') return `Track ${name} could not be followed: ${following.error ?? 'it was stopped.'}`;
+  if (following.state === 'failed' || following.state === 'cancelled')
+    return `Track ${name} could not be followed: ${following.error ?? 'it was stopped.'}`;
   const { first, last } = takenSpan(following);
   const frames = framesFollowed(following);
   const span = frames === 0 ? '' : `frames ${first} to ${last}, ${frames} new`;

@@ -79,5 +79,5 @@ export function moment(iso) {
   // The server's times are UTC, with or without saying so.
   const time = new Date(/(Z|[+-]\d\d:\d\d)$/.test(iso) ? iso : `${iso}Z`);
   if (Number.isNaN(time.getTime())) return '–';
-  return time.toLocaleString('en-GB', {day: 'numeric', month: 'short', year: 'numeric', hour: '2-digit', minute: '2-digit'});
+  return time.toLocaleString('en-GB', { day: 'numeric', month: 'short', year: 'numeric', hour: '2-digit', minute: '2-digit' });
 }

@@ -11,17 +11,30 @@
 /** Narrowest box that can be drawn, px. */
 export const LEAST = 2;
 const HANDLES = /** @type {const} */ ([
-  ['nw', 0, 0], ['n', 0.5, 0], ['ne', 1, 0], ['e', 1, 0.5], ['se', 1, 1], ['s', 0.5, 1], ['sw', 0, 1], ['w', 0, 0.5],
+  ['nw', 0, 0],
+  ['n', 0.5, 0],
+  ['ne', 1, 0],
+  ['e', 1, 0.5],
+  ['se', 1, 1],
+  ['s', 0.5, 1],
+  ['sw', 0, 1],
+  ['w', 0, 0.5],
 ]);
 
 /** Screen px a picture px sideways. @param {Viewport} view */
 export const across = ({ zoom, stretch = 1 }) => zoom * stretch;
 
 /** @param {Viewport} view @param {Size} screen @param {number} x @param {number} y @returns {[number, number]} picture point */
-export const toPicture = (view, screen, x, y) => [(x - screen.width / 2) / across(view) + view.x, (y - screen.height / 2) / view.zoom + view.y];
+export const toPicture = (view, screen, x, y) => [
+  (x - screen.width / 2) / across(view) + view.x,
+  (y - screen.height / 2) / view.zoom + view.y,
+];
 
 /** @param {Viewport} view @param {Size} screen @param {number} x @param {number} y @returns {[number, number]} screen point */
-export const toScreen = (view, screen, x, y) => [(x - view.x) * across(view) + screen.width / 2, (y - view.y) * view.zoom + screen.height / 2];
+export const toScreen = (view, screen, x, y) => [
+  (x - view.x) * across(view) + screen.width / 2,
+  (y - view.y) * view.zoom + screen.height / 2,
+];
 
 /** What a view keeps of the shape of pixels; nothing where they are square. @param {{stretch?: number}} shape @returns {{stretch?: number}} */
 const stretched = ({ stretch }) => (stretch === undefined || stretch === 1 ? {} : { stretch });
@@ -51,7 +64,10 @@ export function zoomAt(view, screen, picture, factor, x, y) {
   const least = fit(picture, screen).zoom * 0.5;
   const zoom = Math.min(64, Math.max(Math.min(least, 1), view.zoom * factor));
   const [px, py] = toPicture(view, screen, x, y);
-  return bounded({ ...view, zoom, x: px - (x - screen.width / 2) / across({ ...view, zoom }), y: py - (y - screen.height / 2) / zoom }, picture);
+  return bounded(
+    { ...view, zoom, x: px - (x - screen.width / 2) / across({ ...view, zoom }), y: py - (y - screen.height / 2) / zoom },
+    picture,
+  );
 }
 
 /** Keep some of the picture in view. @param {Viewport} view @param {Size} picture @returns {Viewport} */

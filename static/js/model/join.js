@@ -104,7 +104,9 @@ function anchored(doc) {
  * @returns {number|null}
  */
 function lastOf(keys, frame) {
-  const found = Object.keys(keys).map(Number).filter((k) => k <= frame);
+  const found = Object.keys(keys)
+    .map(Number)
+    .filter((k) => k <= frame);
   return found.length ? Math.max(...found) : null;
 }
 

@@ -109,7 +109,9 @@ export function follow(doc, command) {
   const frames = keyFramesOf(doc);
   const hides = frames.find((k, at) => k <= last && doc.keys[k].outside && (frames[at + 1] ?? Infinity) > first);
   if (hides !== undefined) {
-    throw new CommandError(`Track ${doc.key} is outside from frame ${hides} on, as a person says. Follow up to there, or bring it back first.`);
+    throw new CommandError(
+      `Track ${doc.key} is outside from frame ${hides} on, as a person says. Follow up to there, or bring it back first.`,
+    );
   }
   /** @param {number} k */
   const inside = (k) => first <= k && k <= last;

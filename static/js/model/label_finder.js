@@ -94,7 +94,12 @@ export function finderOf(labels) {
     if (!known) {
       const name = folding(label.name);
       const others = [label.key, label.short, ...label.aliases].map(folding);
-      known = { name, parts: split(name), others: others.flatMap(split), joined: [label.name, label.key, ...label.aliases].map(comparable) };
+      known = {
+        name,
+        parts: split(name),
+        others: others.flatMap(split),
+        joined: [label.name, label.key, ...label.aliases].map(comparable),
+      };
       index.set(label.id, known);
     }
     return known;
@@ -125,8 +130,11 @@ export function finderOf(labels) {
       if (asked.every((word) => parts.some((part) => part.startsWith(word)) || others.some((part) => part.startsWith(word)))) return 5;
       return joined.some((one) => one.includes(together)) ? 6 : 7;
     };
-    return among.map((label) => ({ label, rank: rank(label) })).filter((found) => found.rank < 7)
-      .sort((a, b) => a.rank - b.rank || a.label.id - b.label.id).map((found) => found.label);
+    return among
+      .map((label) => ({ label, rank: rank(label) }))
+      .filter((found) => found.rank < 7)
+      .sort((a, b) => a.rank - b.rank || a.label.id - b.label.id)
+      .map((found) => found.label);
   }
 
   const finder = { find, search };

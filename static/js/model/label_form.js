@@ -10,8 +10,22 @@
  */
 
 export const SHAPES = /** @type {const} */ (['triangle', 'inverted triangle', 'circle', 'octagon', 'diamond', 'rectangle', 'other']);
-export const CATEGORIES = /** @type {const} */ (['prohibitory', 'mandatory', 'danger', 'priority', 'information', 'direction', 'additional', 'other']);
-export const KINDS = /** @type {const} */ ([['checkbox', 'yes or no'], ['select', 'one of several'], ['number', 'number'], ['text', 'text']]);
+export const CATEGORIES = /** @type {const} */ ([
+  'prohibitory',
+  'mandatory',
+  'danger',
+  'priority',
+  'information',
+  'direction',
+  'additional',
+  'other',
+]);
+export const KINDS = /** @type {const} */ ([
+  ['checkbox', 'yes or no'],
+  ['select', 'one of several'],
+  ['number', 'number'],
+  ['text', 'text'],
+]);
 
 /** @type {AttributeForm} */
 export const NEW_ATTRIBUTE = Object.freeze({ name: '', kind: 'checkbox', mutable: false, values: '', low: '', high: '', start: '' });
@@ -20,17 +34,38 @@ export const NEW_ATTRIBUTE = Object.freeze({ name: '', kind: 'checkbox', mutable
 export function formOf(label) {
   const text = (/** @type {unknown} */ value) => (value === null || value === undefined ? '' : String(value));
   return {
-    key: label?.key ?? '', name: label?.name ?? '', short: label?.short ?? '', aliases: (label?.aliases ?? []).join('\n'),
-    shape: label?.shape ?? 'other', category: label?.category ?? 'other', teach: label?.teach ?? 'sign', colour: text(label?.colour),
-    pinned: text(label?.pinned), size_mm: text(label?.size_mm), mirror: text(label?.mirror),
+    key: label?.key ?? '',
+    name: label?.name ?? '',
+    short: label?.short ?? '',
+    aliases: (label?.aliases ?? []).join('\n'),
+    shape: label?.shape ?? 'other',
+    category: label?.category ?? 'other',
+    teach: label?.teach ?? 'sign',
+    colour: text(label?.colour),
+    pinned: text(label?.pinned),
+    size_mm: text(label?.size_mm),
+    mirror: text(label?.mirror),
     attributes: (label?.attributes ?? []).map((one) => ({
-      name: one.name, kind: one.kind, mutable: one.mutable, values: one.values.join('\n'), low: text(one.low), high: text(one.high), start: text(one.default),
+      name: one.name,
+      kind: one.kind,
+      mutable: one.mutable,
+      values: one.values.join('\n'),
+      low: text(one.low),
+      high: text(one.high),
+      start: text(one.default),
     })),
   };
 }
 
 /** Lines that say something. @param {string} text */
-const lines = (text) => [...new Set(text.split('\n').map((line) => line.trim()).filter(Boolean))];
+const lines = (text) => [
+  ...new Set(
+    text
+      .split('\n')
+      .map((line) => line.trim())
+      .filter(Boolean),
+  ),
+];
 
 /** @param {string} text @param {string} what @returns {number|null} @throws {Error} a sentence */
 function numberOf(text, what) {
@@ -53,9 +88,18 @@ function attributeOf({ name, kind, mutable, values, low, high, start }) {
   let value = typed === '' ? null : typed;
   if (value !== null && kind === 'checkbox') value = typed === 'true';
   if (value !== null && kind === 'number') value = numberOf(typed, `${about}: the answer where nobody has given one`);
-  if (kind === 'select' && value !== null && !choices.includes(typed)) throw new Error(`${about}: the answer where nobody has given one must be one of its answers.`);
+  if (kind === 'select' && value !== null && !choices.includes(typed))
+    throw new Error(`${about}: the answer where nobody has given one must be one of its answers.`);
   const number = kind === 'number';
-  return { name: title, kind, mutable, values: choices, low: number ? numberOf(low, `${about}: the least`) : null, high: number ? numberOf(high, `${about}: the largest`) : null, default: value };
+  return {
+    name: title,
+    kind,
+    mutable,
+    values: choices,
+    low: number ? numberOf(low, `${about}: the least`) : null,
+    high: number ? numberOf(high, `${about}: the largest`) : null,
+    default: value,
+  };
 }
 
 /**
@@ -69,15 +113,25 @@ export function changeOf(label, form) {
     if (name === '') return { error: 'Give it a name.' };
     /** @type {Record<string, unknown>} */
     const fields = {
-      name, short: form.short.trim(), aliases: lines(form.aliases), shape: form.shape, category: form.category, teach: form.teach,
-      colour: form.colour.trim().toLowerCase() || null, attributes: form.attributes.map(attributeOf),
-      pinned: form.pinned === '' ? null : Number(form.pinned), size_mm: numberOf(form.size_mm, 'The width'), mirror: form.mirror.trim() || null,
+      name,
+      short: form.short.trim(),
+      aliases: lines(form.aliases),
+      shape: form.shape,
+      category: form.category,
+      teach: form.teach,
+      colour: form.colour.trim().toLowerCase() || null,
+      attributes: form.attributes.map(attributeOf),
+      pinned: form.pinned === '' ? null : Number(form.pinned),
+      size_mm: numberOf(form.size_mm, 'The width'),
+      mirror: form.mirror.trim() || null,
     };
     if (label === null) {
       const key = form.key.trim();
       return { change: { type: 'add', ...fields, ...(key ? { key } : {}) } };
     }
-    const changed = Object.entries(fields).filter(([field, value]) => JSON.stringify(value) !== JSON.stringify(plain(Reflect.get(label, field))));
+    const changed = Object.entries(fields).filter(
+      ([field, value]) => JSON.stringify(value) !== JSON.stringify(plain(Reflect.get(label, field))),
+    );
     return { change: changed.length ? { type: 'update', id: label.id, ...Object.fromEntries(changed) } : null };
   } catch (thrown) {
     return { error: thrown instanceof Error ? thrown.message : String(thrown) };
@@ -87,5 +141,13 @@ export function changeOf(label, form) {
 /** Attributes in the order of fields that `attributeOf` gives. @param {unknown} value */
 function plain(value) {
   if (!Array.isArray(value) || typeof value[0] !== 'object') return value;
-  return value.map(({ name, kind, mutable, values, low, high, default: start }) => ({ name, kind, mutable, values, low, high, default: start }));
+  return value.map(({ name, kind, mutable, values, low, high, default: start }) => ({
+    name,
+    kind,
+    mutable,
+    values,
+    low,
+    high,
+    default: start,
+  }));
 }

@@ -9,7 +9,12 @@
 import { NO_CLASS } from './documents.js';
 import { finderOf } from './label_finder.js';
 
-export const ANSWERS = /** @type {const} */ ([['label', 'A label of the set'], ['add', 'Add as a new label'], ['none', 'Not in the set'], ['skip', 'Leave out']]);
+export const ANSWERS = /** @type {const} */ ([
+  ['label', 'A label of the set'],
+  ['add', 'Add as a new label'],
+  ['none', 'Not in the set'],
+  ['skip', 'Leave out'],
+]);
 
 /** What is proposed at first. @param {UnknownLabel} unknown @returns {Answer} */
 export const proposed = ({ suggestions: [first] }) => (first ? { kind: 'label', word: first.name } : { kind: 'add', word: '' });
@@ -54,8 +59,12 @@ function meant(word, labels) {
   const found = finderOf(labels).find(word);
   const quoted = `“${word.slice(0, 40)}”`;
   if (found === null) return { error: `no label is called ${quoted}.` };
-  const like = found.how === 'number' && /^\d+$/.test(word) && labels.find(({ name, merged_into }) => merged_into === null && new RegExp(`(?<![\\d.,])${word}(?![.,]?\\d)`).test(name));
-  if (like) return { error: `${quoted} can be “${like.name}”, or “${found.label.name}”, which has that number. Write the name, or #${word}.` };
+  const like =
+    found.how === 'number' &&
+    /^\d+$/.test(word) &&
+    labels.find(({ name, merged_into }) => merged_into === null && new RegExp(`(?<![\\d.,])${word}(?![.,]?\\d)`).test(name));
+  if (like)
+    return { error: `${quoted} can be “${like.name}”, or “${found.label.name}”, which has that number. Write the name, or #${word}.` };
   return { key: found.label.key };
 }
 

@@ -96,7 +96,10 @@ function further({ box: [x1, y1, x2, y2], wide, high }, screen) {
 
 /** Moves a corner so that all of its label is on the screen. @param {{wide: number, high: number}} label @param {Size} screen @returns {(x: number, y: number) => [number, number]} */
 function within({ wide, high }, screen) {
-  return (x, y) => [Math.min(Math.max(0, x), Math.max(0, screen.width - wide)), Math.min(Math.max(0, y), Math.max(0, screen.height - high))];
+  return (x, y) => [
+    Math.min(Math.max(0, x), Math.max(0, screen.width - wide)),
+    Math.min(Math.max(0, y), Math.max(0, screen.height - high)),
+  ];
 }
 
 /**

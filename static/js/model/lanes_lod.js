@@ -213,7 +213,7 @@ export function buildDensity(entries, frames, bucket = Math.min(16, Math.max(1, 
     const to = clamp(Math.floor(entry.last / bucket), from, size - 1);
     change[from] += 1;
     change[to + 1] -= 1;
-    const open = entry.review === 'open' || entry.review === 'needs_work' ? entry.uncertainty ?? 0 : 0;
+    const open = entry.review === 'open' || entry.review === 'needs_work' ? (entry.uncertainty ?? 0) : 0;
     for (let b = from; b <= to; b += 1) if (uncertainty[b] < open) uncertainty[b] = open;
   }
   const tracks = new Float32Array(size);
@@ -274,7 +274,9 @@ function piecesByTrack(lanes) {
  * @param {number[]} keys     grows
  */
 function addCorrections(doc, entry, pieces, keys) {
-  const frames = Object.keys(doc.keys).map(Number).sort((a, b) => a - b);
+  const frames = Object.keys(doc.keys)
+    .map(Number)
+    .sort((a, b) => a - b);
   frames.forEach((frame, i) => {
     keys.push(frame);
     const key = doc.keys[frame];

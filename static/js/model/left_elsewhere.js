@@ -18,8 +18,9 @@ export const leftIn = ({ review }) => Math.max(0, review.tracks - review.reviewe
 export function leftElsewhere(videos, present) {
   const all = videos ?? [];
   const at = all.findIndex(({ id }) => id === present);
-  const others = [...all.slice(at + 1), ...all.slice(0, Math.max(0, at))]
-    .filter((video) => video.state === 'ready' && !video.missing && video.latest_run !== null && leftIn(video) > 0);
+  const others = [...all.slice(at + 1), ...all.slice(0, Math.max(0, at))].filter(
+    (video) => video.state === 'ready' && !video.missing && video.latest_run !== null && leftIn(video) > 0,
+  );
   return { videos: others.length, tracks: others.reduce((sum, video) => sum + leftIn(video), 0), next: others[0] ?? null };
 }
 

@@ -6,14 +6,14 @@ import { leftIn } from './left_elsewhere.js';
 /** @typedef {import('../types.js').Video} Video */
 
 /** Numbers within names in their order; made once, because it is slow to make. */
-const names = new Intl.Collator(undefined, {numeric: true});
+const names = new Intl.Collator(undefined, { numeric: true });
 
 /** @type {Record<string, {label: string, compare: (a: Video, b: Video) => number}>} */
 export const SORTS = {
-  newest: {label: 'Newest first', compare: (a, b) => (a.created < b.created ? 1 : a.created > b.created ? -1 : 0)},
-  name: {label: 'Name', compare: (a, b) => names.compare(a.name, b.name)},
-  open: {label: 'Most left to review', compare: (a, b) => leftIn(b) - leftIn(a)},
-  longest: {label: 'Longest first', compare: (a, b) => (b.duration ?? 0) - (a.duration ?? 0)},
+  newest: { label: 'Newest first', compare: (a, b) => (a.created < b.created ? 1 : a.created > b.created ? -1 : 0) },
+  name: { label: 'Name', compare: (a, b) => names.compare(a.name, b.name) },
+  open: { label: 'Most left to review', compare: (a, b) => leftIn(b) - leftIn(a) },
+  longest: { label: 'Longest first', compare: (a, b) => (b.duration ?? 0) - (a.duration ?? 0) },
 };
 
 /**

@@ -30,7 +30,10 @@ const FIGURES = /** @type {Record<string, [string, 1|-1|0, boolean]>} */ ({
 const COUNTS = ['pictures', 'signs', 'crops'];
 
 const GROUPS = /** @type {Record<string, [string, string]>} */ ({
-  corrections: ['Held-out corrections', 'Of a trial version that has not learned from these signs; the version itself has learned from all.'],
+  corrections: [
+    'Held-out corrections',
+    'Of a trial version that has not learned from these signs; the version itself has learned from all.',
+  ],
   remembered: ['Remembered training data', 'What the version still gets right of the data that the shipped one was made from.'],
   gtsdb: ['GTSDB scenes', 'Scenes that training reports on.'],
   gtsrb: ['GTSRB tracks', 'Tracks that training held out.'],
@@ -79,7 +82,14 @@ function rowsOf(now, before, prefix = '') {
     if (COUNTS.includes(name)) continue;
     const [label, direction, share] = FIGURES[name] ?? [plain(name), 0, false];
     const old = typeof before?.[name] === 'number' ? before[name] : null;
-    rows.push({ name: prefix + name, label: prefix + label, now: value, before: old, share, verdict: before === null ? null : verdictOf(value, old, direction) });
+    rows.push({
+      name: prefix + name,
+      label: prefix + label,
+      now: value,
+      before: old,
+      share,
+      verdict: before === null ? null : verdictOf(value, old, direction),
+    });
   }
   return rows;
 }
@@ -99,7 +109,9 @@ function verdictOf(now, before, direction) {
 
 /** What the figures are from: `150 pictures, 220 signs`. @param {Record<string, any>} now @returns {string} */
 function countsOf(now) {
-  const parts = COUNTS.filter((name) => typeof now[name] === 'number').map((name) => `${now[name].toLocaleString('en-GB')} ${now[name] === 1 ? name.slice(0, -1) : name}`);
+  const parts = COUNTS.filter((name) => typeof now[name] === 'number').map(
+    (name) => `${now[name].toLocaleString('en-GB')} ${now[name] === 1 ? name.slice(0, -1) : name}`,
+  );
   if (parts.length) return `${parts.join(', ')}.`;
   const [inner] = Object.values(now).filter(isRecord);
   return inner ? countsOf(inner) : '';

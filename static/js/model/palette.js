@@ -17,10 +17,11 @@ const BETWEEN = /[^\p{L}\p{N}#]+/u;
  * @template {Findable} T
  * @param {readonly T[]} items
  */
-export const prepared = (items) => items.map((item) => {
-  const text = item.text.toLowerCase();
-  return { item, text, words: wordsOf(text), also: wordsOf((item.also ?? '').toLowerCase()) };
-});
+export const prepared = (items) =>
+  items.map((item) => {
+    const text = item.text.toLowerCase();
+    return { item, text, words: wordsOf(text), also: wordsOf((item.also ?? '').toLowerCase()) };
+  });
 
 /** @param {string} text */
 const wordsOf = (text) => text.split(BETWEEN).filter(Boolean);

@@ -36,7 +36,12 @@ export function whoseLabel(doc, engine, nameOf, word = null) {
   if (!doc) return null;
   const words = [];
   if (doc.class_id !== null) {
-    const other = engine === null ? '' : engine === doc.class_id && word === null ? '; the engine says the same' : `; the engine says ${word ?? nameOf(engine)}`;
+    const other =
+      engine === null
+        ? ''
+        : engine === doc.class_id && word === null
+          ? '; the engine says the same'
+          : `; the engine says ${word ?? nameOf(engine)}`;
     words.push(`Label set by a person${other}.`);
   }
   const own = keyFramesOf(doc).flatMap((frame) => {

@@ -78,7 +78,8 @@ export function symmetryAt(lane, i) {
 export const countsAs = (measured, floor) => (measured < floor ? `, which counts as ${short(floor)} (symmetry_floor)` : '');
 
 /** What the lane of the first factor shows. @param {number} floor   the run's symmetry_floor */
-export const symmetryHint = (floor) => `First factor: 1 / mirror symmetry of the crop, which counts as ${short(floor)} (symmetry_floor) where it is less; small is good`;
+export const symmetryHint = (floor) =>
+  `First factor: 1 / mirror symmetry of the crop, which counts as ${short(floor)} (symmetry_floor) where it is less; small is good`;
 
 /** How a rejected L stands to tau; in the engine's own sentences too. @param {number|null} likelihood @param {number} tau */
 const above = (likelihood, tau) => (likelihood === tau ? '=' : '>');
@@ -93,7 +94,8 @@ const above = (likelihood, tau) => (likelihood === tau ? '=' : '>');
 export function sourceAt(lane, i) {
   const score = lane.score[i];
   const raw = lane.raw_score[i];
-  if (lane.source[i] === 2) return `Re-detected by the online detector: f = ${short(lane.decision[i])}, probability ${short(lane.probability[i])}.`;
+  if (lane.source[i] === 2)
+    return `Re-detected by the online detector: f = ${short(lane.decision[i])}, probability ${short(lane.probability[i])}.`;
   if (lane.source[i] === 1) return 'Predicted: no measurement took the place of the prediction.';
   if (raw === null || score === null) return 'Detected.';
   return `Score ${short(score)} = detector ${short(raw)} ${score < raw ? '-' : '+'} prior ${short(Math.abs(score - raw))}.`;

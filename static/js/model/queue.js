@@ -22,7 +22,17 @@ import { plural } from './format.js';
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
-export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_uncertainty: 0, least_score: null, most_score: null, with_notes: false, attribute: null, text: '', sort: 'uncertainty' });
+export const NO_FILTER = Object.freeze({
+  class_id: null,
+  review: 'all',
+  least_uncertainty: 0,
+  least_score: null,
+  most_score: null,
+  with_notes: false,
+  attribute: null,
+  text: '',
+  sort: 'uncertainty',
+});
 
 /**
  * The queue in its order, under the page's filter.
@@ -53,7 +63,8 @@ export function nextInQueue(state, direction) {
   const selected = entries.find((entry) => entry.key === review.selected);
   const others = queue.filter((entry) => entry !== selected);
   const compare = comparator(review.filter.sort, state.labels);
-  const before = selected === undefined ? (direction > 0 ? 0 : others.length) : others.filter((entry) => compare(entry, selected) < 0).length;
+  const before =
+    selected === undefined ? (direction > 0 ? 0 : others.length) : others.filter((entry) => compare(entry, selected) < 0).length;
   if (direction < 0) return others[before - 1]?.key ?? null;
   const working = review.filter.review === 'all' && others.some(isLeft);
   return others.slice(before).find((entry) => !working || isLeft(entry))?.key ?? null;
@@ -127,7 +138,8 @@ function passes(entry, filter, labels) {
     (filter.class_id === null || resolved(labels, entry.class_id ?? NO_CLASS) === resolved(labels, filter.class_id)) &&
     (filter.review === 'all' || entry.review === filter.review) &&
     (!filter.with_notes || entry.notes.length > 0) &&
-    (filter.attribute === null || hasAttribute(labelFor(labels, entry.class_id), entry.doc, filter.attribute.name, filter.attribute.value)) &&
+    (filter.attribute === null ||
+      hasAttribute(labelFor(labels, entry.class_id), entry.doc, filter.attribute.name, filter.attribute.value)) &&
     (filter.least_uncertainty === 0 || (entry.uncertainty !== null && entry.uncertainty >= filter.least_uncertainty)) &&
     // a track without a score is neither above a limit nor below one
     (filter.least_score === null || entry.score >= filter.least_score) &&

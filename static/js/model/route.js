@@ -53,12 +53,12 @@ export function parseRoute(hash) {
   }
   const side = /^(run|annotation|truth):[0-9a-f]{32}$/;
   if (parts[0] === 'compare' && side.test(values.a ?? '') && side.test(values.b ?? '')) {
-    return {screen: 'compare', a: values.a, b: values.b};
+    return { screen: 'compare', a: values.a, b: values.b };
   }
-  if (parts[0] === 'team' && parts.length <= 2) return {screen: 'team', person: parts[1] === undefined ? null : decoded(parts[1])};
-  if (parts.length === 1 && parts[0] === 'search') return {screen: 'search', query: formatSearch(parseSearch(query))};
-  if (parts.length === 1 && (parts[0] === 'models' || parts[0] === 'files' || parts[0] === 'labels')) return {screen: parts[0]};
-  return {screen: 'library'};
+  if (parts[0] === 'team' && parts.length <= 2) return { screen: 'team', person: parts[1] === undefined ? null : decoded(parts[1]) };
+  if (parts.length === 1 && parts[0] === 'search') return { screen: 'search', query: formatSearch(parseSearch(query)) };
+  if (parts.length === 1 && (parts[0] === 'models' || parts[0] === 'files' || parts[0] === 'labels')) return { screen: parts[0] };
+  return { screen: 'library' };
 }
 
 /**
@@ -67,13 +67,13 @@ export function parseRoute(hash) {
  * @param {Pick<import('../state-types.js').State, 'route'|'review'>} state
  * @returns {string|null}
  */
-export function placeOf({route, review}) {
+export function placeOf({ route, review }) {
   if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return null;
   // while another run is opened, the one that is left is on the screen still
   if (route.run !== null && review.run !== null && review.run.id !== route.run) return null;
   // the track that the address names is selected once the tracks are there
   const track = review.selected ?? (review.tracks === null ? route.track : null);
-  return formatRoute({screen: 'review', video: review.video.id, run: review.run?.id ?? route.run, frame: review.frame, track});
+  return formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? route.run, frame: review.frame, track });
 }
 
 /**

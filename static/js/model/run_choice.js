@@ -19,7 +19,7 @@ export const keptChoice = ({ preset, parameters }) => JSON.stringify({ preset, p
  */
 export function restoredChoice(text, presets, parameters) {
   /** @type {RunChoice} */
-  const usual = { preset: presets.includes('default') ? 'default' : presets[0] ?? 'default', parameters: {} };
+  const usual = { preset: presets.includes('default') ? 'default' : (presets[0] ?? 'default'), parameters: {} };
   const kept = parsed(text);
   if (kept === null || typeof kept !== 'object' || !presets.includes(Reflect.get(kept, 'preset'))) return usual;
   const values = Reflect.get(kept, 'parameters');

@@ -1,20 +1,41 @@
 // @ts-check
 /** Runs in words. Pure functions. */
 
-import {runPercent} from './run_progress.js';
-import {count, figure, moment, plural, timeLeft} from './format.js';
+import { runPercent } from './run_progress.js';
+import { count, figure, moment, plural, timeLeft } from './format.js';
 
 /** @typedef {import('../types.js').Run} Run */
 
 /** @type {Record<Run['state'], string>} */
-const STATES = {queued: 'waiting', running: 'running', complete: 'complete', failed: 'failed', cancelled: 'cancelled', interrupted: 'interrupted'};
+const STATES = {
+  queued: 'waiting',
+  running: 'running',
+  complete: 'complete',
+  failed: 'failed',
+  cancelled: 'cancelled',
+  interrupted: 'interrupted',
+};
 
 /** @type {Record<Run['state'], string>} */
-const TONES = {queued: '', running: 'badge-accent', complete: 'badge-good', failed: 'badge-bad', cancelled: 'badge-warn', interrupted: 'badge-warn'};
+const TONES = {
+  queued: '',
+  running: 'badge-accent',
+  complete: 'badge-good',
+  failed: 'badge-bad',
+  cancelled: 'badge-warn',
+  interrupted: 'badge-warn',
+};
 
 /** @param {Run} run @returns {string} one line for lists */
 export function runTitle(run) {
-  const state = run.state === 'complete' ? (runInexact(run) ? ' (not exact)' : '') : run.state === 'running' ? ` (${runPercent(run)})` : ` (${STATES[run.state]})`;
+  const state =
+    run.state === 'complete'
+      ? runInexact(run)
+        ? ' (not exact)'
+        : ''
+      : run.state === 'running'
+        ? ` (${runPercent(run)})`
+        : ` (${STATES[run.state]})`;
   return `${runName(run)}${state}`;
 }
 
@@ -24,7 +45,7 @@ export function runName(run) {
 }
 
 /** Where its tracks are from. @param {Run} run @returns {string} `Preset default`, `What-if`, `Imported` */
-export function runKind({kind, preset}) {
+export function runKind({ kind, preset }) {
   return kind === 'whatif' ? 'What-if' : kind === 'imported' ? 'Imported' : `Preset ${preset}`;
 }
 
@@ -46,15 +67,18 @@ export function runProgress(run) {
     const speed = run.rate ? `${figure(run.rate)} fps` : 'starting';
     return [done, speed, timeLeft(run.remaining)].filter(Boolean).join(' · ');
   }
-  if (run.state === 'complete') return [run.tracks === null ? '' : plural(run.tracks, 'track'), run.rate ? `processed at ${figure(run.rate)} fps` : ''].filter(Boolean).join(' · ');
+  if (run.state === 'complete')
+    return [run.tracks === null ? '' : plural(run.tracks, 'track'), run.rate ? `processed at ${figure(run.rate)} fps` : '']
+      .filter(Boolean)
+      .join(' · ');
   if (run.state === 'failed') return run.error ?? 'The run failed without saying why; the terminal of the server has more.';
   if (run.state === 'cancelled') return `Cancelled after ${plural(run.frames_done, 'frame')}. It can go on from there.`;
   return `Interrupted after ${plural(run.frames_done, 'frame')}. It can go on from there.`;
 }
 
 /** What a replay had to do without: its results may differ from a run with these parameters. @param {Run} run @returns {string} empty: nothing */
-export function runInexact({summary}) {
-  const {missing_pixels: pixels = 0, missing_frames: frames = 0} = summary ?? {};
+export function runInexact({ summary }) {
+  const { missing_pixels: pixels = 0, missing_frames: frames = 0 } = summary ?? {};
   if (!pixels) return '';
   return `Not exact: ${plural(pixels, 'pixel')} in ${plural(frames, 'frame')} ${pixels === 1 ? 'is' : 'are'} not in the evidence; the nearest stored ones stood in. A new run with a larger keep_radius is exact.`;
 }
@@ -74,5 +98,7 @@ export function replayWarning(name, value, kept) {
 
 /** @param {Run} run @returns {string} `tau = 25, n = 3` */
 export function runChanges(run) {
-  return Object.entries(run.parameters).map(([name, value]) => `${name} = ${Array.isArray(value) ? value.join(' ') : String(value)}`).join(', ');
+  return Object.entries(run.parameters)
+    .map(([name, value]) => `${name} = ${Array.isArray(value) ? value.join(' ') : String(value)}`)
+    .join(', ');
 }

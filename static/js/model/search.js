@@ -27,8 +27,22 @@
 
 /** @type {Readonly<SearchFilters>} */
 export const NO_SEARCH = Object.freeze({
-  label: [], state: [], uncertainty_min: '', uncertainty_max: '', size_min: '', size_max: '', attribute: [], author: [], since: '', until: '',
-  text: '', tag: [], video: '', runs: 'current', sort: 'uncertainty', order: 'desc',
+  label: [],
+  state: [],
+  uncertainty_min: '',
+  uncertainty_max: '',
+  size_min: '',
+  size_max: '',
+  attribute: [],
+  author: [],
+  since: '',
+  until: '',
+  text: '',
+  tag: [],
+  video: '',
+  runs: 'current',
+  sort: 'uncertainty',
+  order: 'desc',
 });
 
 /**
@@ -45,8 +59,11 @@ export function parseSearch(query) {
   /** @type {Record<string, string|string[]>} */
   const found = {};
   for (const [name, usual] of Object.entries(NO_SEARCH)) {
-    const values = pairs.filter(([key]) => key === name).map(([, value]) => value.trim()).filter(Boolean);
-    found[name] = Array.isArray(usual) ? [...new Set(values)] : values.at(-1) ?? usual;
+    const values = pairs
+      .filter(([key]) => key === name)
+      .map(([, value]) => value.trim())
+      .filter(Boolean);
+    found[name] = Array.isArray(usual) ? [...new Set(values)] : (values.at(-1) ?? usual);
   }
   return /** @type {any} */ (found);
 }

@@ -43,5 +43,7 @@ export function addedWords(added) {
   const coming = added.filter(({ state }) => state === 'importing').length;
   if (added.length === 1) return `${added[0].name} is ${coming ? 'being imported' : 'in the library'}.`;
   if (coming === 0) return `${plural(added.length, 'video')} are in the library.`;
-  return coming === added.length ? `${coming} videos are being imported.` : `${coming} of ${added.length} videos are being imported, the others are in the library.`;
+  return coming === added.length
+    ? `${coming} videos are being imported.`
+    : `${coming} of ${added.length} videos are being imported, the others are in the library.`;
 }

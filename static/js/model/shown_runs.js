@@ -21,7 +21,9 @@ const known = new WeakMap();
 export function shownRuns(doc, lastOf) {
   if (doc.gone) return [];
   if (doc.segments.some(({ last }) => last >= OPEN_END)) {
-    const segments = doc.segments.map((piece) => (piece.last < OPEN_END ? piece : { ...piece, last: Math.max(piece.first, lastOf?.(piece.track) ?? piece.first) }));
+    const segments = doc.segments.map((piece) =>
+      piece.last < OPEN_END ? piece : { ...piece, last: Math.max(piece.first, lastOf?.(piece.track) ?? piece.first) },
+    );
     return without(spans({ ...doc, segments }), outOfSight(doc));
   }
   const found = known.get(doc) ?? without(spans(doc), outOfSight(doc));
@@ -40,5 +42,7 @@ export const framesIn = (runs, first = 0, last = OPEN_END) =>
   runs.reduce((sum, [a, b]) => sum + Math.max(0, Math.min(b, last) - Math.max(a, first) + 1), 0);
 
 /** The frames that lie in both of two lists of stretches. @param {readonly Span[]} runs @param {readonly Span[]} others @returns {Span[]} in the order of `others` */
-export const commonRuns = (runs, others) => others.flatMap(([first, last]) => runs.filter(([a, b]) => a <= last && first <= b)
-  .map(([a, b]) => /** @type {Span} */ ([Math.max(a, first), Math.min(b, last)])));
+export const commonRuns = (runs, others) =>
+  others.flatMap(([first, last]) =>
+    runs.filter(([a, b]) => a <= last && first <= b).map(([a, b]) => /** @type {Span} */ ([Math.max(a, first), Math.min(b, last)])),
+  );

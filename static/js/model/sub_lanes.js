@@ -5,18 +5,61 @@
 
 /** In their order on the screen, verdict and class first: those are seen without scrolling; heights in design px. @type {readonly SubLane[]} */
 export const SUB_LANES = [
-  { id: 'gate', label: 'Gate score (lower is better)', hint: 'The gate’s product on a log axis; below tau a prediction is confident', height: 68, kind: 'gate', series: ['l_positive'] },
+  {
+    id: 'gate',
+    label: 'Gate score (lower is better)',
+    hint: 'The gate’s product on a log axis; below tau a prediction is confident',
+    height: 68,
+    kind: 'gate',
+    series: ['l_positive'],
+  },
   { id: 'votes', label: 'Class votes', hint: 'Fused share of the leading classes', height: 68, kind: 'votes', series: [] },
-  { id: 'symmetry', label: 'Symmetry', hint: 'First factor: 1 / mirror symmetry of the crop, or the run’s symmetry_floor where that is more; small is good', height: 32, kind: 'line', series: ['symmetry'] },
-  { id: 'hash', label: 'Appearance distance (bits)', hint: 'Second factor: bits that differ from the mean of earlier crops', height: 32, kind: 'line', series: ['hash_distance'] },
-  { id: 'position', label: 'Position', hint: 'Third factor: distance to the result of the frame before', height: 32, kind: 'line', series: ['position_distance'] },
-  { id: 'score', label: 'Score', hint: 'Offline detector: with the prior (solid) and without (dashed)', height: 44, kind: 'line', series: ['score', 'raw_score'] },
-  { id: 'svm', label: 'SVM', hint: 'Online detector: decision value of the relocalisation', height: 36, kind: 'line', series: ['decision'] },
+  {
+    id: 'symmetry',
+    label: 'Symmetry',
+    hint: 'First factor: 1 / mirror symmetry of the crop, or the run’s symmetry_floor where that is more; small is good',
+    height: 32,
+    kind: 'line',
+    series: ['symmetry'],
+  },
+  {
+    id: 'hash',
+    label: 'Appearance distance (bits)',
+    hint: 'Second factor: bits that differ from the mean of earlier crops',
+    height: 32,
+    kind: 'line',
+    series: ['hash_distance'],
+  },
+  {
+    id: 'position',
+    label: 'Position',
+    hint: 'Third factor: distance to the result of the frame before',
+    height: 32,
+    kind: 'line',
+    series: ['position_distance'],
+  },
+  {
+    id: 'score',
+    label: 'Score',
+    hint: 'Offline detector: with the prior (solid) and without (dashed)',
+    height: 44,
+    kind: 'line',
+    series: ['score', 'raw_score'],
+  },
+  {
+    id: 'svm',
+    label: 'SVM',
+    hint: 'Online detector: decision value of the relocalisation',
+    height: 36,
+    kind: 'line',
+    series: ['decision'],
+  },
   { id: 'weight', label: 'Weight w', hint: 'Weight of each frame’s vote in the fusion', height: 32, kind: 'line', series: ['weight'] },
 ];
 
 /** Those that are shown. @param {import('../state-types.js').LanesView} view @returns {readonly SubLane[]} */
-export const shownLanes = ({ folded, lane }) => (folded ? SUB_LANES.filter(({ id }) => id === (SUB_LANES.some((one) => one.id === lane) ? lane : 'gate')) : SUB_LANES);
+export const shownLanes = ({ folded, lane }) =>
+  folded ? SUB_LANES.filter(({ id }) => id === (SUB_LANES.some((one) => one.id === lane) ? lane : 'gate')) : SUB_LANES;
 
 /** @param {number} unit @param {readonly SubLane[]} lanes @returns {number} px of the lanes */
 export function detailHeight(unit, lanes) {

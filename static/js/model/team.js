@@ -17,7 +17,10 @@ const ROLES = /** @type {const} */ (['viewer', 'annotator', 'reviewer', 'admin']
 export const may = (session, least) => !session?.person || ROLES.indexOf(session.person.role) >= ROLES.indexOf(least);
 
 /** Why nothing can be changed here; null: it can. @param {Session|null} session @returns {string|null} */
-export const readOnly = (session) => (may(session, 'annotator') ? null : 'You are a viewer here: you can look at everything and change nothing. Ask an administrator for another role.');
+export const readOnly = (session) =>
+  may(session, 'annotator')
+    ? null
+    : 'You are a viewer here: you can look at everything and change nothing. Ask an administrator for another role.';
 
 /** @type {Record<Assignment['state'], string>} */
 export const STATES = { assigned: 'To do', in_review: 'In review', returned: 'Returned', done: 'Done' };
@@ -25,7 +28,8 @@ export const STATES = { assigned: 'To do', in_review: 'In review', returned: 'Re
 const ORDER = { returned: 0, assigned: 1, in_review: 2, done: 3 };
 
 /** What waits for a person: what was returned first, then the oldest. @param {readonly Assignment[]} assignments @param {string} name */
-export const workOf = (assignments, name) => inOrder(assignments.filter(({ person, state }) => person === name && (state === 'returned' || state === 'assigned')));
+export const workOf = (assignments, name) =>
+  inOrder(assignments.filter(({ person, state }) => person === name && (state === 'returned' || state === 'assigned')));
 
 /** What others have handed in. @param {readonly Assignment[]} assignments @param {string} name */
 export const toReview = (assignments, name) => inOrder(assignments.filter(({ person, state }) => person !== name && state === 'in_review'));
@@ -61,7 +65,10 @@ export function nextWork(assignments, session, open) {
 export function workHere(assignments, session, video, frame) {
   const name = session?.person?.name;
   if (name === undefined) return null;
-  const here = assignments.filter((one) => one.video_id === video && one.state !== 'done' && (one.person === name || (may(session, 'reviewer') && one.state === 'in_review')));
+  const here = assignments.filter(
+    (one) =>
+      one.video_id === video && one.state !== 'done' && (one.person === name || (may(session, 'reviewer') && one.state === 'in_review')),
+  );
   const holds = /** @param {Assignment} one */ (one) => one.first <= frame && (one.stop === null || frame < one.stop);
   const rank = /** @param {Assignment} one */ (one) => (holds(one) ? 0 : 2) + (one.person === name ? 0 : 1);
   return here.sort((a, b) => rank(a) - rank(b) || a.first - b.first)[0] ?? null;
@@ -129,7 +136,11 @@ const numbers = (box) => box.map((value) => Math.round(value * 10) / 10).join(',
 /** @param {readonly unknown[]} list @param {readonly unknown[]} other */
 const missing = (list, other) => list.filter((one) => !other.some((same) => JSON.stringify(same) === JSON.stringify(one)));
 /** @param {readonly unknown[]} list */
-const some = (list) => `${list.slice(0, 5).map((one) => (Array.isArray(one) ? one.slice(1).join('–') : String(one))).join(', ')}${list.length > 5 ? ` and ${list.length - 5} more` : ''}`;
+const some = (list) =>
+  `${list
+    .slice(0, 5)
+    .map((one) => (Array.isArray(one) ? one.slice(1).join('–') : String(one)))
+    .join(', ')}${list.length > 5 ? ` and ${list.length - 5} more` : ''}`;
 /** @param {string} text */
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
 

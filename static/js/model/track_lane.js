@@ -33,7 +33,9 @@ import { trackName } from './track_name.js';
 /** Classes whose votes are reported, as in the engine's lanes. */
 const LEADING = 6;
 /** What of a lane is no column with an entry a frame. @type {ReadonlySet<keyof TrackLane>} */
-const NOT_BY_FRAME = new Set(/** @type {const} */ (['id', 'tau', 'symmetry_floor', 'classes', 'words', 'events', 'votes', 'probabilities']));
+const NOT_BY_FRAME = new Set(
+  /** @type {const} */ (['id', 'tau', 'symmetry_floor', 'classes', 'words', 'events', 'votes', 'probabilities']),
+);
 
 /** What was asked for last: lanes and inspector ask for the same. @type {{asked: string, lanes: readonly TrackLane[], found: DocumentLane|null}|null} */
 let latest = null;
@@ -84,7 +86,11 @@ export function documentLane(key, doc, lanes) {
   const segments = doc && piecesOfDocument(doc);
   const asked = segments ? segments.map(({ track, first, last }) => `${track}:${first}-${last}`).join() : key;
   if (latest === null || latest.asked !== asked || latest.lanes.some((lane, i) => lane !== loaded[i])) {
-    latest = { asked, lanes: loaded, found: joined(segments ? piecesOf(segments, lanes) : loaded.map((lane) => ({ lane, from: 0, to: lane.frame.length }))) };
+    latest = {
+      asked,
+      lanes: loaded,
+      found: joined(segments ? piecesOf(segments, lanes) : loaded.map((lane) => ({ lane, from: 0, to: lane.frame.length }))),
+    };
   }
   return latest.found;
 }
@@ -103,7 +109,8 @@ export function sentencesOfTrack({ pieces, whole }) {
     const own = sentencesOf(lane).filter(({ frame }) => isOf(piece, frame));
     const name = trackName(`m${lane.id}`);
     if (from > 0 || pieces.length > 1) own.unshift({ frame: first, kind: 'joined', text: `from here on it is the engine’s track ${name}` });
-    if (to < lane.frame.length) own.push({ frame: last, kind: 'cut', text: `the engine’s track ${name} goes on, but no longer in this track` });
+    if (to < lane.frame.length)
+      own.push({ frame: last, kind: 'cut', text: `the engine’s track ${name} goes on, but no longer in this track` });
     return own;
   });
 }
@@ -155,7 +162,13 @@ function voted(pieces) {
   const columns = /** @type {(keyof TrackLane)[]} */ (Object.keys(pieces[0].lane)).filter((name) => !NOT_BY_FRAME.has(name));
   return /** @type {TrackLane} */ ({
     .../** @type {object} */ (Object.fromEntries(columns.map((name) => [name, column(name)]))),
-    id: pieces[0].lane.id, tau: pieces[0].lane.tau, symmetry_floor: pieces[0].lane.symmetry_floor, classes, words, votes, probabilities,
+    id: pieces[0].lane.id,
+    tau: pieces[0].lane.tau,
+    symmetry_floor: pieces[0].lane.symmetry_floor,
+    classes,
+    words,
+    votes,
+    probabilities,
     events: pieces.flatMap((piece) => piece.lane.events.filter(({ frame }) => isOf(piece, frame))),
   });
 }
@@ -185,7 +198,11 @@ function fuse(pieces) {
   /** @type {Map<number|string, number>} */
   const sums = new Map();
   seen.forEach((all, i) => all?.forEach((p, id) => sums.set(id, (sums.get(id) ?? 0) + (weights[i] ?? 0) * p)));
-  const leading = [...sums].filter(([, sum]) => sum > 0).sort((a, b) => b[1] - a[1] || (a[0] < b[0] ? -1 : 1)).slice(0, LEADING).map(([id]) => id);
+  const leading = [...sums]
+    .filter(([, sum]) => sum > 0)
+    .sort((a, b) => b[1] - a[1] || (a[0] < b[0] ? -1 : 1))
+    .slice(0, LEADING)
+    .map(([id]) => id);
   const probabilities = seen.map((all) => all && leading.map((id) => all.get(id) ?? 0));
   const so = new Float64Array(leading.length);
   let whole = 0;
@@ -193,7 +210,9 @@ function fuse(pieces) {
     const weight = weights[i];
     if (shares === null || weight === null) return null;
     whole += weight;
-    shares.forEach((p, c) => { so[c] += weight * p; });
+    shares.forEach((p, c) => {
+      so[c] += weight * p;
+    });
     return Array.from(so, (sum) => sum / whole);
   });
   const classes = leading.map((id) => (typeof id === 'string' ? NO_CLASS : id));
@@ -208,5 +227,12 @@ function readingOf(lane) {
   const last = lastVotes(lane);
   if (!last || lane.classes.length === 0) return null;
   const [word = null, runner_up_word = null] = lane.words ?? [];
-  return { class_id: lane.classes[0], word, share: last[0], runner_up: lane.classes[1] ?? null, runner_up_word, runner_up_share: last[1] ?? 0 };
+  return {
+    class_id: lane.classes[0],
+    word,
+    share: last[0],
+    runner_up: lane.classes[1] ?? null,
+    runner_up_word,
+    runner_up_share: last[1] ?? 0,
+  };
 }

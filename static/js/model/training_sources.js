@@ -23,14 +23,20 @@
 export const REVIEW_CHOICES = { finished: 'Finished: nothing is open', begun: 'Begun: something is decided', all: 'All with corrections' };
 
 /** @param {ReviewSource} source @param {ReviewChoice} choice */
-export const isChosen = ({ accepted, rejected, left }, choice) => choice === 'all' || (accepted + rejected > 0 && (choice === 'begun' || left === 0));
+export const isChosen = ({ accepted, rejected, left }, choice) =>
+  choice === 'all' || (accepted + rejected > 0 && (choice === 'begun' || left === 0));
 
 /** The narrowest choice that takes any video. @param {readonly ReviewSource[]} sources @returns {ReviewChoice} */
-export const firstChoice = (sources) => /** @type {const} */ (['finished', 'begun', 'all']).find((choice) => sources.some((one) => isChosen(one, choice))) ?? 'all';
+export const firstChoice = (sources) =>
+  /** @type {const} */ (['finished', 'begun', 'all']).find((choice) => sources.some((one) => isChosen(one, choice))) ?? 'all';
 
 /** What the review of a video teaches, and how far it is. @param {ReviewSource} source */
 export function reviewWords({ accepted, rejected, left, edit_revision }) {
-  const parts = [`${accepted} accepted`, rejected > 0 && `${rejected} false positive${rejected === 1 ? '' : 's'}`, left > 0 && `${left} undecided, left alone unless edited`];
+  const parts = [
+    `${accepted} accepted`,
+    rejected > 0 && `${rejected} false positive${rejected === 1 ? '' : 's'}`,
+    left > 0 && `${left} undecided, left alone unless edited`,
+  ];
   return `${parts.filter(Boolean).join(', ')}${edit_revision > 0 ? ` · up to edit ${edit_revision}` : ''}`;
 }
 
@@ -41,6 +47,7 @@ export function ageWords(age) {
   const said = [];
   if (gone.length > 0) said.push(`The run of ${gone.join(', ')} is not there any more: whether its corrections still hold is not known.`);
   if (edits > 0) said.push(`Out of date: ${edits === 1 ? '1 edit was' : `${edits} edits were`} made since.`);
-  if (undone > 0) said.push(`${undone === 1 ? '1 edit that it holds was' : `${undone} edits that it holds were`} undone, and would be learned from.`);
+  if (undone > 0)
+    said.push(`${undone === 1 ? '1 edit that it holds was' : `${undone} edits that it holds were`} undone, and would be learned from.`);
   return said.join(' ');
 }

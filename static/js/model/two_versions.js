@@ -30,8 +30,9 @@ const ASPECT = 4 / 3;
 export function differences(saved, mine, engineBox, near) {
   const frames = new Set([saved, mine].flatMap((doc) => Object.keys(doc?.keys ?? {}).map(Number)));
   /** @param {TrackDoc|undefined} doc @param {number} frame */
-  const at = (doc, frame) => (doc === undefined ? null : boxAt(doc, frame, engineBox)?.box ?? null);
-  return [...frames].map((frame) => ({ frame, saved: at(saved, frame), mine: at(mine, frame) }))
+  const at = (doc, frame) => (doc === undefined ? null : (boxAt(doc, frame, engineBox)?.box ?? null));
+  return [...frames]
+    .map((frame) => ({ frame, saved: at(saved, frame), mine: at(mine, frame) }))
     .filter((one) => !sameBox(one.saved, one.mine))
     .sort((a, b) => Math.abs(a.frame - near) - Math.abs(b.frame - near) || a.frame - b.frame)
     .slice(0, MOST)

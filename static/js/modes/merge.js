@@ -11,7 +11,10 @@ export const merge = {
   cursor: null,
   take: ({ marked }, key) => ({ marked: marked.includes(key) ? marked.filter((other) => other !== key) : [...marked, key] }),
   hint({ marked, docs }) {
-    const names = listed(marked.map((key) => trackName(key, docs[key])), 5);
+    const names = listed(
+      marked.map((key) => trackName(key, docs[key])),
+      5,
+    );
     if (marked.length === 0) return 'Click the tracks to merge, then press M. Escape ends.';
     if (marked.length === 1) return `Track ${names} is marked: click the others, then press M. Escape ends.`;
     return `Tracks ${names} are marked: press M to merge them into the first, or click more. Escape ends.`;

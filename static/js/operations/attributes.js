@@ -54,13 +54,19 @@ export function toggleAttribute(app, digit, say = toast) {
   }
   const value = row.value !== true;
   const { mutable } = row.attribute;
-  if (giveAttribute(app, row.name, value, mutable)) say(`${row.name}: ${value ? 'yes' : 'no'}${mutable ? ', from this frame on' : ''}`, { topic: 'attribute' });
+  if (giveAttribute(app, row.name, value, mutable))
+    say(`${row.name}: ${value ? 'yes' : 'no'}${mutable ? ', from this frame on' : ''}`, { topic: 'attribute' });
 }
 
 /** @type {import('../page-types.js').Operation[]} */
 export const attributes = [
   operation({
-    id: 'attribute', label: 'Tick or clear a checkbox of the track', keys: DIGITS.map((digit) => `Alt+${digit}`), group: 'Verdict', each: true, disabled: needsTrack,
+    id: 'attribute',
+    label: 'Tick or clear a checkbox of the track',
+    keys: DIGITS.map((digit) => `Alt+${digit}`),
+    group: 'Verdict',
+    each: true,
+    disabled: needsTrack,
     available: (state) => onReview(state) && state.labels.some(({ attributes: own }) => own.some(({ kind }) => kind === 'checkbox')),
     tooltip: 'The checkboxes of the label in the inspector, in their order (Alt+1) to (Alt+9)',
     run: (app, key) => toggleAttribute(app, Number(String(key).slice(-1))),

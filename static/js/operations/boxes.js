@@ -29,7 +29,10 @@ const GROUP = 'Boxes and tracks';
 export function neighbour(state, direction) {
   const { review } = state;
   if (!review) return null;
-  const keys = shownTracks(review).map(({ key, box }) => ({ key, x: box[0] })).sort((a, b) => a.x - b.x).map(({ key }) => key);
+  const keys = shownTracks(review)
+    .map(({ key, box }) => ({ key, x: box[0] }))
+    .sort((a, b) => a.x - b.x)
+    .map(({ key }) => key);
   const at = keys.indexOf(review.selected ?? '');
   return keys[at < 0 ? (direction > 0 ? 0 : keys.length - 1) : at + direction] ?? null;
 }
@@ -40,31 +43,64 @@ function cycle(app, direction) {
   if (key !== null) app.store.dispatch((state) => select(state, key));
 }
 
-const ARROWS = /** @type {const} */ ([['Left', -1, 0, '←'], ['Right', 1, 0, '→'], ['Up', 0, -1, '↑'], ['Down', 0, 1, '↓']]);
+const ARROWS = /** @type {const} */ ([
+  ['Left', -1, 0, '←'],
+  ['Right', 1, 0, '→'],
+  ['Up', 0, -1, '↑'],
+  ['Down', 0, 1, '↓'],
+]);
 
 /** @type {import('../page-types.js').Operation[]} */
 export const boxes = [
   operation({
-    id: 'select-mode', label: 'Select and change boxes', short: 'Select', keys: ['Escape'], icon: 'select', group: GROUP,
+    id: 'select-mode',
+    label: 'Select and change boxes',
+    short: 'Select',
+    keys: ['Escape'],
+    icon: 'select',
+    group: GROUP,
     run: (app) => app.store.dispatch((state) => (state.review?.mode === 'select' ? select(state, null) : setMode(state, 'select'))),
   }),
   operation({
-    id: 'draw', label: 'Draw a new track', short: 'Draw', keys: ['N'], icon: 'draw', group: GROUP, disabled: needsRun,
+    id: 'draw',
+    label: 'Draw a new track',
+    short: 'Draw',
+    keys: ['N'],
+    icon: 'draw',
+    group: GROUP,
+    disabled: needsRun,
     tooltip: 'Drag a box and choose its class; with Shift held it corrects the selected track (N)',
     run: (app) => app.store.dispatch((state) => setMode(state, state.review?.mode === 'draw' ? 'select' : 'draw')),
   }),
   operation({
-    id: 'merge', label: 'Merge tracks', short: 'Merge', keys: ['M'], icon: 'merge', group: GROUP, disabled: needsRun,
-    tooltip: 'Press M, click the tracks in the picture, the lanes or the queue, press M again (M)', run: (app) => merge(app),
+    id: 'merge',
+    label: 'Merge tracks',
+    short: 'Merge',
+    keys: ['M'],
+    icon: 'merge',
+    group: GROUP,
+    disabled: needsRun,
+    tooltip: 'Press M, click the tracks in the picture, the lanes or the queue, press M again (M)',
+    run: (app) => merge(app),
   }),
   operation({
-    id: 'mark', label: 'Mark the selected track for the merge', keys: ['Enter'], group: 'Box by keyboard',
+    id: 'mark',
+    label: 'Mark the selected track for the merge',
+    keys: ['Enter'],
+    group: 'Box by keyboard',
     tooltip: 'While merging: M, then Tab to a track and Enter to mark it, then M again (Enter)',
-    available: (state) => onReview(state) && state.review?.mode === 'merge', disabled: needsTrack,
+    available: (state) => onReview(state) && state.review?.mode === 'merge',
+    disabled: needsTrack,
     run: (app) => app.store.dispatch((state) => (state.review?.selected ? take(state, state.review.selected) : state)),
   }),
   operation({
-    id: 'split', label: 'Split the track here', short: 'Split', keys: ['Alt+M'], icon: 'split', group: GROUP, disabled: needsTrack,
+    id: 'split',
+    label: 'Split the track here',
+    short: 'Split',
+    keys: ['Alt+M'],
+    icon: 'split',
+    group: GROUP,
+    disabled: needsTrack,
     run: (app) => {
       const new_key = newKey();
       const { review } = app.store.get();
@@ -75,69 +111,164 @@ export const boxes = [
     },
   }),
   operation({
-    id: 'key-frame', label: 'Set or remove a key frame', short: 'Key frame', keys: ['K'], icon: 'key', group: GROUP,
-    tooltip: 'Keep this box, or let it go; where the track has no box, its nearest one is carried here (K)', disabled: needsBoxes,
+    id: 'key-frame',
+    label: 'Set or remove a key frame',
+    short: 'Key frame',
+    keys: ['K'],
+    icon: 'key',
+    group: GROUP,
+    tooltip: 'Keep this box, or let it go; where the track has no box, its nearest one is carried here (K)',
+    disabled: needsBoxes,
     run: (app) => {
       setKeyFrame(app);
     },
   }),
   operation({
-    id: 'interpolate', label: 'Interpolate between key frames', short: 'Interpolate', keys: ['I'], icon: 'interpolate', group: GROUP,
+    id: 'interpolate',
+    label: 'Interpolate between key frames',
+    short: 'Interpolate',
+    keys: ['I'],
+    icon: 'interpolate',
+    group: GROUP,
     tooltip: 'Boxes on a straight line between the key frames around the cursor, or not any more (I)',
     disabled: (state) => needsTrack(state) ?? (around(state) ? null : needsKeys(lackingKey(state))),
     remedy: keyRemedy,
     run: (app) => interpolate(app),
   }),
   operation({
-    id: 'outside', label: 'Outside from here on', short: 'Outside', keys: ['O'], icon: 'outside', group: GROUP, disabled: needsTrack,
+    id: 'outside',
+    label: 'Outside from here on',
+    short: 'Outside',
+    keys: ['O'],
+    icon: 'outside',
+    group: GROUP,
+    disabled: needsTrack,
     run: (app) => toggle(app, 'set_outside', 'outside'),
   }),
   operation({
-    id: 'occluded', label: 'Occluded from here on', short: 'Occluded', keys: ['Q'], icon: 'occluded', group: GROUP, disabled: needsBox,
+    id: 'occluded',
+    label: 'Occluded from here on',
+    short: 'Occluded',
+    keys: ['Q'],
+    icon: 'occluded',
+    group: GROUP,
+    disabled: needsBox,
     run: (app) => toggle(app, 'set_occluded', 'occluded'),
   }),
   operation({
-    id: 'delete-from', label: 'Delete from here on', short: 'Delete on', keys: ['Del'], icon: 'cut', group: GROUP, disabled: needsTrack,
+    id: 'delete-from',
+    label: 'Delete from here on',
+    short: 'Delete on',
+    keys: ['Del'],
+    icon: 'cut',
+    group: GROUP,
+    disabled: needsTrack,
     tooltip: 'Delete from here on (Del); keep this frame as the last one (Alt+Del)',
     run: (app) => editSelected(app, { name: 'delete_from' }),
   }),
   operation({
-    id: 'end-here', label: 'End the track with this frame', keys: ['Alt+Del'], group: GROUP,
-    disabled: (state) => needsTrack(state) ?? (state.review && state.review.frame < framesOf(state.review) - 1 ? null : 'This is the last frame of the video.'),
+    id: 'end-here',
+    label: 'End the track with this frame',
+    keys: ['Alt+Del'],
+    group: GROUP,
+    disabled: (state) =>
+      needsTrack(state) ??
+      (state.review && state.review.frame < framesOf(state.review) - 1 ? null : 'This is the last frame of the video.'),
     run: (app) => editSelected(app, { name: 'delete_from', frame: (app.store.get().review?.frame ?? 0) + 1 }),
   }),
   operation({
-    id: 'delete-track', label: 'Delete the whole track', short: 'Delete track', keys: ['Shift+Del'], icon: 'delete', group: GROUP, disabled: needsTrack,
+    id: 'delete-track',
+    label: 'Delete the whole track',
+    short: 'Delete track',
+    keys: ['Shift+Del'],
+    icon: 'delete',
+    group: GROUP,
+    disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
       const key = review?.selected ?? '';
       const name = trackName(key, review?.docs[key]);
       if (!editSelected(app, { name: 'delete_track' })) return;
       app.store.dispatch((state) => select(state, null));
-      toast(`Track ${name} is deleted, with all its boxes.`, { topic: 'undo', action: { label: 'Undo', run: () => void app.editor.undo() } });
+      toast(`Track ${name} is deleted, with all its boxes.`, {
+        topic: 'undo',
+        action: { label: 'Undo', run: () => void app.editor.undo() },
+      });
     },
   }),
   operation({
-    id: 'deleted-tracks', label: 'Deleted tracks', keys: [], group: GROUP, tooltip: 'What was deleted, with a way back',
+    id: 'deleted-tracks',
+    label: 'Deleted tracks',
+    keys: [],
+    group: GROUP,
+    tooltip: 'What was deleted, with a way back',
     disabled: (state) => (state.review && deletedTracks(state.review.docs).length ? null : 'No track is deleted.'),
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'deleted' })),
   }),
-  operation({ id: 'next-track', label: 'Next track in this frame', keys: ['Tab'], group: GROUP, repeats: true, run: (app) => cycle(app, 1) }),
-  operation({ id: 'previous-track', label: 'Previous track in this frame', keys: ['Shift+Tab'], group: GROUP, repeats: true, run: (app) => cycle(app, -1) }),
+  operation({
+    id: 'next-track',
+    label: 'Next track in this frame',
+    keys: ['Tab'],
+    group: GROUP,
+    repeats: true,
+    run: (app) => cycle(app, 1),
+  }),
+  operation({
+    id: 'previous-track',
+    label: 'Previous track in this frame',
+    keys: ['Shift+Tab'],
+    group: GROUP,
+    repeats: true,
+    run: (app) => cycle(app, -1),
+  }),
   ...ARROWS.flatMap(([name, dx, dy, arrow]) => [
-    operation({ id: `move-${name.toLowerCase()}`, label: `Move the box ${arrow}`, keys: [`Arrow${name}`], group: 'Box by keyboard', repeats: true, disabled: needsBox, run: (app) => nudge(app, dx, dy) }),
-    operation({ id: `move-10-${name.toLowerCase()}`, label: `Move the box 10 px ${arrow}`, keys: [`Shift+Arrow${name}`], group: 'Box by keyboard', repeats: true, disabled: needsBox, run: (app) => nudge(app, 10 * dx, 10 * dy) }),
-    operation({ id: `grow-${name.toLowerCase()}`, label: `Resize the box ${arrow}`, keys: [`Alt+Arrow${name}`], group: 'Box by keyboard', repeats: true, disabled: needsBox, run: (app) => grow(app, dx, dy) }),
+    operation({
+      id: `move-${name.toLowerCase()}`,
+      label: `Move the box ${arrow}`,
+      keys: [`Arrow${name}`],
+      group: 'Box by keyboard',
+      repeats: true,
+      disabled: needsBox,
+      run: (app) => nudge(app, dx, dy),
+    }),
+    operation({
+      id: `move-10-${name.toLowerCase()}`,
+      label: `Move the box 10 px ${arrow}`,
+      keys: [`Shift+Arrow${name}`],
+      group: 'Box by keyboard',
+      repeats: true,
+      disabled: needsBox,
+      run: (app) => nudge(app, 10 * dx, 10 * dy),
+    }),
+    operation({
+      id: `grow-${name.toLowerCase()}`,
+      label: `Resize the box ${arrow}`,
+      keys: [`Alt+Arrow${name}`],
+      group: 'Box by keyboard',
+      repeats: true,
+      disabled: needsBox,
+      run: (app) => grow(app, dx, dy),
+    }),
   ]),
   operation({
-    id: 'new-box', label: 'New track in the middle of the view', short: 'New box', keys: ['Shift+N'], icon: 'new_box', group: 'Box by keyboard', disabled: needsRun,
+    id: 'new-box',
+    label: 'New track in the middle of the view',
+    short: 'New box',
+    keys: ['Shift+N'],
+    icon: 'new_box',
+    group: 'Box by keyboard',
+    disabled: needsRun,
     run: (app) => {
       const { review } = app.store.get();
       if (!review) return;
       const { x, y, zoom } = review.viewport;
       const half = Math.max(12, 24 / Math.max(zoom, 0.1));
       const wide = half / (review.viewport.stretch ?? 1);
-      create(app, { key: newKey(), frame: review.frame, box: settled([x - wide, y - half, x + wide, y + half], size(app.store.get())) }, null);
+      create(
+        app,
+        { key: newKey(), frame: review.frame, box: settled([x - wide, y - half, x + wide, y + half], size(app.store.get())) },
+        null,
+      );
     },
   }),
 ];

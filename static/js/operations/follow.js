@@ -49,13 +49,17 @@ function follow(app, only) {
  */
 export function followDrawn(app, { key, frame, box }) {
   const open = app.store.get().review?.following;
-  if (open) toast(`Track ${trackName(open.key, app.store.get().review?.docs[open.key])} is still being followed: take its boxes (Enter) or drop them (Escape). Then T follows the new track.`, { topic: 'follow' });
+  if (open)
+    toast(
+      `Track ${trackName(open.key, app.store.get().review?.docs[open.key])} is still being followed: take its boxes (Enter) or drop them (Escape). Then T follows the new track.`,
+      { topic: 'follow' },
+    );
   else app.following.start(requestFrom(null, key, { frame, box }, null));
 }
 
 /** The selected track from its first to its last frame. @param {State} state */
 function entryOf({ review }) {
-  return review ? trackEntries(review.tracks, review.docs).find(({ key }) => key === review.selected) ?? null : null;
+  return review ? (trackEntries(review.tracks, review.docs).find(({ key }) => key === review.selected) ?? null) : null;
 }
 
 /** Why the selected track cannot be extended at an end. @param {State} state @param {'first'|'last'} end */
@@ -98,42 +102,91 @@ function between(app) {
 /** @type {import('../page-types.js').Operation[]} */
 export const following = [
   operation({
-    id: 'accept-follow', label: 'Accept the proposed boxes', keys: ['Enter'], icon: 'accept', group: GROUP,
-    available: isOpen, disabled: needsProposals, run: (app) => app.following.accept(),
+    id: 'accept-follow',
+    label: 'Accept the proposed boxes',
+    keys: ['Enter'],
+    icon: 'accept',
+    group: GROUP,
+    available: isOpen,
+    disabled: needsProposals,
+    run: (app) => app.following.accept(),
   }),
   operation({
-    id: 'drop-follow', label: 'Drop the proposed boxes', keys: ['Escape'], icon: 'close', group: GROUP,
-    available: (state) => isOpen(state) && state.review?.mode === 'select', run: (app) => app.following.drop(),
+    id: 'drop-follow',
+    label: 'Drop the proposed boxes',
+    keys: ['Escape'],
+    icon: 'close',
+    group: GROUP,
+    available: (state) => isOpen(state) && state.review?.mode === 'select',
+    run: (app) => app.following.drop(),
   }),
   operation({
-    id: 'cut-before', label: 'Propose nothing before this frame', keys: ['['], icon: 'previous', group: GROUP,
-    available: isOpen, run: (app) => app.store.dispatch((state) => cutFollowing(state, 'from')),
+    id: 'cut-before',
+    label: 'Propose nothing before this frame',
+    keys: ['['],
+    icon: 'previous',
+    group: GROUP,
+    available: isOpen,
+    run: (app) => app.store.dispatch((state) => cutFollowing(state, 'from')),
   }),
   operation({
-    id: 'cut-after', label: 'Propose nothing after this frame', keys: [']'], icon: 'next', group: GROUP,
-    available: isOpen, run: (app) => app.store.dispatch((state) => cutFollowing(state, 'to')),
+    id: 'cut-after',
+    label: 'Propose nothing after this frame',
+    keys: [']'],
+    icon: 'next',
+    group: GROUP,
+    available: isOpen,
+    run: (app) => app.store.dispatch((state) => cutFollowing(state, 'to')),
   }),
   operation({
-    id: 'follow', label: 'Follow', keys: ['T'], icon: 'follow', group: GROUP, disabled: needsBox,
-    tooltip: 'Follow the selected box until the sign is gone: both ways (T), forwards (Shift+T), between two corrected boxes (Alt+T)', run: (app) => follow(app, null),
+    id: 'follow',
+    label: 'Follow',
+    keys: ['T'],
+    icon: 'follow',
+    group: GROUP,
+    disabled: needsBox,
+    tooltip: 'Follow the selected box until the sign is gone: both ways (T), forwards (Shift+T), between two corrected boxes (Alt+T)',
+    run: (app) => follow(app, null),
   }),
   operation({
-    id: 'follow-forward', label: 'Follow forwards', keys: ['Shift+T'], group: GROUP, disabled: needsBox,
-    tooltip: 'Follow the selected box from this frame on (Shift+T)', run: (app) => follow(app, 'forward'),
+    id: 'follow-forward',
+    label: 'Follow forwards',
+    keys: ['Shift+T'],
+    group: GROUP,
+    disabled: needsBox,
+    tooltip: 'Follow the selected box from this frame on (Shift+T)',
+    run: (app) => follow(app, 'forward'),
   }),
   operation({
-    id: 'follow-between', label: 'Follow between two key frames', keys: ['Alt+T'], group: GROUP,
+    id: 'follow-between',
+    label: 'Follow between two key frames',
+    keys: ['Alt+T'],
+    group: GROUP,
     tooltip: 'Follow between the corrected boxes before and after the cursor (Alt+T)',
-    disabled: (state) => needsTrack(state) ?? (around(state) ? null : needsKeys(lackingKey(state))), remedy: keyRemedy, run: between,
+    disabled: (state) => needsTrack(state) ?? (around(state) ? null : needsKeys(lackingKey(state))),
+    remedy: keyRemedy,
+    run: between,
   }),
   operation({
-    id: 'extend-first', label: 'Extend to its first sight', short: 'Extend back', keys: [','], icon: 'extend_first', group: GROUP,
+    id: 'extend-first',
+    label: 'Extend to its first sight',
+    short: 'Extend back',
+    keys: [','],
+    icon: 'extend_first',
+    group: GROUP,
     tooltip: 'Follow the track backwards from its first frame (,)',
-    disabled: (state) => cannotExtend(state, 'first'), run: (app) => extend(app, 'first'),
+    disabled: (state) => cannotExtend(state, 'first'),
+    run: (app) => extend(app, 'first'),
   }),
   operation({
-    id: 'extend-last', label: 'Extend to its last sight', short: 'Extend on', keys: ['.'], icon: 'extend_last', group: GROUP,
+    id: 'extend-last',
+    label: 'Extend to its last sight',
+    short: 'Extend on',
+    keys: ['.'],
+    icon: 'extend_last',
+    group: GROUP,
     tooltip: 'Follow the track forwards from its last frame (.)',
-    disabled: (state) => cannotExtend(state, 'last'), run: (app) => extend(app, 'last'),
+    disabled: (state) => cannotExtend(state, 'last'),
+    run: (app) => extend(app, 'last'),
   }),
 ];

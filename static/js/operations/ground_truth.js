@@ -18,10 +18,12 @@ const GROUP = 'Ground truth';
 const isShown = (state) => onReview(state) && Boolean(state.review?.layers.truth && state.review.truthId !== null);
 
 /** @param {State} state @returns {string|null} */
-const needsSign = (state) => needsRun(state) ?? (state.review && chosenTruth(state.review) ? null : 'Choose a box of the ground truth first: click it, or press Y.');
+const needsSign = (state) =>
+  needsRun(state) ?? (state.review && chosenTruth(state.review) ? null : 'Choose a box of the ground truth first: click it, or press Y.');
 
 /** @param {State} state @returns {string|null} */
-const needsTruthBox = (state) => needsSign(state) ?? (state.review && chosenTruth(state.review)?.box ? null : 'The ground truth has no box of this sign here.');
+const needsTruthBox = (state) =>
+  needsSign(state) ?? (state.review && chosenTruth(state.review)?.box ? null : 'The ground truth has no box of this sign here.');
 
 /**
  * Take the box in this frame over: the track that it lies on gets it, else it becomes a new track.
@@ -56,7 +58,12 @@ export const truthLabel = ({ review, labels }) => className(labels, (review && c
 /** @type {import('../page-types.js').Operation[]} */
 export const groundTruth = [
   operation({
-    id: 'next-truth', label: 'Next box of the ground truth', keys: ['Y'], icon: 'truth', group: GROUP, available: isShown,
+    id: 'next-truth',
+    label: 'Next box of the ground truth',
+    keys: ['Y'],
+    icon: 'truth',
+    group: GROUP,
+    available: isShown,
     tooltip: 'Choose the next box of the ground truth in this frame (Y)',
     disabled: (state) => (state.review && nextTruth(state.review) !== null ? null : 'The ground truth has no box in this frame.'),
     run: (app) => {
@@ -66,15 +73,33 @@ export const groundTruth = [
     },
   }),
   operation({
-    id: 'take-truth-box', label: 'Take this box over', keys: ['Shift+Y'], group: GROUP, available: isShown, disabled: needsTruthBox,
-    tooltip: 'The track that the box lies on gets it; else it becomes a new track (Shift+Y)', run: takeBox,
+    id: 'take-truth-box',
+    label: 'Take this box over',
+    keys: ['Shift+Y'],
+    group: GROUP,
+    available: isShown,
+    disabled: needsTruthBox,
+    tooltip: 'The track that the box lies on gets it; else it becomes a new track (Shift+Y)',
+    run: takeBox,
   }),
   operation({
-    id: 'take-truth-sign', label: 'Take the whole sign over', keys: ['Alt+Y'], group: GROUP, available: isShown, disabled: needsSign,
-    tooltip: 'All boxes and the label of this sign; one undo takes them back (Alt+Y)', run: (app) => take(app, ({ sign }) => ({ signs: [sign] })),
+    id: 'take-truth-sign',
+    label: 'Take the whole sign over',
+    keys: ['Alt+Y'],
+    group: GROUP,
+    available: isShown,
+    disabled: needsSign,
+    tooltip: 'All boxes and the label of this sign; one undo takes them back (Alt+Y)',
+    run: (app) => take(app, ({ sign }) => ({ signs: [sign] })),
   }),
   operation({
-    id: 'take-truth-label', label: 'Take all signs of this label over', keys: ['Alt+Shift+Y'], group: GROUP, available: isShown, disabled: needsTruthBox,
-    tooltip: 'All signs of the ground truth that have this label; one undo takes them back (Alt+Shift+Y)', run: (app) => take(app, ({ class_id }) => ({ label: class_id ?? NO_CLASS })),
+    id: 'take-truth-label',
+    label: 'Take all signs of this label over',
+    keys: ['Alt+Shift+Y'],
+    group: GROUP,
+    available: isShown,
+    disabled: needsTruthBox,
+    tooltip: 'All signs of the ground truth that have this label; one undo takes them back (Alt+Shift+Y)',
+    run: (app) => take(app, ({ class_id }) => ({ label: class_id ?? NO_CLASS })),
   }),
 ];

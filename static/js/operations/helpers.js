@@ -27,7 +27,7 @@ export function needsBox(state) {
   const missing = needsTrack(state);
   if (missing) return missing;
   const { review } = state;
-  return review?.selected && shownTrack(review, review.selected) ? null : needsBoxes(state) ?? 'The track has no box in this frame.';
+  return review?.selected && shownTrack(review, review.selected) ? null : (needsBoxes(state) ?? 'The track has no box in this frame.');
 }
 
 /** What depends on whether the track has a box waits until that is known. @param {State} state @returns {string|null} */

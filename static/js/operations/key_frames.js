@@ -89,7 +89,9 @@ export function interpolate(app, say = toast) {
   const [first, last] = range;
   const value = !doc.keys[first].interpolate;
   const without = doc.segments.length ? 'The engine’s boxes stand again' : 'There are no boxes any more';
-  const said = value ? `Boxes lie on a line between frames ${first} and ${last}.` : `${without} between frames ${first} and ${last}; press I again for the line.`;
+  const said = value
+    ? `Boxes lie on a line between frames ${first} and ${last}.`
+    : `${without} between frames ${first} and ${last}; press I again for the line.`;
   editTelling(app, key, () => editSelected(app, { name: 'interpolate', first, last, value }), { said, say });
 }
 

@@ -30,9 +30,9 @@ export function sharedFrames(review, key, others) {
   const found = [];
   const joined = [key];
   /** Frames that have a box by now. @type {Span[]} */
-  let covered = [...runsOf.get(key) ?? []];
+  let covered = [...(runsOf.get(key) ?? [])];
   for (const other of others) {
-    const own = [...runsOf.get(other) ?? []];
+    const own = [...(runsOf.get(other) ?? [])];
     const runs = commonRuns(covered, own);
     if (runs.length > 0) found.push({ key: other, stays: joined.filter((one) => commonRuns(runsOf.get(one) ?? [], own).length > 0), runs });
     covered = [...covered, ...without(own, covered)];
@@ -48,8 +48,10 @@ export function sharedFrames(review, key, others) {
  */
 export function sharedWords(review, { key, stays, runs }) {
   const names = stays.map((one) => trackName(one, review.docs[one]));
-  return `Tracks ${names.join(', ')} and ${trackName(key, review.docs[key])} have boxes in ${plural(framesIn(runs), 'common frame')} (${runs[0][0]}–${/** @type {Span} */ (runs.at(-1))[1]}). One frame of a track has one box: `
-    + `there ${names.length > 1 ? 'what was marked first' : `that of ${names[0]}`} stays and that of ${trackName(key, review.docs[key])} goes.`;
+  return (
+    `Tracks ${names.join(', ')} and ${trackName(key, review.docs[key])} have boxes in ${plural(framesIn(runs), 'common frame')} (${runs[0][0]}–${/** @type {Span} */ (runs.at(-1))[1]}). One frame of a track has one box: ` +
+    `there ${names.length > 1 ? 'what was marked first' : `that of ${names[0]}`} stays and that of ${trackName(key, review.docs[key])} goes.`
+  );
 }
 
 /**
@@ -80,7 +82,8 @@ export function merge(app, say = toast) {
   }
   const [key, ...others] = review.marked;
   if (key && others.length) {
-    if (sharedFrames(review, key, others).length > 0) app.store.dispatch((state) => openDialog(state, { kind: 'merge', data: { marked: review.marked } }));
+    if (sharedFrames(review, key, others).length > 0)
+      app.store.dispatch((state) => openDialog(state, { kind: 'merge', data: { marked: review.marked } }));
     else if (!mergeTracks(app, key, others)) app.store.dispatch((state) => select(setMode(state, 'select'), key));
   } else if (key) {
     say('Mark a second track first: click it in the picture, in the lanes or in the queue. Escape leaves the merge.');

@@ -41,7 +41,11 @@ export function openTrack(app, key) {
 function queueStep(app, direction) {
   const key = nextInQueue(app.store.get(), direction);
   if (key !== null) openTrack(app, key);
-  else toast(`${endOfQueue(app.store.get(), direction)}${direction > 0 && followingWork(app.store.get()) ? ' Alt+Shift+J goes on to the next of your work.' : ''}`, { topic: 'queue' });
+  else
+    toast(
+      `${endOfQueue(app.store.get(), direction)}${direction > 0 && followingWork(app.store.get()) ? ' Alt+Shift+J goes on to the next of your work.' : ''}`,
+      { topic: 'queue' },
+    );
 }
 
 /**
@@ -68,27 +72,128 @@ export function keyStep(app, direction, say = toast) {
 
 /** @type {import('../page-types.js').Operation[]} */
 export const navigation = [
-  operation({ id: 'previous-frame', label: 'Previous frame', short: 'Back', keys: ['D'], icon: 'step_back', group: GROUP, repeats: true, run: (app) => move(app, -1) }),
-  operation({ id: 'play', label: 'Play or pause', short: 'Play', keys: ['Space'], icon: 'play', group: GROUP, run: (app) => app.store.dispatch(playOrPause) }),
-  operation({ id: 'next-frame', label: 'Next frame', short: 'Next', keys: ['F'], icon: 'step_forward', group: GROUP, repeats: true, run: (app) => move(app, 1) }),
-  operation({ id: 'back-10', label: 'Back 10', keys: ['C'], icon: 'skip_back', group: GROUP, repeats: true, run: (app) => move(app, -10) }),
-  operation({ id: 'on-10', label: 'Forward 10', short: 'On 10', keys: ['V'], icon: 'skip_forward', group: GROUP, repeats: true, run: (app) => move(app, 10) }),
-  operation({ id: 'next-key', label: 'Next key frame', short: 'Key next', keys: ['R'], tooltip: 'Next key frame of the selected track; without a selection, of the video (R)', icon: 'key_forward', group: GROUP, repeats: true, run: (app) => keyStep(app, 1) }),
-  operation({ id: 'previous-key', label: 'Previous key frame', short: 'Key back', keys: ['E'], tooltip: 'Previous key frame of the selected track; without a selection, of the video (E)', icon: 'key_back', group: GROUP, repeats: true, run: (app) => keyStep(app, -1) }),
-  operation({ id: 'first-frame', label: 'First frame', short: 'First', keys: ['Home'], icon: 'previous', group: GROUP, run: (app) => go(app, 0) }),
-  operation({ id: 'last-frame', label: 'Last frame', short: 'Last', keys: ['End'], icon: 'next', group: GROUP, run: (app) => go(app, (app.store.get().review?.timebase?.frames ?? 1) - 1) }),
   operation({
-    id: 'go-to-frame', label: 'Go to a frame by its number', keys: ['G'], group: GROUP,
+    id: 'previous-frame',
+    label: 'Previous frame',
+    short: 'Back',
+    keys: ['D'],
+    icon: 'step_back',
+    group: GROUP,
+    repeats: true,
+    run: (app) => move(app, -1),
+  }),
+  operation({
+    id: 'play',
+    label: 'Play or pause',
+    short: 'Play',
+    keys: ['Space'],
+    icon: 'play',
+    group: GROUP,
+    run: (app) => app.store.dispatch(playOrPause),
+  }),
+  operation({
+    id: 'next-frame',
+    label: 'Next frame',
+    short: 'Next',
+    keys: ['F'],
+    icon: 'step_forward',
+    group: GROUP,
+    repeats: true,
+    run: (app) => move(app, 1),
+  }),
+  operation({ id: 'back-10', label: 'Back 10', keys: ['C'], icon: 'skip_back', group: GROUP, repeats: true, run: (app) => move(app, -10) }),
+  operation({
+    id: 'on-10',
+    label: 'Forward 10',
+    short: 'On 10',
+    keys: ['V'],
+    icon: 'skip_forward',
+    group: GROUP,
+    repeats: true,
+    run: (app) => move(app, 10),
+  }),
+  operation({
+    id: 'next-key',
+    label: 'Next key frame',
+    short: 'Key next',
+    keys: ['R'],
+    tooltip: 'Next key frame of the selected track; without a selection, of the video (R)',
+    icon: 'key_forward',
+    group: GROUP,
+    repeats: true,
+    run: (app) => keyStep(app, 1),
+  }),
+  operation({
+    id: 'previous-key',
+    label: 'Previous key frame',
+    short: 'Key back',
+    keys: ['E'],
+    tooltip: 'Previous key frame of the selected track; without a selection, of the video (E)',
+    icon: 'key_back',
+    group: GROUP,
+    repeats: true,
+    run: (app) => keyStep(app, -1),
+  }),
+  operation({
+    id: 'first-frame',
+    label: 'First frame',
+    short: 'First',
+    keys: ['Home'],
+    icon: 'previous',
+    group: GROUP,
+    run: (app) => go(app, 0),
+  }),
+  operation({
+    id: 'last-frame',
+    label: 'Last frame',
+    short: 'Last',
+    keys: ['End'],
+    icon: 'next',
+    group: GROUP,
+    run: (app) => go(app, (app.store.get().review?.timebase?.frames ?? 1) - 1),
+  }),
+  operation({
+    id: 'go-to-frame',
+    label: 'Go to a frame by its number',
+    keys: ['G'],
+    group: GROUP,
     run: () => /** @type {HTMLInputElement|null} */ (document.querySelector('.picture-frame'))?.focus(),
   }),
   operation({
-    id: 'speed', label: 'Playing speed', keys: [], group: GROUP,
+    id: 'speed',
+    label: 'Playing speed',
+    keys: [],
+    group: GROUP,
     run: () => /** @type {HTMLSelectElement|null} */ (document.querySelector('.picture-speed'))?.focus(),
   }),
-  operation({ id: 'next-in-queue', label: 'Next undecided track', short: 'Next', keys: ['J'], icon: 'down', group: 'Queue', repeats: true, run: (app) => queueStep(app, 1) }),
-  operation({ id: 'previous-in-queue', label: 'Previous in the queue', short: 'Previous', keys: ['Shift+J'], icon: 'up', group: 'Queue', repeats: true, run: (app) => queueStep(app, -1) }),
   operation({
-    id: 'to-track', label: 'Go to the start of the track', short: 'Start', keys: ['B'], icon: 'to_start', group: 'Queue', disabled: needsTrack,
+    id: 'next-in-queue',
+    label: 'Next undecided track',
+    short: 'Next',
+    keys: ['J'],
+    icon: 'down',
+    group: 'Queue',
+    repeats: true,
+    run: (app) => queueStep(app, 1),
+  }),
+  operation({
+    id: 'previous-in-queue',
+    label: 'Previous in the queue',
+    short: 'Previous',
+    keys: ['Shift+J'],
+    icon: 'up',
+    group: 'Queue',
+    repeats: true,
+    run: (app) => queueStep(app, -1),
+  }),
+  operation({
+    id: 'to-track',
+    label: 'Go to the start of the track',
+    short: 'Start',
+    keys: ['B'],
+    icon: 'to_start',
+    group: 'Queue',
+    disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
       const doc = review?.selected ? docOf(review, review.selected) : null;

@@ -33,7 +33,11 @@ export async function openNextVideo({ store, api, load }, say = toast) {
 /** @type {import('../page-types.js').Operation[]} */
 export const library = [
   operation({
-    id: 'next-video', label: 'Next video with open tracks', keys: [NEXT_VIDEO_KEY], icon: 'film', group: 'Queue',
+    id: 'next-video',
+    label: 'Next video with open tracks',
+    keys: [NEXT_VIDEO_KEY],
+    icon: 'film',
+    group: 'Queue',
     disabled: (state) => (elsewhere(state).next === null ? 'No other video has open tracks.' : null),
     run: (app) => void openNextVideo(app),
   }),

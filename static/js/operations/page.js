@@ -7,33 +7,71 @@ import { operation } from './helpers.js';
 /** @typedef {import('../page-types.js').Operation} Operation */
 
 const GROUP = 'Page';
-const THEMES = /** @type {const} */ ([['auto', 'Theme: as the system', 'contrast'], ['light', 'Theme: light', 'sun'], ['dark', 'Theme: dark', 'moon']]);
-const SCREENS = /** @type {const} */ ([['library', 'Library', '#/'], ['files', 'Files', '#/files'], ['labels', 'Labels', '#/labels'], ['models', 'Models', '#/models']]);
+const THEMES = /** @type {const} */ ([
+  ['auto', 'Theme: as the system', 'contrast'],
+  ['light', 'Theme: light', 'sun'],
+  ['dark', 'Theme: dark', 'moon'],
+]);
+const SCREENS = /** @type {const} */ ([
+  ['library', 'Library', '#/'],
+  ['files', 'Files', '#/files'],
+  ['labels', 'Labels', '#/labels'],
+  ['models', 'Models', '#/models'],
+]);
 const everywhere = () => true;
 
 /** @type {Operation[]} */
 export const page = [
   operation({
-    id: 'palette', label: 'Find anything', keys: ['Ctrl+K'], icon: 'search', group: GROUP, available: everywhere,
+    id: 'palette',
+    label: 'Find anything',
+    keys: ['Ctrl+K'],
+    icon: 'search',
+    group: GROUP,
+    available: everywhere,
     tooltip: 'Find a command, a label, a track or a setting (Ctrl+K)',
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'palette' })),
   }),
   operation({
-    id: 'help', label: 'Help and keys', keys: ['F1', '?'], icon: 'help', group: GROUP, available: everywhere,
+    id: 'help',
+    label: 'Help and keys',
+    keys: ['F1', '?'],
+    icon: 'help',
+    group: GROUP,
+    available: everywhere,
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'help' })),
   }),
   operation({
-    id: 'preferences', label: 'Preferences', keys: [], icon: 'settings', group: GROUP, available: everywhere, tooltip: 'Preferences: your name, theme',
+    id: 'preferences',
+    label: 'Preferences',
+    keys: [],
+    icon: 'settings',
+    group: GROUP,
+    available: everywhere,
+    tooltip: 'Preferences: your name, theme',
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'settings' })),
   }),
-  ...THEMES.map(([theme, label, icon]) => operation({
-    id: `theme-${theme}`, label, keys: [], icon, group: GROUP, available: everywhere,
-    run: (app) => app.store.dispatch((state) => setTheme(state, theme)),
-  })),
-  ...SCREENS.map(([screen, label, address]) => operation({
-    id: `screen-${screen}`, label: `Go to: ${label}`, keys: [], group: GROUP, available: everywhere,
-    run: () => {
-      location.hash = address;
-    },
-  })),
+  ...THEMES.map(([theme, label, icon]) =>
+    operation({
+      id: `theme-${theme}`,
+      label,
+      keys: [],
+      icon,
+      group: GROUP,
+      available: everywhere,
+      run: (app) => app.store.dispatch((state) => setTheme(state, theme)),
+    }),
+  ),
+  ...SCREENS.map(([screen, label, address]) =>
+    operation({
+      id: `screen-${screen}`,
+      label: `Go to: ${label}`,
+      keys: [],
+      group: GROUP,
+      available: everywhere,
+      run: () => {
+        location.hash = address;
+      },
+    }),
+  ),
 ];

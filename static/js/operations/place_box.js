@@ -42,7 +42,13 @@ export function grow(app, dx, dy) {
   const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
   if (!shown || !state.review) return;
   const [x1, y1, x2, y2] = shown.box;
-  putBox(app, shown.key, state.review.frame, settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)), 'resize');
+  putBox(
+    app,
+    shown.key,
+    state.review.frame,
+    settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)),
+    'resize',
+  );
 }
 
 /** A box was drawn. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   the selected track instead of a new one @param {import('./unseen.js').Say} [say] */
@@ -65,5 +71,6 @@ export function drawn(app, box, correct, say = toast) {
  * @param {string} [label_key]     of that label
  */
 export function create(app, { key, frame, box }, class_id, label_key) {
-  if (app.edit({ name: 'create_track', frame, key, box, class_id, ...(label_key !== undefined && { label_key }) })) app.store.dispatch((state) => select(state, key));
+  if (app.edit({ name: 'create_track', frame, key, box, class_id, ...(label_key !== undefined && { label_key }) }))
+    app.store.dispatch((state) => select(state, key));
 }

@@ -14,7 +14,19 @@ import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...following, ...navigation, ...library, ...boxes, ...verdicts, ...attributes, ...groundTruth, ...exchange, ...view, ...team, ...page];
+export const allOperations = () => [
+  ...following,
+  ...navigation,
+  ...library,
+  ...boxes,
+  ...verdicts,
+  ...attributes,
+  ...groundTruth,
+  ...exchange,
+  ...view,
+  ...team,
+  ...page,
+];
 
 /**
  * Run an operation if it can be run now.

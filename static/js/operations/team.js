@@ -9,10 +9,12 @@ import { operation } from './helpers.js';
 /** @typedef {import('../types.js').Assignment} Assignment */
 
 /** The address where the work of an assignment begins. @param {Assignment} assignment */
-export const placeOfWork = ({ video_id, first }) => formatRoute({ screen: 'review', video: video_id, run: null, frame: first > 0 ? first : null, track: null });
+export const placeOfWork = ({ video_id, first }) =>
+  formatRoute({ screen: 'review', video: video_id, run: null, frame: first > 0 ? first : null, track: null });
 
 /** @param {import('../state-types.js').State} state @returns {Assignment|null} */
-export const openWork = (state) => (state.review ? workHere(state.assignments, state.session, state.review.video.id, state.review.frame) : null);
+export const openWork = (state) =>
+  state.review ? workHere(state.assignments, state.session, state.review.video.id, state.review.frame) : null;
 
 /** What one works on after what is open. @param {import('../state-types.js').State} state */
 export const followingWork = (state) => nextWork(state.assignments, state.session, openWork(state)?.id ?? null);
@@ -26,7 +28,11 @@ export function waitingWork({ assignments, session }) {
 /** @type {import('../page-types.js').Operation[]} */
 export const team = [
   operation({
-    id: 'next-work', label: 'Next of my work', keys: ['Alt+Shift+J'], icon: 'forward', group: 'Queue',
+    id: 'next-work',
+    label: 'Next of my work',
+    keys: ['Alt+Shift+J'],
+    icon: 'forward',
+    group: 'Queue',
     available: (state) => state.session?.person != null && (state.route.screen === 'review' || state.route.screen === 'library'),
     disabled: (state) => (followingWork(state) === null ? 'Nothing else waits for you.' : null),
     run: (app) => {
@@ -35,7 +41,11 @@ export const team = [
     },
   }),
   operation({
-    id: 'sign-in', label: 'Sign in', keys: [], group: 'Queue', available: (state) => state.banners.some(({ id }) => id === 'denied'),
+    id: 'sign-in',
+    label: 'Sign in',
+    keys: [],
+    group: 'Queue',
+    available: (state) => state.banners.some(({ id }) => id === 'denied'),
     run: () => location.assign(`/sign-in${location.hash}`),
   }),
 ];

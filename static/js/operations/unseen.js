@@ -38,12 +38,15 @@ export function gained(before, after, tracks) {
  */
 function unseenWords(name, runs, frame, copied) {
   const words = [];
-  if (copied !== null) words.push(`Track ${name} had no box in frame ${frame}: that of frame ${copied} was copied here. Move it onto the sign.`);
+  if (copied !== null)
+    words.push(`Track ${name} had no box in frame ${frame}: that of frame ${copied} was copied here. Move it onto the sign.`);
   const others = without([...runs], [[frame, frame]]);
   const frames = framesIn(others);
   if (frames > 0) {
     const [first, last] = [others[0][0], /** @type {import('../model/join.js').Span} */ (others.at(-1))[1]];
-    words.push(`In ${frames === 1 ? `frame ${first}` : `${plural(frames, 'frame')} (${first}–${last})`} the box lies on a line between key frames; nobody saw the sign there.`);
+    words.push(
+      `In ${frames === 1 ? `frame ${first}` : `${plural(frames, 'frame')} (${first}–${last})`} the box lies on a line between key frames; nobody saw the sign there.`,
+    );
   }
   return words.join(' ');
 }

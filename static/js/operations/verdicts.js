@@ -31,7 +31,8 @@ const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9];
  */
 export function giveVerdict(app, review, key, verdict) {
   const doc = review.docs[key];
-  if (doc?.not_a_sign && verdict !== 'rejected' && !app.edit({ name: 'set_not_a_sign', key, frame: review.frame, value: false })) return false;
+  if (doc?.not_a_sign && verdict !== 'rejected' && !app.edit({ name: 'set_not_a_sign', key, frame: review.frame, value: false }))
+    return false;
   return (doc?.review ?? 'open') === verdict || app.edit({ name: 'set_review', key, frame: review.frame, review: verdict });
 }
 
@@ -46,7 +47,8 @@ export function giveLabel(app, label, say = toast) {
   if (!review?.selected) return;
   const doc = docOf(review, review.selected);
   const name = `Track ${trackName(review.selected, review.docs[review.selected])}`;
-  if (doc && doc.class_id === label.id && labelAt(doc, review.frame, (track) => engineClass(review, track)) === label.id) say(`${name} is ${label.name} already.`, { topic: 'label' });
+  if (doc && doc.class_id === label.id && labelAt(doc, review.frame, (track) => engineClass(review, track)) === label.id)
+    say(`${name} is ${label.name} already.`, { topic: 'label' });
   else if (editSelected(app, { name: 'relabel_track', class_id: label.id })) say(`${name}: ${label.name}`, { topic: 'label' });
 }
 
@@ -94,16 +96,52 @@ function endWords({ review, videos }) {
 
 /** @type {import('../page-types.js').Operation[]} */
 export const verdicts = [
-  operation({ id: 'accept', label: 'Accept the track and go to the next', short: 'Accept', keys: ['A'], icon: 'accept', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'accepted') }),
-  operation({ id: 'reject', label: 'False positive, go to the next', short: 'False positive', keys: ['X'],
-    tooltip: 'The track is no sign: it counts nowhere, and a retraining takes its places for background. Then the next (X)', icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
-  operation({ id: 'needs-work', label: 'The track needs work, go to the next', short: 'Needs work', keys: ['W'], icon: 'needs_work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
   operation({
-    id: 'judge-shown', label: 'Bulk review shown tracks …', keys: ['Shift+A'], group: GROUP, disabled: needsRun,
+    id: 'accept',
+    label: 'Accept the track and go to the next',
+    short: 'Accept',
+    keys: ['A'],
+    icon: 'accept',
+    group: GROUP,
+    disabled: needsTrack,
+    run: (app) => judge(app, 'accepted'),
+  }),
+  operation({
+    id: 'reject',
+    label: 'False positive, go to the next',
+    short: 'False positive',
+    keys: ['X'],
+    tooltip: 'The track is no sign: it counts nowhere, and a retraining takes its places for background. Then the next (X)',
+    icon: 'reject',
+    group: GROUP,
+    disabled: needsTrack,
+    run: (app) => judge(app, 'rejected'),
+  }),
+  operation({
+    id: 'needs-work',
+    label: 'The track needs work, go to the next',
+    short: 'Needs work',
+    keys: ['W'],
+    icon: 'needs_work',
+    group: GROUP,
+    disabled: needsTrack,
+    run: (app) => judge(app, 'needs_work'),
+  }),
+  operation({
+    id: 'judge-shown',
+    label: 'Bulk review shown tracks …',
+    keys: ['Shift+A'],
+    group: GROUP,
+    disabled: needsRun,
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'bulk-review' })),
   }),
   operation({
-    id: 'relabel', label: 'Relabel', keys: ['L'], icon: 'label', group: GROUP, disabled: needsTrack,
+    id: 'relabel',
+    label: 'Relabel',
+    keys: ['L'],
+    icon: 'label',
+    group: GROUP,
+    disabled: needsTrack,
     tooltip: 'Choose the label of the track, or of this box alone (L). Labels that are pinned to a digit: (Ctrl+1) to (Ctrl+9)',
     run: (app) => {
       const { review } = app.store.get();
@@ -112,11 +150,22 @@ export const verdicts = [
     },
   }),
   operation({
-    id: 'pinned-label', label: 'Give a pinned label', keys: DIGITS.map((digit) => `Ctrl+${digit}`), group: GROUP, each: true, disabled: needsTrack,
+    id: 'pinned-label',
+    label: 'Give a pinned label',
+    keys: DIGITS.map((digit) => `Ctrl+${digit}`),
+    group: GROUP,
+    each: true,
+    disabled: needsTrack,
     run: (app, key) => givePinned(app, String(key).slice(-1)),
   }),
   operation({
-    id: 'ignore', label: 'Ignore the track, or no longer', short: 'Ignore', keys: ['U'], icon: 'ignore', group: GROUP, disabled: needsTrack,
+    id: 'ignore',
+    label: 'Ignore the track, or no longer',
+    short: 'Ignore',
+    keys: ['U'],
+    icon: 'ignore',
+    group: GROUP,
+    disabled: needsTrack,
     tooltip: 'Neither a sign nor background: comparisons leave the track out, and no training learns from it (U)',
     run: (app) => {
       const { review } = app.store.get();
@@ -124,7 +173,13 @@ export const verdicts = [
     },
   }),
   operation({
-    id: 'note', label: 'Pin a note to this frame', short: 'Note', keys: ['P'], icon: 'note', group: GROUP, disabled: needsTrack,
+    id: 'note',
+    label: 'Pin a note to this frame',
+    short: 'Note',
+    keys: ['P'],
+    icon: 'note',
+    group: GROUP,
+    disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
       app.store.dispatch((state) => openDialog(state, { kind: 'note', data: { key: review?.selected, frame: review?.frame } }));

@@ -52,22 +52,38 @@ export const SHORT_NAMES = /** @type {const} */ ({
  * @param {import('../state-types.js').LayerName} name
  */
 export const switchLayer = (state, name) =>
-  (name === 'second' && state.review !== null && state.review.second === null ? openDialog(state, { kind: 'second' }) : toggleLayer(state, name));
+  name === 'second' && state.review !== null && state.review.second === null
+    ? openDialog(state, { kind: 'second' })
+    : toggleLayer(state, name);
 
 /** @type {import('../page-types.js').Operation[]} */
 export const view = [
   operation({
-    id: 'undo', label: 'Undo', keys: ['Ctrl+Z'], icon: 'undo', group: 'History', repeats: true,
+    id: 'undo',
+    label: 'Undo',
+    keys: ['Ctrl+Z'],
+    icon: 'undo',
+    group: 'History',
+    repeats: true,
     disabled: (state) => (state.review?.undo ? null : 'There is nothing to undo.'),
     run: (app) => app.editor.undo(),
   }),
   operation({
-    id: 'redo', label: 'Redo', keys: ['Ctrl+Shift+Z', 'Ctrl+Y'], icon: 'redo', group: 'History', repeats: true,
+    id: 'redo',
+    label: 'Redo',
+    keys: ['Ctrl+Shift+Z', 'Ctrl+Y'],
+    icon: 'redo',
+    group: 'History',
+    repeats: true,
     disabled: (state) => (state.review?.redo ? null : 'There is nothing to redo.'),
     run: (app) => app.editor.redo(),
   }),
   operation({
-    id: 'save', label: 'Save', keys: ['Ctrl+S'], group: 'History', tooltip: 'Every change is saved when it is made; this tells you so (Ctrl+S)',
+    id: 'save',
+    label: 'Save',
+    keys: ['Ctrl+S'],
+    group: 'History',
+    tooltip: 'Every change is saved when it is made; this tells you so (Ctrl+S)',
     available: (state) => onReview(state) || state.elsewhere.length > 0,
     run: async (app) => {
       app.editor.retry();
@@ -80,7 +96,10 @@ export const view = [
     },
   }),
   operation({
-    id: 'open-undecided', label: 'Open the run with a conflict', keys: [], group: 'History',
+    id: 'open-undecided',
+    label: 'Open the run with a conflict',
+    keys: [],
+    group: 'History',
     tooltip: 'Somebody else changed a track first, in a run that is not open: see both versions and choose one',
     available: (state) => state.elsewhere.some(({ held }) => held),
     run: async (app) => {
@@ -91,61 +110,117 @@ export const view = [
     },
   }),
   operation({
-    id: 'decide-conflict', label: 'Decide on a conflict', keys: [], group: 'History',
+    id: 'decide-conflict',
+    label: 'Decide on a conflict',
+    keys: [],
+    group: 'History',
     tooltip: 'Somebody else changed a track first: see both versions and choose one',
     disabled: (state) => (state.banners.some(({ id }) => id === 'conflict') ? null : 'There is no conflict.'),
     run: (app) => app.editor.decide(),
   }),
   operation({
-    id: 'carry-over', label: 'Carry over corrections of an earlier run', keys: [], group: 'History',
+    id: 'carry-over',
+    label: 'Carry over corrections of an earlier run',
+    keys: [],
+    group: 'History',
     tooltip: 'Each is found again in this run, left out where this run shows it by itself, or told as a conflict',
     disabled: (state) => (state.review?.earlier ? null : 'No earlier run has corrections that this one lacks.'),
-    run: (app) => app.store.dispatch((state) => {
-      const { review } = state;
-      const from = review && state.runs[review.video.id]?.find(({ id }) => id === review.earlier?.run_id);
-      return from && review.run ? openDialog(state, { kind: 'adopted', data: { from, to: review.run, now: true } }) : state;
-    }),
+    run: (app) =>
+      app.store.dispatch((state) => {
+        const { review } = state;
+        const from = review && state.runs[review.video.id]?.find(({ id }) => id === review.earlier?.run_id);
+        return from && review.run ? openDialog(state, { kind: 'adopted', data: { from, to: review.run, now: true } }) : state;
+      }),
   }),
   ...LAYERS.map((name) =>
     operation({
-      id: `layer-${name}`, label: LAYER_NAMES[name], keys: [layerKey(name)], group: 'Layers', tooltip: `Show or hide: ${LAYER_NAMES[name]} (${layerKey(name)})`,
+      id: `layer-${name}`,
+      label: LAYER_NAMES[name],
+      keys: [layerKey(name)],
+      group: 'Layers',
+      tooltip: `Show or hide: ${LAYER_NAMES[name]} (${layerKey(name)})`,
       run: (app) => app.store.dispatch((state) => switchLayer(state, name)),
-    })),
+    }),
+  ),
   operation({
-    id: 'second-run', label: 'Choose the second run …', keys: ['Shift+8'], group: 'Layers', disabled: needsRun,
+    id: 'second-run',
+    label: 'Choose the second run …',
+    keys: ['Shift+8'],
+    group: 'Layers',
+    disabled: needsRun,
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
   }),
   operation({
-    id: 'fit', label: 'Whole picture', short: 'Fit', keys: ['0'], icon: 'fit', group: 'Picture',
+    id: 'fit',
+    label: 'Whole picture',
+    short: 'Fit',
+    keys: ['0'],
+    icon: 'fit',
+    group: 'Picture',
     run: (app) => app.store.dispatch((state) => setViewport(state, { zoom: 0, x: 0, y: 0 })),
   }),
   operation({
-    id: 'actual-size', label: 'One to one', short: '1:1', keys: ['Shift+0'], icon: 'one_to_one', group: 'Picture',
-    run: (app) => app.store.dispatch((state) => (state.review ? setViewport(state, { ...state.review.viewport, zoom: 1 / (globalThis.devicePixelRatio || 1) }) : state)),
+    id: 'actual-size',
+    label: 'One to one',
+    short: '1:1',
+    keys: ['Shift+0'],
+    icon: 'one_to_one',
+    group: 'Picture',
+    run: (app) =>
+      app.store.dispatch((state) =>
+        state.review ? setViewport(state, { ...state.review.viewport, zoom: 1 / (globalThis.devicePixelRatio || 1) }) : state,
+      ),
   }),
   operation({
-    id: 'zoom-track', label: 'Zoom to the track', short: 'Zoom', keys: ['Z'], icon: 'zoom_in', group: 'Picture', disabled: needsBox,
+    id: 'zoom-track',
+    label: 'Zoom to the track',
+    short: 'Zoom',
+    keys: ['Z'],
+    icon: 'zoom_in',
+    group: 'Picture',
+    disabled: needsBox,
     tooltip: 'Zoom to the selected track; the next ones of the queue then come to the middle (Z)',
-    run: (app) => app.store.dispatch((state) => {
-      const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-      return shown ? setViewport(state, zoomedTo(shown.box, JUDGED, sizeOf(state.review?.video))) : state;
-    }),
+    run: (app) =>
+      app.store.dispatch((state) => {
+        const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+        return shown ? setViewport(state, zoomedTo(shown.box, JUDGED, sizeOf(state.review?.video))) : state;
+      }),
   }),
   operation({
-    id: 'few-labels', label: 'Fewer names in the picture', short: 'Fewer names', keys: ['H'], icon: 'eye', group: 'Picture',
+    id: 'few-labels',
+    label: 'Fewer names in the picture',
+    short: 'Fewer names',
+    keys: ['H'],
+    icon: 'eye',
+    group: 'Picture',
     tooltip: 'Name only the selected track and the one under the pointer, or all again (H)',
     run: (app) => app.store.dispatch(toggleFewLabels),
   }),
   operation({
-    id: 'fold-lanes', label: 'All lanes, or only the chosen one', keys: ['Shift+L'], group: 'Lanes',
+    id: 'fold-lanes',
+    label: 'All lanes, or only the chosen one',
+    keys: ['Shift+L'],
+    group: 'Lanes',
     run: (app) => app.store.dispatch((state) => changeLanesView(state, { folded: !state.lanesView.folded })),
   }),
-  ...SUB_LANES.map(({ id, label, hint }) => operation({
-    id: `lane-${id}`, label: `Lane: ${label}`, keys: [], group: 'Lanes', tooltip: hint,
-    run: (app) => app.store.dispatch((state) => changeLanesView(state, { folded: true, lane: id })),
-  })),
+  ...SUB_LANES.map(({ id, label, hint }) =>
+    operation({
+      id: `lane-${id}`,
+      label: `Lane: ${label}`,
+      keys: [],
+      group: 'Lanes',
+      tooltip: hint,
+      run: (app) => app.store.dispatch((state) => changeLanesView(state, { folded: true, lane: id })),
+    }),
+  ),
   operation({
-    id: 'what-if', label: 'What if …', short: 'What if', keys: ['Shift+W'], icon: 'whatif', group: 'Engine', disabled: needsRun,
+    id: 'what-if',
+    label: 'What if …',
+    short: 'What if',
+    keys: ['Shift+W'],
+    icon: 'whatif',
+    group: 'Engine',
+    disabled: needsRun,
     tooltip: 'Replay the run with other parameters and see what would change (Shift+W)',
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'whatif', data: { run: state.review?.run?.id } })),
   }),

@@ -16,7 +16,7 @@ import { area, contains, iou } from '../model/geometry.js';
  */
 
 /** The boxes of the ground truth in the cursor's frame, from left to right; none while the layer is hidden. @param {ReviewState} review */
-const shownTruth = (review) => (review.layers.truth ? [...review.truth[review.frame] ?? []].sort((a, b) => a.box[0] - b.box[0]) : []);
+const shownTruth = (review) => (review.layers.truth ? [...(review.truth[review.frame] ?? [])].sort((a, b) => a.box[0] - b.box[0]) : []);
 
 /**
  * @param {ReviewState} review
@@ -29,11 +29,18 @@ export function chosenTruth(review) {
   if (review.truthSign !== null) {
     const own = here.find(({ track }) => track === review.truthSign) ?? null;
     const over = own ? best(tracks, own.box) : null;
-    return { sign: review.truthSign, box: own?.box ?? null, class_id: own?.class_id ?? null, on: over && { key: over.item.key, iou: over.iou } };
+    return {
+      sign: review.truthSign,
+      box: own?.box ?? null,
+      class_id: own?.class_id ?? null,
+      on: over && { key: over.item.key, iou: over.iou },
+    };
   }
   const selected = tracks.find(({ key }) => key === review.selected);
   const found = selected ? best(here, selected.box) : null;
-  return selected && found ? { sign: found.item.track, box: found.item.box, class_id: found.item.class_id, on: { key: selected.key, iou: found.iou } } : null;
+  return selected && found
+    ? { sign: found.item.track, box: found.item.box, class_id: found.item.class_id, on: { key: selected.key, iou: found.iou } }
+    : null;
 }
 
 /** The next sign of the ground truth in this frame, from left to right, and round; null: there is none. @param {ReviewState} review @returns {number|null} */
@@ -44,7 +51,9 @@ export function nextTruth(review) {
 
 /** The sign of the ground truth under a point of the picture, the smallest first; null: there is none. @param {ReviewState} review @param {number} x @param {number} y @returns {number|null} */
 export function truthAt(review, x, y) {
-  const under = shownTruth(review).filter(({ box }) => contains(box, x, y)).sort((a, b) => area(a.box) - area(b.box));
+  const under = shownTruth(review)
+    .filter(({ box }) => contains(box, x, y))
+    .sort((a, b) => area(a.box) - area(b.box));
   return under[0]?.track ?? null;
 }
 

@@ -58,7 +58,10 @@ export function createChunks({ store, api }, requests, { truth, truthGone, again
     if (first < 0 || first > last) return [];
     const end = Math.min(last, first + CHUNK - 1);
     const asks = [];
-    for (const [slot, run] of /** @type {const} */ ([['overlays', review.run?.id], ['secondOverlays', review.second]])) {
+    for (const [slot, run] of /** @type {const} */ ([
+      ['overlays', review.run?.id],
+      ['secondOverlays', review.second],
+    ])) {
       if (run && !held(review, slot, run, first)) asks.push(() => overlays(run, slot, first, end, signal));
     }
     const id = truth();
@@ -86,18 +89,29 @@ export function createChunks({ store, api }, requests, { truth, truthGone, again
    */
   function overlays(run, slot, first, last, signal) {
     const name = `${slot}/${run}/${first}`;
-    return requests.fetched(name, signal, () => api.overlays(run, first, last, { signal }), (found) => {
-      store.dispatch((state) => putOverlays(state, slot, found));
-      // where the run has not got to yet is asked again by `refresh`
-      if (found.length) requests.came(name, found[0].frame);
-    });
+    return requests.fetched(
+      name,
+      signal,
+      () => api.overlays(run, first, last, { signal }),
+      (found) => {
+        store.dispatch((state) => putOverlays(state, slot, found));
+        // where the run has not got to yet is asked again by `refresh`
+        if (found.length) requests.came(name, found[0].frame);
+      },
+    );
   }
 
   /** @param {string} id @param {number} first @param {number} last @param {AbortSignal} signal */
   function boxes(id, first, last, signal) {
-    return requests.fetched(`truth/${id}/${first}`, signal, () => api.truthBoxes(id, first, last, { signal }), (found) => {
-      store.dispatch((state) => putTruth(state, found, first, last));
-    }, () => truthGone(id, signal));
+    return requests.fetched(
+      `truth/${id}/${first}`,
+      signal,
+      () => api.truthBoxes(id, first, last, { signal }),
+      (found) => {
+        store.dispatch((state) => putTruth(state, found, first, last));
+      },
+      () => truthGone(id, signal),
+    );
   }
 
   return around;

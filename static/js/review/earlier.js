@@ -25,7 +25,10 @@ const nameOf = (run, { run_id, seq }) => `earlier/${run}/${run_id}/${seq}`;
  */
 export function offer(run, source, found) {
   return {
-    id: 'earlier', tone: 'info', once: nameOf(run.id, found), action: { label: 'Carry them over', operation: 'carry-over' },
+    id: 'earlier',
+    tone: 'info',
+    once: nameOf(run.id, found),
+    action: { label: 'Carry them over', operation: 'carry-over' },
     text: `People have corrected ${plural(found.tracks, 'track')} in an earlier run, “${runName(source)}”. This run does not have that yet.`,
   };
 }
@@ -42,7 +45,9 @@ export async function offerEarlier({ store, api }, run, signal) {
   const found = await api.earlier(run.id, { signal });
   const source = store.get().runs[run.video_id]?.find(({ id }) => id === found?.run_id);
   if (!found || !source || isPutAway(nameOf(run.id, found))) return;
-  store.dispatch((state) => (state.review?.run?.id === run.id ? showBanner(changeReview(state, { earlier: found }), offer(run, source, found)) : state));
+  store.dispatch((state) =>
+    state.review?.run?.id === run.id ? showBanner(changeReview(state, { earlier: found }), offer(run, source, found)) : state,
+  );
 }
 
 /** They have come over. @param {Pick<App, 'store'>} app @param {string} run @param {string} from */

@@ -57,7 +57,14 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
     const over = begin();
     const fresh = newFollowing(asked);
     // what was cut off stays cut off; the old proposals stay in sight until new ones come
-    store.dispatch((state) => setFollowing(state, before?.key === asked.key ? { ...fresh, from: before.from, to: before.to, proposals: { ...before.proposals, ...fresh.proposals } } : fresh));
+    store.dispatch((state) =>
+      setFollowing(
+        state,
+        before?.key === asked.key
+          ? { ...fresh, from: before.from, to: before.to, proposals: { ...before.proposals, ...fresh.proposals } }
+          : fresh,
+      ),
+    );
     if (delay) await sleep(delay, over);
     if (over.aborted) return;
     try {
@@ -66,7 +73,9 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
         if (now()?.id == null) void api.dropFollow(answer.id).catch(() => {});
         return;
       }
-      store.dispatch((state) => putFollowing(setFollowing(state, { ...fresh, from: now()?.from ?? null, to: now()?.to ?? null }), null, answer));
+      store.dispatch((state) =>
+        putFollowing(setFollowing(state, { ...fresh, from: now()?.from ?? null, to: now()?.to ?? null }), null, answer),
+      );
       await listen(answer.id, over);
     } catch (thrown) {
       fail(thrown, over);
@@ -145,9 +154,13 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
 function rest(ms, signal) {
   return new Promise((resolve) => {
     const timer = setTimeout(() => resolve(), ms);
-    signal.addEventListener('abort', () => {
-      clearTimeout(timer);
-      resolve();
-    }, { once: true });
+    signal.addEventListener(
+      'abort',
+      () => {
+        clearTimeout(timer);
+        resolve();
+      },
+      { once: true },
+    );
   });
 }

@@ -13,9 +13,11 @@ import { boxAt } from '../model/effective.js';
 export function knownBox(review, key, frame) {
   const doc = docOf(review, key);
   if (!doc) return null;
-  return boxAt(doc, frame, (track, at) => {
-    const lane = review.laneOf[track];
-    const place = lane ? lane.frame.indexOf(at) : -1;
-    return place < 0 ? review.overlays[at]?.tracks.find(({ id }) => id === track)?.box ?? null : lane.box[place];
-  })?.box ?? null;
+  return (
+    boxAt(doc, frame, (track, at) => {
+      const lane = review.laneOf[track];
+      const place = lane ? lane.frame.indexOf(at) : -1;
+      return place < 0 ? (review.overlays[at]?.tracks.find(({ id }) => id === track)?.box ?? null) : lane.box[place];
+    })?.box ?? null
+  );
 }

@@ -34,7 +34,8 @@ const withoutErrors = (state) => ['review', 'picture', 'earlier'].reduce(hideBan
  * @returns {State}
  */
 function putTracks(state, found) {
-  const named = state.route.screen === 'review' && state.review?.tracks === null && state.review.selected === null ? state.route.track : null;
+  const named =
+    state.route.screen === 'review' && state.review?.tracks === null && state.review.selected === null ? state.route.track : null;
   const next = changeReview(state, found);
   return named === null ? next : select(next, named);
 }
@@ -105,14 +106,19 @@ export function createLoader(app, hooks) {
       if (unready !== null) return;
       const [table] = await Promise.all([
         api.frameTable(video.id, { signal }),
-        app.load(() => api.runs(video.id, { signal }), (state, found) => setRuns(state, video.id, found)),
+        app.load(
+          () => api.runs(video.id, { signal }),
+          (state, found) => setRuns(state, video.id, found),
+        ),
       ]);
       const runs = store.get().runs[video.id] ?? [];
       // a run that is named but gone is not replaced by another one: its tracks have the same names
       const run = runs.find(({ id }) => id === (route.run ?? video.latest_run)) ?? (route.run === null ? runs[0] : null) ?? null;
       store.dispatch((state) => {
         const ready = changeReview(state, {
-          timebase: createTimebase(table), run, span: { first: 0, last: Math.max(1, table.frames) },
+          timebase: createTimebase(table),
+          run,
+          span: { first: 0, last: Math.max(1, table.frames) },
         });
         // the address may have gone on meanwhile; from here on the cursor is the person's
         const { frame } = state.route.screen === 'review' ? state.route : route;
@@ -149,7 +155,13 @@ export function createLoader(app, hooks) {
     const found = await api.groundTruths(video, { signal });
     const shown = found.find(({ id }) => id === wantedTruth) ?? found[0];
     const next = shown?.id ?? null;
-    store.dispatch((state) => changeReview(state, { truthId: shown?.id ?? null, truthName: shown?.name ?? null, ...(truth !== null && truth !== next ? { truth: {} } : {}) }));
+    store.dispatch((state) =>
+      changeReview(state, {
+        truthId: shown?.id ?? null,
+        truthName: shown?.name ?? null,
+        ...(truth !== null && truth !== next ? { truth: {} } : {}),
+      }),
+    );
     truth = next;
     sync();
   }
@@ -158,10 +170,15 @@ export function createLoader(app, hooks) {
   function lane(run, track, signal) {
     const name = `lane/${run}/${track}`;
     if (requests.isAskedFor(name)) return;
-    void requests.fetched(name, signal, () => api.track(run, track, { signal }), (found) => {
-      requests.passed(name);
-      store.dispatch((state) => putLane(state, found));
-    });
+    void requests.fetched(
+      name,
+      signal,
+      () => api.track(run, track, { signal }),
+      (found) => {
+        requests.passed(name);
+        store.dispatch((state) => putLane(state, found));
+      },
+    );
   }
 
   async function refresh() {
@@ -214,7 +231,8 @@ export function createLoader(app, hooks) {
     const signal = AbortSignal.any([current.signal, app.signal]);
     around(review, signal, current);
     if (review.run && review.selected) {
-      for (const track of tracksBehind(review.selected, review.docs[review.selected])) if (!review.laneOf[track]) lane(review.run.id, track, signal);
+      for (const track of tracksBehind(review.selected, review.docs[review.selected]))
+        if (!review.laneOf[track]) lane(review.run.id, track, signal);
     }
   }
 
@@ -243,20 +261,32 @@ export function createLoader(app, hooks) {
     },
     showSecond(id, corrected = false) {
       requests.forget('secondOverlays/');
-      store.dispatch((state) => changeReview(state, (review) => ({ second: id, secondOverlays: {}, secondTracks: null, secondDocs: {}, layers: { ...review.layers, second: true } })));
+      store.dispatch((state) =>
+        changeReview(state, (review) => ({
+          second: id,
+          secondOverlays: {},
+          secondTracks: null,
+          secondDocs: {},
+          layers: { ...review.layers, second: true },
+        })),
+      );
       sync();
       if (!current || id === null) return;
       const signal = AbortSignal.any([current.signal, app.signal]);
       // whose undo it tells does not matter: only the documents are looked at
-      Promise.all([api.tracks(id, { signal }), corrected ? api.annotation(id, 'someone', { signal }) : null]).then(([secondTracks, annotation]) => {
-        const secondDocs = Object.fromEntries((annotation?.docs ?? []).map((doc) => [doc.key, doc]));
-        store.dispatch((state) => (state.review?.second === id ? changeReview(state, { secondTracks, secondDocs }) : state));
-      }).catch((thrown) => fail(thrown, signal));
+      Promise.all([api.tracks(id, { signal }), corrected ? api.annotation(id, 'someone', { signal }) : null])
+        .then(([secondTracks, annotation]) => {
+          const secondDocs = Object.fromEntries((annotation?.docs ?? []).map((doc) => [doc.key, doc]));
+          store.dispatch((state) => (state.review?.second === id ? changeReview(state, { secondTracks, secondDocs }) : state));
+        })
+        .catch((thrown) => fail(thrown, signal));
     },
     showTruth(id) {
       wantedTruth = id;
       requests.forget('truth/');
-      store.dispatch((state) => changeReview(state, (review) => ({ truth: {}, layers: { ...review.layers, truth: id !== null || review.layers.truth } })));
+      store.dispatch((state) =>
+        changeReview(state, (review) => ({ truth: {}, layers: { ...review.layers, truth: id !== null || review.layers.truth } })),
+      );
       const { review } = store.get();
       if (!review || !current) return;
       const signal = AbortSignal.any([current.signal, app.signal]);

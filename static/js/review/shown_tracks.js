@@ -38,14 +38,31 @@ export function shownTracks(review, frame = review.frame) {
     const key = `m${track.id}`;
     // a track that is confirmed later is shown from its first frame on
     if (review.docs[key] || !(classes.has(track.id) || track.state === 'confirmed')) continue;
-    shown.push({ key, box: track.box, origin: 'engine', occluded: false, class_id: classes.get(track.id) ?? track.class_id, word: wordOf(review, track.id) ?? track.word ?? null, not_a_sign: false, edited: false, engine: track });
+    shown.push({
+      key,
+      box: track.box,
+      origin: 'engine',
+      occluded: false,
+      class_id: classes.get(track.id) ?? track.class_id,
+      word: wordOf(review, track.id) ?? track.word ?? null,
+      not_a_sign: false,
+      edited: false,
+      engine: track,
+    });
   }
   for (const doc of Object.values(review.docs)) {
     const at = boxAt(doc, frame, engineBox, (id) => classes.get(id) ?? null);
     if (at === null) continue;
     const segment = doc.segments.find(({ first, last }) => first <= frame && frame <= last);
     const behind = at.class_id === NO_CLASS && doc.class_id === null && doc.keys[frame]?.class_id == null ? beganAs(doc) : null;
-    shown.push({ key: doc.key, ...at, word: behind === null ? null : wordOf(review, behind), not_a_sign: doc.not_a_sign, edited: isEdited(at, doc, segment ? classes.get(segment.track) ?? null : null), engine: (segment && engine.get(segment.track)) ?? null });
+    shown.push({
+      key: doc.key,
+      ...at,
+      word: behind === null ? null : wordOf(review, behind),
+      not_a_sign: doc.not_a_sign,
+      edited: isEdited(at, doc, segment ? (classes.get(segment.track) ?? null) : null),
+      engine: (segment && engine.get(segment.track)) ?? null,
+    });
   }
   return withProposal(review, frame, shown, classes);
 }
@@ -66,7 +83,17 @@ function withProposal(review, frame, shown, classes) {
   const doc = review.docs[following.key];
   const class_id = own?.class_id ?? doc?.class_id ?? classes.get(Number(following.key.slice(1))) ?? null;
   /** @type {ShownTrack} */
-  const proposed = { key: following.key, box: proposal.box, origin: 'proposed', occluded: false, class_id, word: own?.word ?? null, not_a_sign: doc?.not_a_sign ?? false, edited: true, engine: own?.engine ?? null };
+  const proposed = {
+    key: following.key,
+    box: proposal.box,
+    origin: 'proposed',
+    occluded: false,
+    class_id,
+    word: own?.word ?? null,
+    not_a_sign: doc?.not_a_sign ?? false,
+    edited: true,
+    engine: own?.engine ?? null,
+  };
   return [...shown.filter((one) => one !== own), proposed];
 }
 
@@ -95,16 +122,23 @@ export function secondShown(review) {
  * Without what is rejected or no sign: those count nowhere.
  * @param {ReviewState} review
  */
-export const shownSigns = (review) => shownTracks(review).filter(({ key, not_a_sign }) => !not_a_sign && review.docs[key]?.review !== 'rejected');
+export const shownSigns = (review) =>
+  shownTracks(review).filter(({ key, not_a_sign }) => !not_a_sign && review.docs[key]?.review !== 'rejected');
 
 /**
  * Tracks of which people have said what should have come out: accepted, rejected or corrected; notes alone say nothing.
  * @param {ReviewState} review
  * @returns {string[]}
  */
-export const correctedKeys = (review) => Object.values(review.docs).filter((doc) => doc.merged_into === null
-  && (doc.key.startsWith('m') || !doc.gone)
-  && (doc.review === 'accepted' || doc.review === 'rejected' || isCorrected(doc, review.tracks))).map(({ key }) => key);
+export const correctedKeys = (review) =>
+  Object.values(review.docs)
+    .filter(
+      (doc) =>
+        doc.merged_into === null &&
+        (doc.key.startsWith('m') || !doc.gone) &&
+        (doc.review === 'accepted' || doc.review === 'rejected' || isCorrected(doc, review.tracks)),
+    )
+    .map(({ key }) => key);
 
 /** The track's box in a frame; null: none. @param {ReviewState} review @param {string} key @param {number} [frame] @returns {ShownTrack|null} */
 export const shownTrack = (review, key, frame = review.frame) => shownTracks(review, frame).find((track) => track.key === key) ?? null;
@@ -113,7 +147,8 @@ export const shownTrack = (review, key, frame = review.frame) => shownTracks(rev
  * Whether the engine's boxes of the cursor's frame are still on their way: a track without a box may have one there.
  * @param {Pick<ReviewState, 'frame'|'overlays'|'run'>} review
  */
-export const isAwaited = ({ frame, overlays, run }) => run !== null && run.first <= frame && frame < run.first + run.frames_done && overlays[frame] === undefined;
+export const isAwaited = ({ frame, overlays, run }) =>
+  run !== null && run.first <= frame && frame < run.first + run.frames_done && overlays[frame] === undefined;
 
 /** The fused class of an engine track; null: it has none. @param {ReviewState} review @param {number} track @returns {number|null} */
 export const engineClass = (review, track) => classesOf(review).get(track) ?? null;

@@ -1,17 +1,21 @@
 // @ts-check
 /** Taking signs of a ground truth over into the corrections of a run, and back. */
 
-import {sentence} from '../api/errors.js';
-import {plural} from '../model/format.js';
-import {signature} from '../core/preferences.js';
-import {toast} from '../core/toast.js';
+import { sentence } from '../api/errors.js';
+import { plural } from '../model/format.js';
+import { signature } from '../core/preferences.js';
+import { toast } from '../core/toast.js';
 
 /**
  * What became of the signs, in words.
  * @param {import('../api/compare-types.js').TakenOver} found
  */
-function takenWords({changed, made, same, skipped}) {
-  const parts = [made && plural(made, 'new track'), changed && `${plural(changed, 'track')} corrected`, same && `${plural(same, 'track')} already as in the ground truth`].filter(Boolean);
+function takenWords({ changed, made, same, skipped }) {
+  const parts = [
+    made && plural(made, 'new track'),
+    changed && `${plural(changed, 'track')} corrected`,
+    same && `${plural(same, 'track')} already as in the ground truth`,
+  ].filter(Boolean);
   return [`Taken over: ${parts.join(', ') || 'nothing'}.`, ...skipped].join(' ');
 }
 
@@ -27,23 +31,23 @@ export async function takeOver(app, run, wanted, changed = () => {}) {
   const name = signature(app.store.get().session);
   const author = name || app.store.get().session?.author || 'someone';
   try {
-    const found = await app.api.takeOver(run, {...wanted, author: name}, {signal: app.signal});
-    const {op_id} = found;
-    const undo = op_id === null ? undefined : {label: 'Undo', run: () => void back(op_id)};
+    const found = await app.api.takeOver(run, { ...wanted, author: name }, { signal: app.signal });
+    const { op_id } = found;
+    const undo = op_id === null ? undefined : { label: 'Undo', run: () => void back(op_id) };
     changed();
-    toast(takenWords(found), {tone: 'good', topic: 'take-over', stays: true, action: undo});
+    toast(takenWords(found), { tone: 'good', topic: 'take-over', stays: true, action: undo });
   } catch (thrown) {
-    if (!app.signal.aborted) toast(sentence(thrown), {tone: 'bad', topic: 'take-over'});
+    if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'take-over' });
   }
 
   /** @param {string} op_id */
   async function back(op_id) {
     try {
-      await app.api.edit(run, {op_id: crypto.randomUUID(), author, command: {name: 'undo', op_id}}, {}, {signal: app.signal});
+      await app.api.edit(run, { op_id: crypto.randomUUID(), author, command: { name: 'undo', op_id } }, {}, { signal: app.signal });
       changed();
-      toast('Ground truth is no longer taken over.', {topic: 'take-over'});
+      toast('Ground truth is no longer taken over.', { topic: 'take-over' });
     } catch (thrown) {
-      if (!app.signal.aborted) toast(sentence(thrown), {tone: 'bad', topic: 'take-over'});
+      if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'take-over' });
     }
   }
 }

@@ -6,9 +6,9 @@
  * that event for good. So what is heard while an answer is on its way is heard once more on top of it. Each event says
  * all of its subject, so hearing one twice does no harm, and what is newer than both comes later by itself.
  */
-import {dropMade, dropRun, dropVideo, putOutput, putModel, putRun, putVideo} from './actions/page.js';
+import { dropMade, dropRun, dropVideo, putOutput, putModel, putRun, putVideo } from './actions/page.js';
 
-import {dropAssignment, putAssignment} from './actions/team.js';
+import { dropAssignment, putAssignment } from './actions/team.js';
 
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
@@ -28,14 +28,21 @@ import {dropAssignment, putAssignment} from './actions/team.js';
  */
 export function afterEvent(state, event) {
   switch (event.kind) {
-    case 'video': return putVideo(state, event.data);
-    case 'run': return putRun(state, event.data);
-    case 'artefact': return putOutput(state, event.data);
-    case 'model': return putModel(state, event.data);
-    case 'assignment': return putAssignment(state, event.data);
-    case 'removed': if (event.data.kind === 'assignment') return dropAssignment(state, event.data.id);
+    case 'video':
+      return putVideo(state, event.data);
+    case 'run':
+      return putRun(state, event.data);
+    case 'artefact':
+      return putOutput(state, event.data);
+    case 'model':
+      return putModel(state, event.data);
+    case 'assignment':
+      return putAssignment(state, event.data);
+    case 'removed':
+      if (event.data.kind === 'assignment') return dropAssignment(state, event.data.id);
       return dropMade(dropRun(dropVideo(state, event.subject), event.subject), event.subject);
-    default: return state;
+    default:
+      return state;
   }
 }
 

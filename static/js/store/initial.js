@@ -8,7 +8,16 @@ import { NO_FILTER } from '../model/queue.js';
 
 /** Which layers a first visit shows. @type {ReviewState['layers']} */
 export const USUAL_LAYERS = Object.freeze({
-  detections: false, predictions: true, search: false, relocalisations: true, results: true, corrected: true, truth: false, second: true, uncertainty: false, gate: false,
+  detections: false,
+  predictions: true,
+  search: false,
+  relocalisations: true,
+  results: true,
+  corrected: true,
+  truth: false,
+  second: true,
+  uncertainty: false,
+  gate: false,
 });
 
 /** @returns {State} */
@@ -36,7 +45,16 @@ export const initialState = () => ({
 
 /** Layers in the order of their keys: 1 to 9, then Shift+9. */
 export const LAYERS = /** @type {const} */ ([
-  'detections', 'predictions', 'search', 'relocalisations', 'results', 'corrected', 'truth', 'second', 'uncertainty', 'gate',
+  'detections',
+  'predictions',
+  'search',
+  'relocalisations',
+  'results',
+  'corrected',
+  'truth',
+  'second',
+  'uncertainty',
+  'gate',
 ]);
 
 /**

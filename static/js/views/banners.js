@@ -1,10 +1,10 @@
 // @ts-check
 /** What stands between a person and their work, above everything until it is over. */
 
-import {hideBanner} from '../store/actions/page.js';
-import {h, reconcile, setText} from './dom.js';
-import {icon} from './icons.js';
-import {putAway} from '../core/preferences.js';
+import { hideBanner } from '../store/actions/page.js';
+import { h, reconcile, setText } from './dom.js';
+import { icon } from './icons.js';
+import { putAway } from '../core/preferences.js';
 
 /** @typedef {import('../state-types.js').Banner} Banner */
 
@@ -13,24 +13,38 @@ import {putAway} from '../core/preferences.js';
  * @returns {import('../page-types.js').View}
  */
 export function createBanners(app) {
-  const element = h('section', {class: 'banners', 'aria-label': 'Warnings', hidden: true});
+  const element = h('section', { class: 'banners', 'aria-label': 'Warnings', hidden: true });
   /** @type {readonly Banner[]|null} */
   let shown = null;
 
   /** @param {Banner} banner */
   function create(banner) {
-    const operation = banner.action && app.operations.find(({id}) => id === banner.action?.operation);
-    return h('div', {class: `banner banner-${banner.tone}`, role: banner.tone === 'info' ? 'status' : 'alert'},
+    const operation = banner.action && app.operations.find(({ id }) => id === banner.action?.operation);
+    return h(
+      'div',
+      { class: `banner banner-${banner.tone}`, role: banner.tone === 'info' ? 'status' : 'alert' },
       icon(banner.id === 'offline' ? 'offline' : banner.tone === 'info' ? 'info' : 'alert'),
-      h('span', {class: 'banner-text grow'}),
-      operation && h('button', {class: 'btn btn-small', type: 'button', title: operation.tooltip, onclick: () => operation.run(app)}, banner.action?.label),
-      h('button', {
-        class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': 'Hide this warning',
-        onclick: () => {
-          if (banner.once) putAway(banner.once);
-          app.store.dispatch((state) => hideBanner(state, banner.id));
+      h('span', { class: 'banner-text grow' }),
+      operation &&
+        h(
+          'button',
+          { class: 'btn btn-small', type: 'button', title: operation.tooltip, onclick: () => operation.run(app) },
+          banner.action?.label,
+        ),
+      h(
+        'button',
+        {
+          class: 'btn btn-quiet btn-icon btn-small',
+          type: 'button',
+          'aria-label': 'Hide this warning',
+          onclick: () => {
+            if (banner.once) putAway(banner.once);
+            app.store.dispatch((state) => hideBanner(state, banner.id));
+          },
         },
-      }, icon('close')));
+        icon('close'),
+      ),
+    );
   }
 
   return {
@@ -39,10 +53,16 @@ export function createBanners(app) {
       if (state.banners === shown) return;
       shown = state.banners;
       element.hidden = shown.length === 0;
-      reconcile(element, shown, (banner) => `${banner.id}/${banner.tone}`, create, (item, banner) => {
-        const text = item.querySelector('.banner-text');
-        if (text) setText(text, banner.text);
-      });
+      reconcile(
+        element,
+        shown,
+        (banner) => `${banner.id}/${banner.tone}`,
+        create,
+        (item, banner) => {
+          const text = item.querySelector('.banner-text');
+          if (text) setText(text, banner.text);
+        },
+      );
     },
     destroy: () => element.remove(),
   };

@@ -4,11 +4,11 @@
  * are first asked for.
  */
 
-import {sentence} from '../api/errors.js';
-import {changeReview} from '../store/actions/review.js';
-import {fill, h, setText} from './dom.js';
-import {emptyState, waiting} from './empty.js';
-import {icon} from './icons.js';
+import { sentence } from '../api/errors.js';
+import { changeReview } from '../store/actions/review.js';
+import { fill, h, setText } from './dom.js';
+import { emptyState, waiting } from './empty.js';
+import { icon } from './icons.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../page-types.js').View} View */
@@ -16,8 +16,8 @@ import {icon} from './icons.js';
 
 /** @type {Record<'recording'|'scene3d', {title: string, create: (app: App) => Promise<View>}>} */
 const KINDS = {
-  recording: {title: 'Recording', create: async (app) => (await import('./recording/index.js')).createRecordingView(app)},
-  scene3d: {title: '3-D view', create: async (app) => (await import('./scene3d/index.js')).createScene3dView(app)},
+  recording: { title: 'Recording', create: async (app) => (await import('./recording/index.js')).createRecordingView(app) },
+  scene3d: { title: '3-D view', create: async (app) => (await import('./scene3d/index.js')).createScene3dView(app) },
 };
 
 /**
@@ -26,13 +26,43 @@ const KINDS = {
  * @returns {View}
  */
 export function createBeside(app, resize) {
-  const title = h('h2', {class: 'beside-title truncate'});
-  const grow = h('button', {class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-pressed': 'false', 'aria-label': 'Over the whole screen', title: 'Over the whole screen', onclick: () => enlarge(!large)}, icon('fit'));
-  const place = h('div', {class: 'beside-body'});
-  const element = h('section', {class: 'beside', 'aria-label': 'Beside the picture', hidden: true},
-    h('header', {class: 'beside-head'}, title, h('span', {class: 'grow'}), grow,
-      h('button', {class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': 'Close this view', title: 'Close this view', onclick: () => app.store.dispatch((state) => changeReview(state, {beside: null}))}, icon('close'))),
-    place);
+  const title = h('h2', { class: 'beside-title truncate' });
+  const grow = h(
+    'button',
+    {
+      class: 'btn btn-quiet btn-icon btn-small',
+      type: 'button',
+      'aria-pressed': 'false',
+      'aria-label': 'Over the whole screen',
+      title: 'Over the whole screen',
+      onclick: () => enlarge(!large),
+    },
+    icon('fit'),
+  );
+  const place = h('div', { class: 'beside-body' });
+  const element = h(
+    'section',
+    { class: 'beside', 'aria-label': 'Beside the picture', hidden: true },
+    h(
+      'header',
+      { class: 'beside-head' },
+      title,
+      h('span', { class: 'grow' }),
+      grow,
+      h(
+        'button',
+        {
+          class: 'btn btn-quiet btn-icon btn-small',
+          type: 'button',
+          'aria-label': 'Close this view',
+          title: 'Close this view',
+          onclick: () => app.store.dispatch((state) => changeReview(state, { beside: null })),
+        },
+        icon('close'),
+      ),
+    ),
+    place,
+  );
   /** @type {'recording'|'scene3d'|null} */
   let shown = null;
   /** @type {View|null} */
@@ -61,7 +91,7 @@ export function createBeside(app, resize) {
     }
     setText(title, KINDS[kind].title);
     element.setAttribute('aria-label', KINDS[kind].title);
-    fill(place, waiting('The view is loaded', {signal: app.signal}));
+    fill(place, waiting('The view is loaded', { signal: app.signal }));
     try {
       const made = await KINDS[kind].create(app);
       if (shown !== kind) {
@@ -72,7 +102,17 @@ export function createBeside(app, resize) {
       fill(place, made.element);
       if (last) made.update(last);
     } catch (thrown) {
-      if (shown === kind) fill(place, emptyState({error: true, icon: 'alert', title: 'The view cannot be shown', text: sentence(thrown), actions: [h('button', {class: 'btn', type: 'button', onclick: () => void open(kind)}, icon('refresh'), 'Try again')]}));
+      if (shown === kind)
+        fill(
+          place,
+          emptyState({
+            error: true,
+            icon: 'alert',
+            title: 'The view cannot be shown',
+            text: sentence(thrown),
+            actions: [h('button', { class: 'btn', type: 'button', onclick: () => void open(kind) }, icon('refresh'), 'Try again')],
+          }),
+        );
     }
   }
 

@@ -1,10 +1,10 @@
 // @ts-check
 /** The confusion matrix: a table that is also a heat map; right cells are on the diagonal. */
 
-import {className, labelFor} from '../model/labels.js';
-import {h} from './dom.js';
-import {count, plural} from '../model/format.js';
-import {pictureThatMayMiss} from './pictures.js';
+import { className, labelFor } from '../model/labels.js';
+import { h } from './dom.js';
+import { count, plural } from '../model/format.js';
+import { pictureThatMayMiss } from './pictures.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Cell} Cell */
@@ -17,14 +17,18 @@ import {pictureThatMayMiss} from './pictures.js';
  * @param {Comparison['confusion']} confusion
  * @returns {{rows: (number|null)[], columns: (number|null)[], cell: (row: number|null, column: number|null) => Cell|undefined, most: number}}
  */
-export function arrangeConfusion({classes, cells}) {
+export function arrangeConfusion({ classes, cells }) {
   /** @param {number|null} row @param {number|null} column */
   const name = (row, column) => `${row}/${column}`;
   const known = new Map(cells.map((cell) => [name(cell.reference, cell.candidate), cell]));
   /** @param {(cell: Cell) => number|null} side @returns {(number|null)[]} */
-  const axis = (side) => [...classes.filter((id) => cells.some((cell) => side(cell) === id)), ...(cells.some((cell) => side(cell) === null) ? [null] : [])];
+  const axis = (side) => [
+    ...classes.filter((id) => cells.some((cell) => side(cell) === id)),
+    ...(cells.some((cell) => side(cell) === null) ? [null] : []),
+  ];
   return {
-    rows: axis((cell) => cell.reference), columns: axis((cell) => cell.candidate),
+    rows: axis((cell) => cell.reference),
+    columns: axis((cell) => cell.candidate),
     cell: (row, column) => known.get(name(row, column)),
     most: Math.max(1, ...cells.map((cell) => cell.count)),
   };
@@ -36,7 +40,7 @@ export function arrangeConfusion({classes, cells}) {
  * @param {readonly Label[]} labels
  * @param {Record<string, string>} [words]   what models call signs that the set lacks
  */
-export function cellWords({reference, candidate}, labels, words = {}) {
+export function cellWords({ reference, candidate }, labels, words = {}) {
   /** @param {number|null} id */
   const name = (id) => words[String(id)] ?? className(labels, id);
   if (candidate === null) return `${name(reference)}, missed`;
@@ -50,29 +54,80 @@ export function cellWords({reference, candidate}, labels, words = {}) {
  * @returns {HTMLElement}
  */
 export function createConfusion(found, labels, show) {
-  const {rows, columns, cell, most} = arrangeConfusion(found.confusion);
+  const { rows, columns, cell, most } = arrangeConfusion(found.confusion);
   /** @param {number|null} id @param {string} none */
   const head = (id, none) => {
     const picture = labelFor(labels, id)?.picture;
-    const words = id === null ? none : found.confusion.words?.[String(id)] ?? className(labels, id);
-    return h('span', {class: 'matrix-head', title: words}, picture && pictureThatMayMiss({src: picture, width: 24, height: 24}), h('span', {class: 'truncate'}, words));
+    const words = id === null ? none : (found.confusion.words?.[String(id)] ?? className(labels, id));
+    return h(
+      'span',
+      { class: 'matrix-head', title: words },
+      picture && pictureThatMayMiss({ src: picture, width: 24, height: 24 }),
+      h('span', { class: 'truncate' }, words),
+    );
   };
   /** @param {Cell} entry */
-  const tone = (entry) => entry.reference === entry.candidate ? 'right' : 'wrong';
-  return h('section', {class: 'compare-confusion', 'aria-labelledby': 'confusion-title'},
-    h('h2', {id: 'confusion-title'}, 'Confusion of labels'),
-    rows.length === 0 ? h('p', {class: 'muted'}, 'No boxes to compare in these frames.') : h('div', {class: 'matrix-frame', role: 'region', 'aria-labelledby': 'confusion-title', tabIndex: 0},
-      h('table', {class: 'matrix'},
-        h('caption', {class: 'muted small'}, 'Rows: the reference. Columns: what the candidate says. Numbers: boxes.'),
-        h('thead', null, h('tr', null, h('td'), ...columns.map((id) => h('th', {scope: 'col'}, head(id, 'missed'))))),
-        h('tbody', null, ...rows.map((row) => h('tr', null, h('th', {scope: 'row'}, head(row, 'nothing there')),
-          ...columns.map((column) => {
-            const entry = cell(row, column);
-            if (!entry) return h('td');
-            // A root brings out the few wrong ones beside many right ones.
-            const heat = Math.sqrt(entry.count / most);
-            const says = cellWords(entry, labels, found.confusion.words);
-            return h('td', {class: `matrix-cell matrix-${tone(entry)} ${heat > 0.55 ? 'matrix-strong' : ''}`, style: {'--heat-part': heat.toFixed(3)}},
-              h('button', {type: 'button', title: `${says}: ${plural(entry.count, 'box', 'boxes')}`, 'aria-label': `${says}: ${plural(entry.count, 'box', 'boxes')}`, onclick: () => show({title: says, side: entry.reference === null ? 'candidate' : 'reference', frames: entry.frames, lasts: entry.lasts, tracks: entry.tracks, partners: entry.partners, pairs: entry.pairs, places: entry.frames.length})}, count(entry.count)));
-          })))))));
+  const tone = (entry) => (entry.reference === entry.candidate ? 'right' : 'wrong');
+  return h(
+    'section',
+    { class: 'compare-confusion', 'aria-labelledby': 'confusion-title' },
+    h('h2', { id: 'confusion-title' }, 'Confusion of labels'),
+    rows.length === 0
+      ? h('p', { class: 'muted' }, 'No boxes to compare in these frames.')
+      : h(
+          'div',
+          { class: 'matrix-frame', role: 'region', 'aria-labelledby': 'confusion-title', tabIndex: 0 },
+          h(
+            'table',
+            { class: 'matrix' },
+            h('caption', { class: 'muted small' }, 'Rows: the reference. Columns: what the candidate says. Numbers: boxes.'),
+            h('thead', null, h('tr', null, h('td'), ...columns.map((id) => h('th', { scope: 'col' }, head(id, 'missed'))))),
+            h(
+              'tbody',
+              null,
+              ...rows.map((row) =>
+                h(
+                  'tr',
+                  null,
+                  h('th', { scope: 'row' }, head(row, 'nothing there')),
+                  ...columns.map((column) => {
+                    const entry = cell(row, column);
+                    if (!entry) return h('td');
+                    // A root brings out the few wrong ones beside many right ones.
+                    const heat = Math.sqrt(entry.count / most);
+                    const says = cellWords(entry, labels, found.confusion.words);
+                    return h(
+                      'td',
+                      {
+                        class: `matrix-cell matrix-${tone(entry)} ${heat > 0.55 ? 'matrix-strong' : ''}`,
+                        style: { '--heat-part': heat.toFixed(3) },
+                      },
+                      h(
+                        'button',
+                        {
+                          type: 'button',
+                          title: `${says}: ${plural(entry.count, 'box', 'boxes')}`,
+                          'aria-label': `${says}: ${plural(entry.count, 'box', 'boxes')}`,
+                          onclick: () =>
+                            show({
+                              title: says,
+                              side: entry.reference === null ? 'candidate' : 'reference',
+                              frames: entry.frames,
+                              lasts: entry.lasts,
+                              tracks: entry.tracks,
+                              partners: entry.partners,
+                              pairs: entry.pairs,
+                              places: entry.frames.length,
+                            }),
+                        },
+                        count(entry.count),
+                      ),
+                    );
+                  }),
+                ),
+              ),
+            ),
+          ),
+        ),
+  );
 }

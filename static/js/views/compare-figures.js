@@ -1,8 +1,8 @@
 // @ts-check
 /** The figures of a comparison as a table with bars. Each opens the places behind it. */
 
-import {h} from './dom.js';
-import {count, figure, percent, plural} from '../model/format.js';
+import { h } from './dom.js';
+import { count, figure, percent, plural } from '../model/format.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Figure} Figure */
@@ -13,16 +13,76 @@ import {count, figure, percent, plural} from '../model/format.js';
  * @type {Record<string, {label: string, text: string, places: string, side: 'reference'|'candidate', share: boolean}>}
  */
 export const FIGURES = {
-  precision: {label: 'Precision', text: 'Share of the candidate’s boxes that match a box of the reference; on signs to be ignored they do not count.', places: 'False boxes', side: 'candidate', share: true},
-  recall: {label: 'Recall', text: 'Share of the reference’s boxes that the candidate has; those marked to be ignored do not count.', places: 'Missed boxes', side: 'reference', share: true},
-  eq7: {label: 'Localisation error (Eq. 7)', text: 'Mean of 1 − intersection / larger area over the matches; 0 is best.', places: 'Largest errors', side: 'reference', share: true},
-  coverage: {label: 'Coverage', text: 'Share of the frames of each sign, from 20 px width, in which it is found.', places: 'Uncovered stretches', side: 'reference', share: true},
-  signs_found: {label: 'Signs found', text: 'Signs of at least 20 px that are found in at least one frame.', places: 'Signs never found', side: 'reference', share: true},
-  signs_classified: {label: 'Signs classified', text: 'Found signs whose last label is right.', places: 'Signs with a wrong label', side: 'reference', share: true},
-  fragmentation: {label: 'Fragmentation', text: 'How often a sign is lost and found again.', places: 'Breaks', side: 'reference', share: false},
-  switches: {label: 'Identity switches', text: 'How often another track takes over a sign.', places: 'Switches', side: 'candidate', share: false},
-  ids_per_sign: {label: 'Tracks per sign', text: 'Mean number of tracks on one sign; 1 is best.', places: 'Signs with a second track', side: 'reference', share: false},
-  false_tracks: {label: 'False tracks', text: 'Tracks of the candidate that lie on no sign.', places: 'False tracks', side: 'candidate', share: false},
+  precision: {
+    label: 'Precision',
+    text: 'Share of the candidate’s boxes that match a box of the reference; on signs to be ignored they do not count.',
+    places: 'False boxes',
+    side: 'candidate',
+    share: true,
+  },
+  recall: {
+    label: 'Recall',
+    text: 'Share of the reference’s boxes that the candidate has; those marked to be ignored do not count.',
+    places: 'Missed boxes',
+    side: 'reference',
+    share: true,
+  },
+  eq7: {
+    label: 'Localisation error (Eq. 7)',
+    text: 'Mean of 1 − intersection / larger area over the matches; 0 is best.',
+    places: 'Largest errors',
+    side: 'reference',
+    share: true,
+  },
+  coverage: {
+    label: 'Coverage',
+    text: 'Share of the frames of each sign, from 20 px width, in which it is found.',
+    places: 'Uncovered stretches',
+    side: 'reference',
+    share: true,
+  },
+  signs_found: {
+    label: 'Signs found',
+    text: 'Signs of at least 20 px that are found in at least one frame.',
+    places: 'Signs never found',
+    side: 'reference',
+    share: true,
+  },
+  signs_classified: {
+    label: 'Signs classified',
+    text: 'Found signs whose last label is right.',
+    places: 'Signs with a wrong label',
+    side: 'reference',
+    share: true,
+  },
+  fragmentation: {
+    label: 'Fragmentation',
+    text: 'How often a sign is lost and found again.',
+    places: 'Breaks',
+    side: 'reference',
+    share: false,
+  },
+  switches: {
+    label: 'Identity switches',
+    text: 'How often another track takes over a sign.',
+    places: 'Switches',
+    side: 'candidate',
+    share: false,
+  },
+  ids_per_sign: {
+    label: 'Tracks per sign',
+    text: 'Mean number of tracks on one sign; 1 is best.',
+    places: 'Signs with a second track',
+    side: 'reference',
+    share: false,
+  },
+  false_tracks: {
+    label: 'False tracks',
+    text: 'Tracks of the candidate that lie on no sign.',
+    places: 'False tracks',
+    side: 'candidate',
+    share: false,
+  },
 };
 
 /**
@@ -32,11 +92,29 @@ export const FIGURES = {
  */
 export function createFigures(found, show) {
   const known = Object.keys(FIGURES).filter((name) => found.figures[name]);
-  return h('section', {class: 'compare-figures', 'aria-labelledby': 'figures-title'},
-    h('h2', {id: 'figures-title'}, 'Figures'),
-    h('table', {class: 'table figures-table'},
-      h('thead', null, h('tr', null, h('th', {scope: 'col'}, 'Figure'), h('th', {scope: 'col', class: 'number'}, 'Value'), h('th', {scope: 'col'}, h('span', {class: 'visually-hidden'}, 'Bar')), h('th', {scope: 'col', class: 'number'}, 'Of'), h('th', {scope: 'col'}, 'Behind it'))),
-      h('tbody', null, ...known.map((name) => row(name, found.figures[name], show)))));
+  return h(
+    'section',
+    { class: 'compare-figures', 'aria-labelledby': 'figures-title' },
+    h('h2', { id: 'figures-title' }, 'Figures'),
+    h(
+      'table',
+      { class: 'table figures-table' },
+      h(
+        'thead',
+        null,
+        h(
+          'tr',
+          null,
+          h('th', { scope: 'col' }, 'Figure'),
+          h('th', { scope: 'col', class: 'number' }, 'Value'),
+          h('th', { scope: 'col' }, h('span', { class: 'visually-hidden' }, 'Bar')),
+          h('th', { scope: 'col', class: 'number' }, 'Of'),
+          h('th', { scope: 'col' }, 'Behind it'),
+        ),
+      ),
+      h('tbody', null, ...known.map((name) => row(name, found.figures[name], show))),
+    ),
+  );
 }
 
 /**
@@ -45,19 +123,55 @@ export function createFigures(found, show) {
  * @param {(places: Places) => void} show
  */
 function row(name, value, show) {
-  const {label, text, places, side, share} = FIGURES[name];
+  const { label, text, places, side, share } = FIGURES[name];
   const shown = share && name !== 'eq7' ? percent(value.value) : figure(value.value);
   const of = value.of ? `${count(value.of[0])} / ${count(value.of[1])}` : '';
-  const open = () => show({title: places, side, ...value});
+  const open = () => show({ title: places, side, ...value });
   /** A number opens what is behind it, where there is anything. @param {string} text */
-  const number = (text) => (value.places > 0 && text
-    ? h('button', {class: 'figure-open', type: 'button', title: `${places}: ${plural(value.places, 'place')}`, 'aria-label': `${label} ${text}: ${places.toLowerCase()}`, onclick: open}, text) : text);
-  return h('tr', null,
-    h('th', {scope: 'row'}, h('div', {class: 'stack figure-name'}, h('span', {class: 'figure-label'}, label), h('span', {class: 'figure-text muted small'}, text))),
-    h('td', {class: 'number figure-value'}, number(shown)),
-    h('td', {class: 'figure-bar'}, share && value.value !== null && h('span', {class: 'meter', style: {'--part': `${value.value * 100}%`}}, h('span'))),
-    h('td', {class: 'number muted small figure-of'}, number(of)),
-    h('td', null, value.places > 0
-      ? h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `${places}: ${plural(value.places, 'place')}`, onclick: open}, plural(value.places, 'place'))
-      : h('span', {class: 'muted small'}, 'none')));
+  const number = (text) =>
+    value.places > 0 && text
+      ? h(
+          'button',
+          {
+            class: 'figure-open',
+            type: 'button',
+            title: `${places}: ${plural(value.places, 'place')}`,
+            'aria-label': `${label} ${text}: ${places.toLowerCase()}`,
+            onclick: open,
+          },
+          text,
+        )
+      : text;
+  return h(
+    'tr',
+    null,
+    h(
+      'th',
+      { scope: 'row' },
+      h(
+        'div',
+        { class: 'stack figure-name' },
+        h('span', { class: 'figure-label' }, label),
+        h('span', { class: 'figure-text muted small' }, text),
+      ),
+    ),
+    h('td', { class: 'number figure-value' }, number(shown)),
+    h(
+      'td',
+      { class: 'figure-bar' },
+      share && value.value !== null && h('span', { class: 'meter', style: { '--part': `${value.value * 100}%` } }, h('span')),
+    ),
+    h('td', { class: 'number muted small figure-of' }, number(of)),
+    h(
+      'td',
+      null,
+      value.places > 0
+        ? h(
+            'button',
+            { class: 'btn btn-small', type: 'button', 'aria-label': `${places}: ${plural(value.places, 'place')}`, onclick: open },
+            plural(value.places, 'place'),
+          )
+        : h('span', { class: 'muted small' }, 'none'),
+    ),
+  );
 }

@@ -1,16 +1,16 @@
 // @ts-check
 /** The list of places behind a number: what both sides have there. Each opens the review screen, and ground truth can be taken over. */
 
-import {cropRegion, placeIn} from '../model/crop_region.js';
-import {className} from '../model/labels.js';
-import {formatRoute} from '../model/route.js';
-import {trackName} from '../model/track_name.js';
-import {fill, h} from './dom.js';
-import {count, plural} from '../model/format.js';
-import {icon} from './icons.js';
-import {openOver} from './open-over.js';
-import {pictureThatMayMiss} from './pictures.js';
-import {takeOver} from '../review/take_over.js';
+import { cropRegion, placeIn } from '../model/crop_region.js';
+import { className } from '../model/labels.js';
+import { formatRoute } from '../model/route.js';
+import { trackName } from '../model/track_name.js';
+import { fill, h } from './dom.js';
+import { count, plural } from '../model/format.js';
+import { icon } from './icons.js';
+import { openOver } from './open-over.js';
+import { pictureThatMayMiss } from './pictures.js';
+import { takeOver } from '../review/take_over.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Places} Places */
@@ -25,18 +25,20 @@ import {takeOver} from '../review/take_over.js';
  *   own: the track's key is one of that run; second, truth: what lies over it
  */
 export function viewOf(found, side) {
-  const [[kind, id], [otherKind, otherId]] = [found[side], found[side === 'reference' ? 'candidate' : 'reference']].map((name) => name.split(':'));
-  if (kind === 'truth' && otherKind === 'truth') return {run: null, own: false, second: null, truth: id};
+  const [[kind, id], [otherKind, otherId]] = [found[side], found[side === 'reference' ? 'candidate' : 'reference']].map((name) =>
+    name.split(':'),
+  );
+  if (kind === 'truth' && otherKind === 'truth') return { run: null, own: false, second: null, truth: id };
   if (kind === 'truth' || otherKind === 'truth') {
     const own = otherKind === 'truth';
     const run = own ? id : otherId;
     // the review shows the run as people corrected it; what was measured is what the engine had
     const raw = found.sides[own === (side === 'reference') ? 'reference' : 'candidate'];
-    return {run, own, second: raw.kind === 'run' && raw.edited ? {run, corrected: false} : null, truth: own ? otherId : id};
+    return { run, own, second: raw.kind === 'run' && raw.edited ? { run, corrected: false } : null, truth: own ? otherId : id };
   }
   const own = kind === 'annotation' || otherKind === 'run' || id === otherId;
   const [over, overKind] = own ? [otherId, otherKind] : [id, kind];
-  return {run: own ? id : otherId, own, second: {run: over, corrected: overKind === 'annotation' && id !== otherId}, truth: null};
+  return { run: own ? id : otherId, own, second: { run: over, corrected: overKind === 'annotation' && id !== otherId }, truth: null };
 }
 
 /**
@@ -47,7 +49,7 @@ export function viewOf(found, side) {
  * @param {{own: boolean, truth: string|null}} view   what the place opens
  * @param {number} at
  */
-export function sides(found, {side, tracks, partners}, {own, truth}, at) {
+export function sides(found, { side, tracks, partners }, { own, truth }, at) {
   const other = side === 'reference' ? 'candidate' : 'reference';
   /** @param {'reference'|'candidate'} whose @param {string} key */
   const nameOf = (whose, key) => found.sides[whose].names[key] ?? trackName(key);
@@ -66,10 +68,10 @@ const CROP = 64;
  * @param {Pick<Comparison, 'reference'|'candidate'>} found
  * @returns {{truth: string, side: 'reference'|'candidate', run: string}|null}
  */
-function correctable({reference, candidate}) {
+function correctable({ reference, candidate }) {
   const [[kind, id], [otherKind, otherId]] = [reference, candidate].map((name) => name.split(':'));
   if ((kind === 'truth') === (otherKind === 'truth')) return null;
-  return kind === 'truth' ? {truth: id, side: 'reference', run: otherId} : {truth: otherId, side: 'candidate', run: id};
+  return kind === 'truth' ? { truth: id, side: 'reference', run: otherId } : { truth: otherId, side: 'candidate', run: id };
 }
 
 /**
@@ -80,7 +82,7 @@ function correctable({reference, candidate}) {
  * @param {number} at
  * @returns {number|null}
  */
-function signAt({side: own, tracks, pairs}, side, at) {
+function signAt({ side: own, tracks, pairs }, side, at) {
   const key = own === side ? tracks[at] : pairs[at].other;
   return key === null ? null : Number(key.slice(1));
 }
@@ -93,18 +95,27 @@ function signAt({side: own, tracks, pairs}, side, at) {
  * @returns {{element: HTMLElement, show: (places: Places) => void}}
  */
 export function createPlaces(app, found, labels, changed) {
-  const element = h('aside', {class: 'compare-places', 'aria-label': 'Places behind a number', tabIndex: -1});
-  fill(element, h('div', {class: 'empty'}, icon('select'), h('h2', null, 'Places'), h('p', null, 'Choose a number: the frames behind it are listed here, and each opens in the review.')));
+  const element = h('aside', { class: 'compare-places', 'aria-label': 'Places behind a number', tabIndex: -1 });
+  fill(
+    element,
+    h(
+      'div',
+      { class: 'empty' },
+      icon('select'),
+      h('h2', null, 'Places'),
+      h('p', null, 'Choose a number: the frames behind it are listed here, and each opens in the review.'),
+    ),
+  );
 
   /** @param {Places} shown */
   function show(shown) {
-    const {title, side, frames, lasts, tracks, partners, pairs, places, errors} = shown;
+    const { title, side, frames, lasts, tracks, partners, pairs, places, errors } = shown;
     const view = viewOf(found, side);
-    const {run, own} = view;
+    const { run, own } = view;
     const from = correctable(found);
     const signs = from ? [...new Set(frames.map((_, at) => signAt(shown, from.side, at)).filter((sign) => sign !== null))] : [];
     /** @param {number[]} some */
-    const take = (some) => from && takeOver(app, from.run, {truth: from.truth, signs: some}, changed);
+    const take = (some) => from && takeOver(app, from.run, { truth: from.truth, signs: some }, changed);
     /** @param {number} at */
     function row(at) {
       const frame = frames[at];
@@ -112,21 +123,85 @@ export function createPlaces(app, found, labels, changed) {
       const sign = from && signAt(shown, from.side, at);
       const both = pair.other_box === null ? [pair.box] : [pair.box, pair.other_box];
       const region = cropRegion(both, found);
-      const open = () => openOver(app, run, view, {frame, box: enclosing(both), sign});
-      return h('li', {class: 'place-row'},
-        h('a', {class: 'place', onclick: open, href: formatRoute({screen: 'review', video: found.video_id, run, frame, track: own ? tracks[at] : partners[at] ?? pair.other})},
+      const open = () => openOver(app, run, view, { frame, box: enclosing(both), sign });
+      return h(
+        'li',
+        { class: 'place-row' },
+        h(
+          'a',
+          {
+            class: 'place',
+            onclick: open,
+            href: formatRoute({
+              screen: 'review',
+              video: found.video_id,
+              run,
+              frame,
+              track: own ? tracks[at] : (partners[at] ?? pair.other),
+            }),
+          },
           crop(frame, region, side, pair),
-          h('span', {class: 'stack place-text'},
-            h('span', {class: 'row'}, h('span', {class: 'place-frames'}, lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`), errors && h('span', {class: 'place-error', title: 'Error of this box'}, errors[at].toFixed(3))),
-            h('span', {class: 'small'}, pairWords(found, side, pair, labels)),
-            h('span', {class: 'muted small truncate'}, sides(found, shown, view, at))),
-          icon('forward')),
-        sign !== null && h('button', {class: 'btn btn-small', type: 'button', title: `Take sign ${sign} of the ground truth over: all its boxes and its label`, 'aria-label': `Take over sign ${sign} at frame ${count(frame)}`, onclick: () => take([sign])}, 'Take over'));
+          h(
+            'span',
+            { class: 'stack place-text' },
+            h(
+              'span',
+              { class: 'row' },
+              h(
+                'span',
+                { class: 'place-frames' },
+                lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`,
+              ),
+              errors && h('span', { class: 'place-error', title: 'Error of this box' }, errors[at].toFixed(3)),
+            ),
+            h('span', { class: 'small' }, pairWords(found, side, pair, labels)),
+            h('span', { class: 'muted small truncate' }, sides(found, shown, view, at)),
+          ),
+          icon('forward'),
+        ),
+        sign !== null &&
+          h(
+            'button',
+            {
+              class: 'btn btn-small',
+              type: 'button',
+              title: `Take sign ${sign} of the ground truth over: all its boxes and its label`,
+              'aria-label': `Take over sign ${sign} at frame ${count(frame)}`,
+              onclick: () => take([sign]),
+            },
+            'Take over',
+          ),
+      );
     }
-    fill(element,
-      h('div', {class: 'compare-places-head row'}, h('div', {class: 'stack grow'}, h('h2', {tabIndex: -1}, title), h('span', {class: 'muted small'}, frames.length < places ? `the first ${count(frames.length)} of ${count(places)}` : plural(places, 'place'))),
-        signs.length > 1 && h('button', {class: 'btn btn-small', type: 'button', title: 'Take the signs of all these places over, in one step that one undo takes back', onclick: () => take(signs)}, `Take over ${plural(signs.length, 'sign')}`)),
-      h('ol', {class: 'places-list'}, ...frames.map((_, at) => row(at))));
+    fill(
+      element,
+      h(
+        'div',
+        { class: 'compare-places-head row' },
+        h(
+          'div',
+          { class: 'stack grow' },
+          h('h2', { tabIndex: -1 }, title),
+          h(
+            'span',
+            { class: 'muted small' },
+            frames.length < places ? `the first ${count(frames.length)} of ${count(places)}` : plural(places, 'place'),
+          ),
+        ),
+        signs.length > 1 &&
+          h(
+            'button',
+            {
+              class: 'btn btn-small',
+              type: 'button',
+              title: 'Take the signs of all these places over, in one step that one undo takes back',
+              onclick: () => take(signs),
+            },
+            `Take over ${plural(signs.length, 'sign')}`,
+          ),
+      ),
+      h('ol', { class: 'places-list' }, ...frames.map((_, at) => row(at))),
+    );
     element.querySelector('h2')?.focus();
   }
 
@@ -137,19 +212,33 @@ export function createPlaces(app, found, labels, changed) {
    * @param {'reference'|'candidate'} side   of the pair's own box
    * @param {import('../api/compare-types.js').Pair} pair
    */
-  function crop(frame, region, side, {box, other_box: other}) {
+  function crop(frame, region, side, { box, other_box: other }) {
     /** @param {import('../types.js').Box} one @param {'reference'|'candidate'} whose */
-    const frameOf = (one, whose) => h('span', {class: `place-box place-box-${whose}`, style: placeIn(one, region)});
-    return h('span', {class: 'place-crop'},
-      pictureThatMayMiss({src: app.api.framePartUrl(found.video_id, frame, region, CROP * 2), width: CROP, height: CROP, loading: 'lazy'}),
-      frameOf(box, side), other && frameOf(other, side === 'reference' ? 'candidate' : 'reference'));
+    const frameOf = (one, whose) => h('span', { class: `place-box place-box-${whose}`, style: placeIn(one, region) });
+    return h(
+      'span',
+      { class: 'place-crop' },
+      pictureThatMayMiss({
+        src: app.api.framePartUrl(found.video_id, frame, region, CROP * 2),
+        width: CROP,
+        height: CROP,
+        loading: 'lazy',
+      }),
+      frameOf(box, side),
+      other && frameOf(other, side === 'reference' ? 'candidate' : 'reference'),
+    );
   }
 
-  return {element, show};
+  return { element, show };
 }
 
 /** @param {readonly import('../types.js').Box[]} boxes @returns {import('../types.js').Box} */
-const enclosing = (boxes) => [Math.min(...boxes.map((box) => box[0])), Math.min(...boxes.map((box) => box[1])), Math.max(...boxes.map((box) => box[2])), Math.max(...boxes.map((box) => box[3]))];
+const enclosing = (boxes) => [
+  Math.min(...boxes.map((box) => box[0])),
+  Math.min(...boxes.map((box) => box[1])),
+  Math.max(...boxes.map((box) => box[2])),
+  Math.max(...boxes.map((box) => box[3])),
+];
 
 /**
  * What both sides call it, the reference first, and how well their boxes agree.
@@ -159,7 +248,7 @@ const enclosing = (boxes) => [Math.min(...boxes.map((box) => box[0])), Math.min(
  * @param {import('../api/compare-types.js').Pair} pair
  * @param {readonly import('../types.js').Label[]} labels
  */
-export function pairWords({confusion}, side, {label, other, other_label, iou}, labels) {
+export function pairWords({ confusion }, side, { label, other, other_label, iou }, labels) {
   /** @param {number|null} id */
   const name = (id) => confusion.words?.[String(id)] ?? className(labels, id);
   if (other === null) return `${name(label)}, nothing of the ${side === 'reference' ? 'candidate' : 'reference'} on it`;

@@ -1,17 +1,17 @@
 // @ts-check
 /** Two views of one video against each other: figures, confusion of classes, and the places behind every number. */
 
-import {sentence} from '../api/errors.js';
-import {openDialog, setRuns} from '../store/actions/page.js';
-import {createConfusion} from './compare-confusion.js';
-import {createFigures} from './compare-figures.js';
-import {createPlaces} from './compare-places.js';
-import {fill, h, setText} from './dom.js';
-import {emptyState, waiting} from './empty.js';
-import {count, plural} from '../model/format.js';
-import {icon} from './icons.js';
-import {modelsOf} from './model-words.js';
-import {runInexact} from '../model/run_words.js';
+import { sentence } from '../api/errors.js';
+import { openDialog, setRuns } from '../store/actions/page.js';
+import { createConfusion } from './compare-confusion.js';
+import { createFigures } from './compare-figures.js';
+import { createPlaces } from './compare-places.js';
+import { fill, h, setText } from './dom.js';
+import { emptyState, waiting } from './empty.js';
+import { count, plural } from '../model/format.js';
+import { icon } from './icons.js';
+import { modelsOf } from './model-words.js';
+import { runInexact } from '../model/run_words.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
@@ -20,7 +20,7 @@ import {runInexact} from '../model/run_words.js';
 /** What was looked at last: who opened a place comes back to its list. @type {{sides: string, places: import('../api/compare-types.js').Places}|null} */
 let last = null;
 
-const KINDS = /** @type {Record<string, string>} */ ({run: 'Run', annotation: 'Corrections', truth: 'Ground truth'});
+const KINDS = /** @type {Record<string, string>} */ ({ run: 'Run', annotation: 'Corrections', truth: 'Ground truth' });
 
 /**
  * @param {App} app
@@ -29,8 +29,8 @@ const KINDS = /** @type {Record<string, string>} */ ({run: 'Run', annotation: 'C
 export function createCompare(app) {
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const content = h('div', {class: 'compare-content'});
-  const element = h('div', {class: 'compare'}, content);
+  const content = h('div', { class: 'compare-content' });
+  const element = h('div', { class: 'compare' }, content);
   /** @type {AbortController|null} */
   let under = null;
   let key = '';
@@ -43,22 +43,37 @@ export function createCompare(app) {
     const own = new AbortController();
     under = own;
     const both = AbortSignal.any([own.signal, signal]);
-    content.replaceChildren(h('h1', {class: 'visually-hidden'}, 'Compare'), waiting('The two are compared', {retry: () => load(a, b), signal: both, after: 20_000}));
+    content.replaceChildren(
+      h('h1', { class: 'visually-hidden' }, 'Compare'),
+      waiting('The two are compared', { retry: () => load(a, b), signal: both, after: 20_000 }),
+    );
     try {
-      const found = await app.api.compare(a, b, {signal: both});
-      const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels(null, {signal: both});
+      const found = await app.api.compare(a, b, { signal: both });
+      const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels(null, { signal: both });
       if (both.aborted) return;
       show(found, a, b, labels);
       tellRuns(app.store.get());
       if (!app.store.get().runs[found.video_id]) {
-        await app.load(() => app.api.runs(found.video_id, {signal: both}), (state, runs) => setRuns(state, found.video_id, runs));
+        await app.load(
+          () => app.api.runs(found.video_id, { signal: both }),
+          (state, runs) => setRuns(state, found.video_id, runs),
+        );
       }
     } catch (thrown) {
       if (both.aborted) return;
-      content.replaceChildren(h('h1', {class: 'visually-hidden'}, 'Compare'), emptyState({
-        error: true, icon: 'alert', title: 'This comparison is not possible', text: sentence(thrown),
-        actions: [h('button', {class: 'btn', type: 'button', onclick: () => load(a, b)}, icon('refresh'), 'Try again'), h('a', {class: 'btn btn-primary', href: '#/'}, 'Go to the library')],
-      }));
+      content.replaceChildren(
+        h('h1', { class: 'visually-hidden' }, 'Compare'),
+        emptyState({
+          error: true,
+          icon: 'alert',
+          title: 'This comparison is not possible',
+          text: sentence(thrown),
+          actions: [
+            h('button', { class: 'btn', type: 'button', onclick: () => load(a, b) }, icon('refresh'), 'Try again'),
+            h('a', { class: 'btn btn-primary', href: '#/' }, 'Go to the library'),
+          ],
+        }),
+      );
     }
   }
 
@@ -71,22 +86,47 @@ export function createCompare(app) {
   function show(found, a, b, labels) {
     const places = createPlaces(app, found, labels, () => void load(a, b));
     const cards = [sideCard('Reference', found.sides.reference), sideCard('Candidate', found.sides.candidate)];
-    open = {found, cards};
+    open = { found, cards };
     /** @param {import('../api/compare-types.js').Places} chosen */
     const choose = (chosen) => {
-      last = {sides: `${a} ${b}`, places: chosen};
+      last = { sides: `${a} ${b}`, places: chosen };
       places.show(chosen);
     };
-    const video = app.store.get().videos?.find(({id}) => id === found.video_id);
-    fill(content,
-      h('header', {class: 'compare-head'},
-        h('h1', null, 'Compare'), video && h('span', {class: 'muted'}, `${video.name}, frames ${count(found.first)} to ${count(found.last)}`), h('span', {class: 'grow'}),
-        h('button', {class: 'btn', type: 'button', onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'compare', data: {video: found.video_id, run: runOf(b) ?? runOf(a), reference: a, candidate: b}}))}, icon('settings'), 'Choose others'),
-        h('a', {class: 'btn', href: `#/compare?a=${encodeURIComponent(b)}&b=${encodeURIComponent(a)}`}, icon('refresh'), 'Swap')),
-      h('div', {class: 'compare-sides'}, cards[0], h('span', {class: 'compare-against muted'}, 'against'), cards[1]),
-      h('div', {class: 'compare-columns'},
-        h('div', {class: 'compare-numbers'}, createFigures(found, choose), createConfusion(found, labels, choose)),
-        places.element));
+    const video = app.store.get().videos?.find(({ id }) => id === found.video_id);
+    fill(
+      content,
+      h(
+        'header',
+        { class: 'compare-head' },
+        h('h1', null, 'Compare'),
+        video && h('span', { class: 'muted' }, `${video.name}, frames ${count(found.first)} to ${count(found.last)}`),
+        h('span', { class: 'grow' }),
+        h(
+          'button',
+          {
+            class: 'btn',
+            type: 'button',
+            onclick: () =>
+              app.store.dispatch((state) =>
+                openDialog(state, {
+                  kind: 'compare',
+                  data: { video: found.video_id, run: runOf(b) ?? runOf(a), reference: a, candidate: b },
+                }),
+              ),
+          },
+          icon('settings'),
+          'Choose others',
+        ),
+        h('a', { class: 'btn', href: `#/compare?a=${encodeURIComponent(b)}&b=${encodeURIComponent(a)}` }, icon('refresh'), 'Swap'),
+      ),
+      h('div', { class: 'compare-sides' }, cards[0], h('span', { class: 'compare-against muted' }, 'against'), cards[1]),
+      h(
+        'div',
+        { class: 'compare-columns' },
+        h('div', { class: 'compare-numbers' }, createFigures(found, choose), createConfusion(found, labels, choose)),
+        places.element,
+      ),
+    );
     if (last?.sides === `${a} ${b}`) places.show(last.places);
   }
 
@@ -94,7 +134,7 @@ export function createCompare(app) {
   function tellRuns(state) {
     if (open === null) return;
     for (const [at, side] of [open.found.reference, open.found.candidate].entries()) {
-      const run = state.runs[open.found.video_id]?.find(({id}) => id === runOf(side));
+      const run = state.runs[open.found.video_id]?.find(({ id }) => id === runOf(side));
       const words = /** @type {HTMLElement} */ (open.cards[at].querySelector('.side-models'));
       setText(words, run ? modelsOf(run, state.models) : '');
       words.hidden = !words.textContent;
@@ -129,10 +169,13 @@ function runOf(side) {
  * @param {Side} side
  */
 function sideCard(role, side) {
-  return h('section', {class: 'compare-side', 'aria-label': role},
-    h('span', {class: 'muted small'}, `${role} · ${KINDS[side.kind] ?? side.kind}`),
-    h('strong', {class: 'truncate', title: side.name}, side.name),
-    h('span', {class: 'muted small'}, `${plural(side.tracks, 'track')}, ${plural(side.boxes, 'box', 'boxes')}`),
-    h('span', {class: 'side-models muted small', hidden: true}),
-    h('span', {class: 'side-inexact field-warning'}));
+  return h(
+    'section',
+    { class: 'compare-side', 'aria-label': role },
+    h('span', { class: 'muted small' }, `${role} · ${KINDS[side.kind] ?? side.kind}`),
+    h('strong', { class: 'truncate', title: side.name }, side.name),
+    h('span', { class: 'muted small' }, `${plural(side.tracks, 'track')}, ${plural(side.boxes, 'box', 'boxes')}`),
+    h('span', { class: 'side-models muted small', hidden: true }),
+    h('span', { class: 'side-inexact field-warning' }),
+  );
 }

@@ -1,8 +1,8 @@
 // @ts-check
 /** What a view shows where there is nothing: what is missing, why, and what to do. Also waiting, with an end. */
 
-import {fill, h} from './dom.js';
-import {icon} from './icons.js';
+import { fill, h } from './dom.js';
+import { icon } from './icons.js';
 
 /** A wait that is longer says so, ms. */
 const LONG = 12_000;
@@ -11,12 +11,15 @@ const LONG = 12_000;
  * @param {{icon?: import('./icons.js').IconName, title: string, text?: string, actions?: (HTMLElement|null|false)[], error?: boolean}} options
  * @returns {HTMLElement}
  */
-export function emptyState({icon: name = 'info', title, text, actions = [], error = false}) {
-  return h('div', {class: error ? 'empty empty-error' : 'empty', role: error ? 'alert' : null},
+export function emptyState({ icon: name = 'info', title, text, actions = [], error = false }) {
+  return h(
+    'div',
+    { class: error ? 'empty empty-error' : 'empty', role: error ? 'alert' : null },
     icon(name),
     h('h2', null, title),
     text && h('p', null, text),
-    actions.length > 0 && h('div', {class: 'empty-actions'}, ...actions));
+    actions.length > 0 && h('div', { class: 'empty-actions' }, ...actions),
+  );
 }
 
 /**
@@ -26,16 +29,28 @@ export function emptyState({icon: name = 'info', title, text, actions = [], erro
  * @param {{retry?: () => void, signal?: AbortSignal, after?: number}} [options]
  * @returns {HTMLElement}
  */
-export function waiting(what, {retry, signal, after = LONG} = {}) {
-  const element = h('div', {class: 'empty', role: 'status'},
+export function waiting(what, { retry, signal, after = LONG } = {}) {
+  const element = h(
+    'div',
+    { class: 'empty', role: 'status' },
     h('p', null, `${what} …`),
-    h('span', {class: 'meter meter-waiting empty-meter'}, h('span')));
+    h('span', { class: 'meter meter-waiting empty-meter' }, h('span')),
+  );
   const timer = setTimeout(() => {
     if (!element.isConnected) return;
-    fill(element, icon('alert'), h('h2', null, 'This takes longer than it should'),
-      h('p', null, `${what}, but the server has not answered yet. It may be busy with a run, or it has stopped: look at the terminal where it was started.`),
-      retry && h('div', {class: 'empty-actions'}, h('button', {class: 'btn', type: 'button', onclick: retry}, icon('refresh'), 'Try again')));
+    fill(
+      element,
+      icon('alert'),
+      h('h2', null, 'This takes longer than it should'),
+      h(
+        'p',
+        null,
+        `${what}, but the server has not answered yet. It may be busy with a run, or it has stopped: look at the terminal where it was started.`,
+      ),
+      retry &&
+        h('div', { class: 'empty-actions' }, h('button', { class: 'btn', type: 'button', onclick: retry }, icon('refresh'), 'Try again')),
+    );
   }, after);
-  signal?.addEventListener('abort', () => clearTimeout(timer), {once: true});
+  signal?.addEventListener('abort', () => clearTimeout(timer), { once: true });
   return element;
 }

@@ -1,15 +1,15 @@
 // @ts-check
 /** The screen of all files that were made from runs: exports, recordings, bug bundles, 3-D pages. */
 
-import {sentence} from '../api/errors.js';
-import {openDialog, setOutputs, setRuns} from '../store/actions/page.js';
-import {createOutputRow} from './output-row.js';
-import {KINDS} from './output-words.js';
-import {h, reconcile, setText} from './dom.js';
-import {emptyState, waiting} from './empty.js';
-import {bytes, plural} from '../model/format.js';
-import {icon} from './icons.js';
-import {recall, remember} from '../core/preferences.js';
+import { sentence } from '../api/errors.js';
+import { openDialog, setOutputs, setRuns } from '../store/actions/page.js';
+import { createOutputRow } from './output-row.js';
+import { KINDS } from './output-words.js';
+import { h, reconcile, setText } from './dom.js';
+import { emptyState, waiting } from './empty.js';
+import { bytes, plural } from '../model/format.js';
+import { icon } from './icons.js';
+import { recall, remember } from '../core/preferences.js';
 
 /** @typedef {import('../types.js').Output} Output */
 
@@ -18,23 +18,57 @@ import {recall, remember} from '../core/preferences.js';
  * @returns {import('../page-types.js').View}
  */
 export function createFiles(app) {
-  const {store, api} = app;
+  const { store, api } = app;
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const kind = h('select', {class: 'select', 'aria-label': 'Kind of file', onchange: () => {
-    remember('files.kind', kind.value);
-    show();
-  }}, h('option', {value: ''}, 'All kinds'), ...Object.entries(KINDS).map(([value, {many}]) => h('option', {value}, many)));
+  const kind = h(
+    'select',
+    {
+      class: 'select',
+      'aria-label': 'Kind of file',
+      onchange: () => {
+        remember('files.kind', kind.value);
+        show();
+      },
+    },
+    h('option', { value: '' }, 'All kinds'),
+    ...Object.entries(KINDS).map(([value, { many }]) => h('option', { value }, many)),
+  );
   kind.value = recall('files.kind') ?? '';
   if (kind.selectedIndex < 0) kind.value = '';
-  const total = h('span', {class: 'muted'});
-  const list = h('ul', {class: 'made-list', 'aria-label': 'Files'});
-  const notice = h('div', {class: 'library-notice'}, waiting('The files are listed', {retry: load, signal}));
-  const element = h('div', {class: 'library'}, h('div', {class: 'library-inner page-inner'},
-    h('div', {class: 'library-head'}, h('h1', null, 'Files'), total, h('div', {class: 'grow'}), kind,
-      h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle'),
-      h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export')),
-    notice, list));
+  const total = h('span', { class: 'muted' });
+  const list = h('ul', { class: 'made-list', 'aria-label': 'Files' });
+  const notice = h('div', { class: 'library-notice' }, waiting('The files are listed', { retry: load, signal }));
+  const element = h(
+    'div',
+    { class: 'library' },
+    h(
+      'div',
+      { class: 'library-inner page-inner' },
+      h(
+        'div',
+        { class: 'library-head' },
+        h('h1', null, 'Files'),
+        total,
+        h('div', { class: 'grow' }),
+        kind,
+        h(
+          'button',
+          { class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'import-bundle' })) },
+          icon('bug'),
+          'Open bug bundle',
+        ),
+        h(
+          'button',
+          { class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })) },
+          icon('export'),
+          'Export',
+        ),
+      ),
+      notice,
+      list,
+    ),
+  );
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createOutputRow>>} */
   const rows = new WeakMap();
   /** @type {Output[]|null} */
@@ -43,40 +77,68 @@ export function createFiles(app) {
 
   async function load() {
     try {
-      await app.load(() => api.outputs({}, {signal}), setOutputs);
+      await app.load(() => api.outputs({}, { signal }), setOutputs);
       for (const video of store.get().videos ?? []) {
         if (store.get().runs[video.id] || video.runs === 0) continue;
-        await app.load(() => api.runs(video.id, {signal}), (state, runs) => setRuns(state, video.id, runs));
+        await app.load(
+          () => api.runs(video.id, { signal }),
+          (state, runs) => setRuns(state, video.id, runs),
+        );
       }
     } catch (thrown) {
       if (signal.aborted) return;
       noticed = 'error';
       notice.hidden = false;
-      notice.replaceChildren(emptyState({error: true, icon: 'alert', title: 'The files could not be listed', text: sentence(thrown),
-        actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => void load()}, icon('refresh'), 'Try again')]}));
+      notice.replaceChildren(
+        emptyState({
+          error: true,
+          icon: 'alert',
+          title: 'The files could not be listed',
+          text: sentence(thrown),
+          actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load() }, icon('refresh'), 'Try again')],
+        }),
+      );
     }
   }
 
   function show() {
-    const {outputs} = store.get();
+    const { outputs } = store.get();
     if (outputs === null) return;
     const found = kind.value ? outputs.filter((one) => one.kind === kind.value) : outputs;
     const size = found.reduce((sum, one) => sum + (one.size ?? 0), 0);
     setText(total, found.length ? `${plural(found.length, 'file')}, ${bytes(size)}` : '');
-    reconcile(list, found, ({id}) => id, (output) => {
-      const row = createOutputRow(app, output);
-      rows.set(row.element, row);
-      return row.element;
-    }, (item, output) => rows.get(item)?.show(output));
+    reconcile(
+      list,
+      found,
+      ({ id }) => id,
+      (output) => {
+        const row = createOutputRow(app, output);
+        rows.set(row.element, row);
+        return row.element;
+      },
+      (item, output) => rows.get(item)?.show(output),
+    );
     list.hidden = found.length === 0;
     notice.hidden = found.length > 0;
     const now = found.length ? 'none' : kind.value ? 'kind' : 'empty';
     if (now === noticed) return;
     noticed = now;
     if (now !== 'none') {
-      notice.replaceChildren(emptyState({icon: 'folder', title: now === 'kind' ? `No ${KINDS[/** @type {Output['kind']} */ (kind.value)].many.toLowerCase()} yet` : 'No files yet',
-        text: 'Exports, recordings, bug bundles and 3-D pages that you make are listed here, to be downloaded or deleted.',
-        actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export annotations')]}));
+      notice.replaceChildren(
+        emptyState({
+          icon: 'folder',
+          title: now === 'kind' ? `No ${KINDS[/** @type {Output['kind']} */ (kind.value)].many.toLowerCase()} yet` : 'No files yet',
+          text: 'Exports, recordings, bug bundles and 3-D pages that you make are listed here, to be downloaded or deleted.',
+          actions: [
+            h(
+              'button',
+              { class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })) },
+              icon('export'),
+              'Export annotations',
+            ),
+          ],
+        }),
+      );
     }
   }
 
@@ -86,7 +148,8 @@ export function createFiles(app) {
   return {
     element,
     update(state) {
-      if (last && last.outputs === state.outputs && last.runs === state.runs && last.videos === state.videos && shown === state.outputs) return;
+      if (last && last.outputs === state.outputs && last.runs === state.runs && last.videos === state.videos && shown === state.outputs)
+        return;
       [last, shown] = [state, state.outputs];
       show();
     },

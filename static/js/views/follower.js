@@ -7,7 +7,7 @@
  * @param {{pause?: number, wait?: (ms: number) => Promise<void>, failed?: (thrown: unknown) => void}} [options]   pause: ms
  * @returns {{push: (value: T) => void, stop: () => void}}
  */
-export function createFollower(send, {pause = 80, wait = sleep, failed = () => {}} = {}) {
+export function createFollower(send, { pause = 80, wait = sleep, failed = () => {} } = {}) {
   /** @type {{value: T}|null} */
   let next = null;
   let busy = false;
@@ -16,7 +16,7 @@ export function createFollower(send, {pause = 80, wait = sleep, failed = () => {
   async function run() {
     busy = true;
     while (next && !stopped) {
-      const {value} = next;
+      const { value } = next;
       next = null;
       try {
         await send(value);
@@ -30,7 +30,7 @@ export function createFollower(send, {pause = 80, wait = sleep, failed = () => {
 
   return {
     push(value) {
-      next = {value};
+      next = { value };
       if (!busy && !stopped) void run();
     },
     stop() {

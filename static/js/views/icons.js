@@ -1,7 +1,7 @@
 // @ts-check
 /** Line icons of 16 x 16, drawn in the colour of the text. Every icon goes with a label or a text; none stands alone. */
 
-import {s} from './dom.js';
+import { s } from './dom.js';
 
 /** Paths by name. */
 const PATHS = /** @type {const} */ ({
@@ -96,7 +96,7 @@ const PATHS = /** @type {const} */ ({
  * @returns {SVGSVGElement} decoration: hidden from screen readers
  */
 export function icon(name) {
-  return s('svg', {class: 'icon', viewBox: '0 0 16 16', 'aria-hidden': 'true', focusable: 'false'}, s('path', {d: PATHS[name]}));
+  return s('svg', { class: 'icon', viewBox: '0 0 16 16', 'aria-hidden': 'true', focusable: 'false' }, s('path', { d: PATHS[name] }));
 }
 
 /**

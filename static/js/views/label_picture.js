@@ -12,7 +12,14 @@ const SIDE = 256;
  */
 export async function pngOf(file, box) {
   const whole = await createImageBitmap(file);
-  const [x1, y1, x2, y2] = box ? [Math.max(0, Math.floor(box[0])), Math.max(0, Math.floor(box[1])), Math.min(whole.width, Math.ceil(box[2])), Math.min(whole.height, Math.ceil(box[3]))] : [0, 0, whole.width, whole.height];
+  const [x1, y1, x2, y2] = box
+    ? [
+        Math.max(0, Math.floor(box[0])),
+        Math.max(0, Math.floor(box[1])),
+        Math.min(whole.width, Math.ceil(box[2])),
+        Math.min(whole.height, Math.ceil(box[3])),
+      ]
+    : [0, 0, whole.width, whole.height];
   const [width, height] = [Math.max(1, x2 - x1), Math.max(1, y2 - y1)];
   const scale = Math.min(1, SIDE / Math.max(width, height));
   const canvas = document.createElement('canvas');

@@ -24,11 +24,33 @@ export function createAssigned(app, id) {
       if (key === shown) return;
       shown = key;
       element.hidden = mine.length === 0 && !gives;
-      fill(element,
-        ...mine.slice(0, 3).map((one) => h('span', { class: `state-chip state-${one.state}`, title: `${one.person}: ${STATES[one.state]}, ${framesOf(one)}` }, `${one.person}: ${STATES[one.state]}`)),
+      fill(
+        element,
+        ...mine
+          .slice(0, 3)
+          .map((one) =>
+            h(
+              'span',
+              { class: `state-chip state-${one.state}`, title: `${one.person}: ${STATES[one.state]}, ${framesOf(one)}` },
+              `${one.person}: ${STATES[one.state]}`,
+            ),
+          ),
         mine.length > 3 && h('span', { class: 'muted' }, `and ${mine.length - 3} more`),
         h('span', { class: 'grow' }),
-        gives && h('button', { class: 'btn btn-quiet btn-small', type: 'button', 'aria-label': `Assign ${video.name}`, title: 'Give this video, or some frames of it, to somebody …', onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'assign', data: { video: id } })) }, icon('person'), 'Assign'));
+        gives &&
+          h(
+            'button',
+            {
+              class: 'btn btn-quiet btn-small',
+              type: 'button',
+              'aria-label': `Assign ${video.name}`,
+              title: 'Give this video, or some frames of it, to somebody …',
+              onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'assign', data: { video: id } })),
+            },
+            icon('person'),
+            'Assign',
+          ),
+      );
     },
   };
 }

@@ -1,20 +1,27 @@
 // @ts-check
 /** Filters of the library: videos that have a track of a label, with an answer to an attribute, in a state of review. */
 
-import {sentence} from '../api/errors.js';
-import {answerText, attributeChoices} from '../model/attributes.js';
-import {NO_CLASS} from '../model/documents.js';
-import {finderOf} from '../model/label_finder.js';
-import {offeredLabels} from '../model/labels.js';
-import {fill, h, setText} from './dom.js';
-import {plural} from '../model/format.js';
+import { sentence } from '../api/errors.js';
+import { answerText, attributeChoices } from '../model/attributes.js';
+import { NO_CLASS } from '../model/documents.js';
+import { finderOf } from '../model/label_finder.js';
+import { offeredLabels } from '../model/labels.js';
+import { fill, h, setText } from './dom.js';
+import { plural } from '../model/format.js';
 
 /** @typedef {{label: string, attribute: string, value: string, state: string}} Chosen   as typed; empty: any */
 
 /** @type {Chosen} */
-export const NOTHING_CHOSEN = Object.freeze({label: '', attribute: '', value: '', state: ''});
+export const NOTHING_CHOSEN = Object.freeze({ label: '', attribute: '', value: '', state: '' });
 const NONE = 'Not in the set';
-const STATES = [['', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['accepted', 'Accepted'], ['rejected', 'False positive'], ['ignored', 'Ignored']];
+const STATES = [
+  ['', 'Any state'],
+  ['open', 'Open'],
+  ['needs_work', 'Needs work'],
+  ['accepted', 'Accepted'],
+  ['rejected', 'False positive'],
+  ['ignored', 'Ignored'],
+];
 /** Typing rests this long before the server is asked, ms. */
 const RESTS = 250;
 /** So long after the library has changed it is asked again, ms. */
@@ -27,15 +34,16 @@ const AGAIN = 1000;
  * @param {readonly import('../types.js').Label[]} labels
  * @returns {{label?: string, attribute?: string, value?: string, state?: string}|{error: string}|null}
  */
-export function questionOf({label, attribute, value, state}, labels) {
+export function questionOf({ label, attribute, value, state }, labels) {
   const typed = label.trim();
   const none = typed.toLowerCase() === NONE.toLowerCase();
   const found = typed && !none ? finderOf(labels).find(typed) : null;
-  if (typed && !none && (found === null || (found.how === 'number' && !typed.startsWith('#')))) return {error: `No label is called “${typed.slice(0, 60)}”.`};
+  if (typed && !none && (found === null || (found.how === 'number' && !typed.startsWith('#'))))
+    return { error: `No label is called “${typed.slice(0, 60)}”.` };
   const asked = {
-    ...(typed && {label: none ? String(NO_CLASS) : found?.label.key ?? ''}),
-    ...(attribute && {attribute, ...(value.trim() && {value: value.trim()})}),
-    ...(state && {state}),
+    ...(typed && { label: none ? String(NO_CLASS) : (found?.label.key ?? '') }),
+    ...(attribute && { attribute, ...(value.trim() && { value: value.trim() }) }),
+    ...(state && { state }),
   };
   return Object.keys(asked).length ? asked : null;
 }
@@ -44,22 +52,59 @@ export function questionOf({label, attribute, value, state}, labels) {
  * @param {import('../page-types.js').App} app
  * @param {{chosen: Chosen, changed: (chosen: Chosen) => void, signal: AbortSignal}} options   changed: other videos pass
  */
-export function createLibraryFilters(app, {chosen, changed, signal}) {
-  const names = h('datalist', {id: 'library-labels'});
-  const label = h('input', {class: 'input', type: 'search', list: 'library-labels', placeholder: 'Any label', autocomplete: 'off', dir: 'auto', 'aria-label': 'Videos with the label', value: chosen.label, oninput: () => turn(RESTS)});
-  const attribute = h('select', {class: 'select', 'aria-label': 'Videos with the attribute', onchange: () => {
-    showAnswers('');
-    turn(0);
-  }});
-  const place = h('span', {class: 'library-answer'});
-  const state = h('select', {class: 'select', 'aria-label': 'Videos with tracks in the state', onchange: () => turn(0)}, ...STATES.map(([value, text]) => h('option', {value}, text)));
+export function createLibraryFilters(app, { chosen, changed, signal }) {
+  const names = h('datalist', { id: 'library-labels' });
+  const label = h('input', {
+    class: 'input',
+    type: 'search',
+    list: 'library-labels',
+    placeholder: 'Any label',
+    autocomplete: 'off',
+    dir: 'auto',
+    'aria-label': 'Videos with the label',
+    value: chosen.label,
+    oninput: () => turn(RESTS),
+  });
+  const attribute = h('select', {
+    class: 'select',
+    'aria-label': 'Videos with the attribute',
+    onchange: () => {
+      showAnswers('');
+      turn(0);
+    },
+  });
+  const place = h('span', { class: 'library-answer' });
+  const state = h(
+    'select',
+    { class: 'select', 'aria-label': 'Videos with tracks in the state', onchange: () => turn(0) },
+    ...STATES.map(([value, text]) => h('option', { value }, text)),
+  );
   state.value = chosen.state;
-  const clear = h('button', {class: 'btn', type: 'button', hidden: true, onclick: () => {
-    reset();
-    label.focus();
-  }}, 'Clear');
-  const status = h('span', {class: 'muted small grow', role: 'status'});
-  const element = h('div', {class: 'library-filters', role: 'group', 'aria-label': 'Videos with such tracks'}, names, label, attribute, place, state, clear, status);
+  const clear = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      hidden: true,
+      onclick: () => {
+        reset();
+        label.focus();
+      },
+    },
+    'Clear',
+  );
+  const status = h('span', { class: 'muted small grow', role: 'status' });
+  const element = h(
+    'div',
+    { class: 'library-filters', role: 'group', 'aria-label': 'Videos with such tracks' },
+    names,
+    label,
+    attribute,
+    place,
+    state,
+    clear,
+    status,
+  );
   /** @type {HTMLInputElement|HTMLSelectElement|null} */
   let answer = null;
   /** @type {readonly import('../types.js').Label[]} */
@@ -74,17 +119,24 @@ export function createLibraryFilters(app, {chosen, changed, signal}) {
 
   /** The answers to choose from. @param {string} value */
   function showAnswers(value) {
-    const choice = attributeChoices(labels, []).find(({name}) => name === attribute.value);
-    const given = {class: choice?.values.length ? 'select' : 'input', 'aria-label': 'Answer'};
-    answer = !choice ? null : choice.values.length
-      ? h('select', {...given, onchange: () => turn(0)}, h('option', {value: ''}, 'Any answer'), ...choice.values.map((one) => h('option', {value: String(one)}, answerText(one))))
-      : h('input', {...given, type: 'search', placeholder: 'Any answer', autocomplete: 'off', value, oninput: () => turn(RESTS)});
+    const choice = attributeChoices(labels, []).find(({ name }) => name === attribute.value);
+    const given = { class: choice?.values.length ? 'select' : 'input', 'aria-label': 'Answer' };
+    answer = !choice
+      ? null
+      : choice.values.length
+        ? h(
+            'select',
+            { ...given, onchange: () => turn(0) },
+            h('option', { value: '' }, 'Any answer'),
+            ...choice.values.map((one) => h('option', { value: String(one) }, answerText(one))),
+          )
+        : h('input', { ...given, type: 'search', placeholder: 'Any answer', autocomplete: 'off', value, oninput: () => turn(RESTS) });
     if (answer) answer.value = value;
     fill(place, answer);
   }
 
   /** @returns {Chosen} */
-  const read = () => ({label: label.value, attribute: attribute.value, value: answer?.value ?? '', state: state.value});
+  const read = () => ({ label: label.value, attribute: attribute.value, value: answer?.value ?? '', state: state.value });
 
   /** Ask once nothing more is typed. @param {number} rests   ms */
   function turn(rests) {
@@ -105,14 +157,23 @@ export function createLibraryFilters(app, {chosen, changed, signal}) {
     }
     try {
       for (let left = Infinity; left > 0;) {
-        const found = await app.api.matchingVideos(question, {signal});
+        const found = await app.api.matchingVideos(question, { signal });
         if (mine !== asked || signal.aborted) return;
         // without progress more of the same brings nothing
         left = found.left < left ? found.left : 0;
         passing = new Map(Object.entries(found.videos));
         const tracks = [...passing.values()].reduce((sum, count) => sum + count, 0);
-        setText(status, [left > 0 ? `${plural(left, 'video')} to look at for the first time …` : `${plural(tracks, 'track')} in ${plural(passing.size, 'video')}.`,
-          found.unreadable > 0 && `The tracks of ${plural(found.unreadable, 'video')} cannot be read here.`].filter(Boolean).join(' '));
+        setText(
+          status,
+          [
+            left > 0
+              ? `${plural(left, 'video')} to look at for the first time …`
+              : `${plural(tracks, 'track')} in ${plural(passing.size, 'video')}.`,
+            found.unreadable > 0 && `The tracks of ${plural(found.unreadable, 'video')} cannot be read here.`,
+          ]
+            .filter(Boolean)
+            .join(' '),
+        );
         changed(now);
       }
     } catch (thrown) {
@@ -137,13 +198,13 @@ export function createLibraryFilters(app, {chosen, changed, signal}) {
       const first = labels.length === 0;
       if (labels !== next.labels) {
         labels = next.labels;
-        fill(names, h('option', {value: NONE}), ...offeredLabels(labels).map(({name, key}) => h('option', {value: name}, key)));
+        fill(names, h('option', { value: NONE }), ...offeredLabels(labels).map(({ name, key }) => h('option', { value: name }, key)));
         const wanted = first ? chosen.attribute : attribute.value;
         const choices = attributeChoices(labels, []);
-        fill(attribute, h('option', {value: ''}, 'Any attribute'), ...choices.map(({name}) => h('option', {value: name}, name)));
-        attribute.value = choices.some(({name}) => name === wanted) ? wanted : '';
+        fill(attribute, h('option', { value: '' }, 'Any attribute'), ...choices.map(({ name }) => h('option', { value: name }, name)));
+        attribute.value = choices.some(({ name }) => name === wanted) ? wanted : '';
         attribute.hidden = choices.length === 0;
-        showAnswers(first ? chosen.value : answer?.value ?? '');
+        showAnswers(first ? chosen.value : (answer?.value ?? ''));
         turn(0);
       }
       if (videos !== null && videos !== next.videos && passing !== null) turn(AGAIN);

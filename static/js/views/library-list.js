@@ -4,9 +4,9 @@
  * screenful costs; further ones are made before the last is reached, with wheel, keyboard or the button alike.
  */
 
-import {h, reconcile, setText} from './dom.js';
-import {count} from '../model/format.js';
-import {createCard} from './library-card.js';
+import { h, reconcile, setText } from './dom.js';
+import { count } from '../model/format.js';
+import { createCard } from './library-card.js';
 
 /** @typedef {import('../types.js').Run} Run */
 /** @typedef {import('../types.js').Video} Video */
@@ -22,14 +22,19 @@ const AHEAD = '100%';
  *   most: cards to begin with; grown: told when there are more; selection: of videos
  * @returns {{element: HTMLElement, show: (videos: readonly Video[], runs: Record<string, Run[]>) => void, draw: () => void, asRows: (rows: boolean) => void, restart: () => void, destroy: () => void}}
  */
-export function createCards(app, {most, grown, selection}) {
-  const list = h('ul', {class: 'cards', 'aria-label': 'Videos'});
-  const more = h('button', {class: 'btn library-more', type: 'button', hidden: true, onclick: () => {
-    const next = grow();
-    // whoever asked by keyboard goes on with the first new one
-    if (next) /** @type {HTMLElement|null} */ (next.querySelector('a, button'))?.focus();
-  }});
-  const element = h('div', {class: 'library-list'}, list, more);
+export function createCards(app, { most, grown, selection }) {
+  const list = h('ul', { class: 'cards', 'aria-label': 'Videos' });
+  const more = h('button', {
+    class: 'btn library-more',
+    type: 'button',
+    hidden: true,
+    onclick: () => {
+      const next = grow();
+      // whoever asked by keyboard goes on with the first new one
+      if (next) /** @type {HTMLElement|null} */ (next.querySelector('a, button'))?.focus();
+    },
+  });
+  const element = h('div', { class: 'library-list' }, list, more);
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createCard>>} */
   const cards = new WeakMap();
   /** @type {readonly Video[]} */
@@ -40,11 +45,17 @@ export function createCards(app, {most, grown, selection}) {
   let observer = null;
 
   function draw() {
-    reconcile(list, all.slice(0, most), ({id}) => id, (video) => {
-      const card = createCard(app, video, (on, range) => selection.choose(video.id, on, range));
-      cards.set(card.element, card);
-      return card.element;
-    }, (item, video) => cards.get(item)?.show(video, runsOf[video.id], selection.has(video.id)));
+    reconcile(
+      list,
+      all.slice(0, most),
+      ({ id }) => id,
+      (video) => {
+        const card = createCard(app, video, (on, range) => selection.choose(video.id, on, range));
+        cards.set(card.element, card);
+        return card.element;
+      },
+      (item, video) => cards.get(item)?.show(video, runsOf[video.id], selection.has(video.id)),
+    );
     const left = all.length - most;
     more.hidden = left <= 0;
     setText(more, `Show more (${count(Math.max(0, left))} left)`);
@@ -64,12 +75,15 @@ export function createCards(app, {most, grown, selection}) {
   function watch() {
     const root = element.closest('.screen');
     if (observer !== null || root === null) return;
-    observer = new IntersectionObserver((entries) => {
-      if (!entries.some(({isIntersecting}) => isIntersecting) || grow() === null) return;
-      // where the end is still near, no change of intersection would be reported
-      observer?.unobserve(more);
-      observer?.observe(more);
-    }, {root, rootMargin: `0px 0px ${AHEAD} 0px`});
+    observer = new IntersectionObserver(
+      (entries) => {
+        if (!entries.some(({ isIntersecting }) => isIntersecting) || grow() === null) return;
+        // where the end is still near, no change of intersection would be reported
+        observer?.unobserve(more);
+        observer?.observe(more);
+      },
+      { root, rootMargin: `0px 0px ${AHEAD} 0px` },
+    );
     observer.observe(more);
   }
 

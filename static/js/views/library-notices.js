@@ -1,28 +1,38 @@
 // @ts-check
 /** What the library says in place of videos. */
 
-import {sentence} from '../api/errors.js';
-import {h} from './dom.js';
-import {emptyState} from './empty.js';
-import {icon} from './icons.js';
+import { sentence } from '../api/errors.js';
+import { h } from './dom.js';
+import { emptyState } from './empty.js';
+import { icon } from './icons.js';
 
 /** @param {() => void} addVideo @param {() => void} upload */
-export const noVideo = (addVideo, upload) => emptyState({
-  icon: 'film', title: 'No video yet', text: 'Add one that lies on this machine, upload one, or drop files anywhere on this page. Nothing leaves this machine.',
-  actions: [
-    h('button', {class: 'btn btn-primary', type: 'button', onclick: addVideo}, icon('folder'), 'Add from folder'),
-    h('button', {class: 'btn', type: 'button', onclick: upload}, icon('upload'), 'Upload'),
-  ],
-});
+export const noVideo = (addVideo, upload) =>
+  emptyState({
+    icon: 'film',
+    title: 'No video yet',
+    text: 'Add one that lies on this machine, upload one, or drop files anywhere on this page. Nothing leaves this machine.',
+    actions: [
+      h('button', { class: 'btn btn-primary', type: 'button', onclick: addVideo }, icon('folder'), 'Add from folder'),
+      h('button', { class: 'btn', type: 'button', onclick: upload }, icon('upload'), 'Upload'),
+    ],
+  });
 
 /** @param {() => void} clear */
-export const noMatch = (clear) => emptyState({
-  icon: 'search', title: 'No video matches', text: 'The search looks at names and folders; every word must occur. The filters look at the tracks of the run that a video is opened with.',
-  actions: [h('button', {class: 'btn', type: 'button', onclick: clear}, 'Clear search and filters')],
-});
+export const noMatch = (clear) =>
+  emptyState({
+    icon: 'search',
+    title: 'No video matches',
+    text: 'The search looks at names and folders; every word must occur. The filters look at the tracks of the run that a video is opened with.',
+    actions: [h('button', { class: 'btn', type: 'button', onclick: clear }, 'Clear search and filters')],
+  });
 
 /** @param {unknown} thrown @param {() => void} again */
-export const notLoaded = (thrown, again) => emptyState({
-  error: true, icon: 'alert', title: 'The videos could not be loaded', text: sentence(thrown),
-  actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: again}, icon('refresh'), 'Try again')],
-});
+export const notLoaded = (thrown, again) =>
+  emptyState({
+    error: true,
+    icon: 'alert',
+    title: 'The videos could not be loaded',
+    text: sentence(thrown),
+    actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: again }, icon('refresh'), 'Try again')],
+  });

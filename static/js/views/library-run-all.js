@@ -1,11 +1,11 @@
 // @ts-check
 /** One button that runs the engine on all videos that have no run yet. */
 
-import {notRunYet} from '../model/several_videos.js';
-import {openDialog} from '../store/actions/page.js';
-import {h, setText} from './dom.js';
-import {count} from '../model/format.js';
-import {icon} from './icons.js';
+import { notRunYet } from '../model/several_videos.js';
+import { openDialog } from '../store/actions/page.js';
+import { h, setText } from './dom.js';
+import { count } from '../model/format.js';
+import { icon } from './icons.js';
 
 /** @typedef {import('../types.js').Video} Video */
 
@@ -13,13 +13,24 @@ import {icon} from './icons.js';
  * @param {Pick<import('../page-types.js').App, 'store'>} app
  * @returns {{element: HTMLElement, show: (found: readonly Video[]) => void}}
  */
-export function createRunAll({store}) {
+export function createRunAll({ store }) {
   /** @type {Video[]} */
   let videos = [];
   const words = h('span');
-  const element = h('button', {class: 'btn', type: 'button', hidden: true, title: 'A run of the engine for each video that has none yet', onclick: () => {
-    store.dispatch((state) => openDialog(state, {kind: 'run-several', data: {videos}}));
-  }}, icon('run'), words);
+  const element = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      hidden: true,
+      title: 'A run of the engine for each video that has none yet',
+      onclick: () => {
+        store.dispatch((state) => openDialog(state, { kind: 'run-several', data: { videos } }));
+      },
+    },
+    icon('run'),
+    words,
+  );
 
   return {
     element,

@@ -1,10 +1,10 @@
 // @ts-check
 /** Videos that are chosen in the library, and what is done with all of them at once. */
 
-import {openDialog} from '../store/actions/page.js';
-import {h, setText} from './dom.js';
-import {count, plural} from '../model/format.js';
-import {icon} from './icons.js';
+import { openDialog } from '../store/actions/page.js';
+import { h, setText } from './dom.js';
+import { count, plural } from '../model/format.js';
+import { icon } from './icons.js';
 
 /** @typedef {import('../types.js').Video} Video */
 
@@ -12,45 +12,70 @@ import {icon} from './icons.js';
  * @param {Pick<import('../page-types.js').App, 'store'>} app
  * @param {() => void} changed   draws the cards anew
  */
-export function createSelection({store}, changed) {
+export function createSelection({ store }, changed) {
   /** @type {Set<string>} */
   const chosen = new Set();
   /** @type {readonly Video[]} */
   let shown = [];
   /** Where a range begins. @type {string|null} */
   let anchor = null;
-  const words = h('strong', {role: 'status'});
+  const words = h('strong', { role: 'status' });
   const runWords = h('span');
-  const run = h('button', {class: 'btn btn-primary', type: 'button', onclick: () => {
-    store.dispatch((state) => openDialog(state, {kind: 'run-several', data: {videos: ready(), done: drop}}));
-  }}, icon('run'), runWords);
-  const all = h('button', {class: 'btn', type: 'button', onclick: () => set(shown.map(({id}) => id), true)});
-  const none = h('button', {class: 'btn btn-quiet', type: 'button', onclick: () => set([...chosen], false)}, 'Choose none');
-  const element = h('div', {class: 'library-chosen', hidden: true}, words, h('span', {class: 'grow'}), all, none, run);
+  const run = h(
+    'button',
+    {
+      class: 'btn btn-primary',
+      type: 'button',
+      onclick: () => {
+        store.dispatch((state) => openDialog(state, { kind: 'run-several', data: { videos: ready(), done: drop } }));
+      },
+    },
+    icon('run'),
+    runWords,
+  );
+  const all = h('button', {
+    class: 'btn',
+    type: 'button',
+    onclick: () =>
+      set(
+        shown.map(({ id }) => id),
+        true,
+      ),
+  });
+  const none = h('button', { class: 'btn btn-quiet', type: 'button', onclick: () => set([...chosen], false) }, 'Choose none');
+  const element = h('div', { class: 'library-chosen', hidden: true }, words, h('span', { class: 'grow' }), all, none, run);
 
   /** Those that the engine can run on, in the order of the screen. */
-  const ready = () => [...new Map([...shown, ...store.get().videos ?? []].map((video) => [video.id, video])).values()].filter(({id, state, missing}) => chosen.has(id) && state === 'ready' && !missing);
+  const ready = () =>
+    [...new Map([...shown, ...(store.get().videos ?? [])].map((video) => [video.id, video])).values()].filter(
+      ({ id, state, missing }) => chosen.has(id) && state === 'ready' && !missing,
+    );
 
   /** @param {readonly string[]} ids */
   const drop = (ids) => set(ids, false);
 
   /** @param {readonly string[]} ids @param {boolean} on */
   function set(ids, on) {
-    for (const id of ids) if (on) chosen.add(id); else chosen.delete(id);
+    for (const id of ids)
+      if (on) chosen.add(id);
+      else chosen.delete(id);
     draw();
     changed();
   }
 
   function draw() {
-    const hidden = chosen.size - shown.filter(({id}) => chosen.has(id)).length;
+    const hidden = chosen.size - shown.filter(({ id }) => chosen.has(id)).length;
     const usable = ready().length;
     element.hidden = chosen.size === 0;
     setText(words, `${plural(chosen.size, 'video')} chosen${hidden ? `, ${count(hidden)} of them not shown` : ''}`);
     setText(all, `Choose all ${count(shown.length)} shown`);
-    all.hidden = shown.every(({id}) => chosen.has(id));
+    all.hidden = shown.every(({ id }) => chosen.has(id));
     setText(runWords, `Run the engine on ${count(usable)}`);
     run.disabled = usable === 0;
-    run.title = usable === chosen.size ? 'One run for each of them, asked once' : `${plural(chosen.size - usable, 'video')} cannot be run: not imported, or the file is missing`;
+    run.title =
+      usable === chosen.size
+        ? 'One run for each of them, asked once'
+        : `${plural(chosen.size - usable, 'video')} cannot be run: not imported, or the file is missing`;
   }
 
   return {
@@ -79,7 +104,7 @@ export function createSelection({store}, changed) {
     show(found, videos) {
       shown = found;
       if (chosen.size > 0) {
-        const there = new Set(videos.map(({id}) => id));
+        const there = new Set(videos.map(({ id }) => id));
         for (const id of chosen) if (!there.has(id)) chosen.delete(id);
       }
       draw();

@@ -1,12 +1,12 @@
 // @ts-check
 /** Uploads under way, one after the other: progress, cancel, and what went wrong. */
 
-import {ApiError, sentence} from '../api/errors.js';
-import {putVideo} from '../store/actions/page.js';
-import {fill, h, setText} from './dom.js';
-import {bytes} from '../model/format.js';
-import {icon} from './icons.js';
-import {toast} from '../core/toast.js';
+import { ApiError, sentence } from '../api/errors.js';
+import { putVideo } from '../store/actions/page.js';
+import { fill, h, setText } from './dom.js';
+import { bytes } from '../model/format.js';
+import { icon } from './icons.js';
+import { toast } from '../core/toast.js';
 
 /**
  * Send one file, and put its video into the library.
@@ -16,11 +16,11 @@ import {toast} from '../core/toast.js';
  * @param {Parameters<import('../page-types.js').App['api']['uploadVideo']>[1]} [options]
  * @returns {Promise<string|null>} what is to be said of it; null: it is new
  */
-export async function sendVideo({store, api, load}, file, options) {
+export async function sendVideo({ store, api, load }, file, options) {
   // as it is now: of a new video the server tells every page, this one too, before it answers the upload
   const known = store.get().videos ?? [];
   const video = await load(() => api.uploadVideo(file, options), putVideo);
-  const there = known.find(({id}) => id === video.id);
+  const there = known.find(({ id }) => id === video.id);
   return there ? `${file.name} is in the library already${there.name === file.name ? '' : `, as ${there.name}`}.` : null;
 }
 
@@ -30,7 +30,7 @@ export async function sendVideo({store, api, load}, file, options) {
  * @returns {{element: HTMLElement, add: (files: File[]) => void}}
  */
 export function createUploads(app, signal) {
-  const element = h('ul', {class: 'uploads', 'aria-label': 'Uploads', hidden: true});
+  const element = h('ul', { class: 'uploads', 'aria-label': 'Uploads', hidden: true });
   let queue = Promise.resolve();
 
   /** @param {File[]} files */
@@ -45,13 +45,25 @@ export function createUploads(app, signal) {
   function begin(file, before) {
     const stop = new AbortController();
     let begun = false;
-    const words = h('span', {class: 'muted small upload-words'}, 'Waits');
-    const bar = h('span', {class: 'meter', role: 'progressbar', 'aria-label': `Upload of ${file.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span'));
-    const button = h('button', {class: 'btn btn-small', type: 'button', onclick: () => {
-      stop.abort();
-      if (!begun) close(); // it is never sent, so nobody has to wait for its turn
-    }}, 'Cancel');
-    const item = h('li', {class: 'upload'}, icon('upload'), h('span', {class: 'truncate upload-name'}, file.name), bar, words, button);
+    const words = h('span', { class: 'muted small upload-words' }, 'Waits');
+    const bar = h(
+      'span',
+      { class: 'meter', role: 'progressbar', 'aria-label': `Upload of ${file.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
+      h('span'),
+    );
+    const button = h(
+      'button',
+      {
+        class: 'btn btn-small',
+        type: 'button',
+        onclick: () => {
+          stop.abort();
+          if (!begun) close(); // it is never sent, so nobody has to wait for its turn
+        },
+      },
+      'Cancel',
+    );
+    const item = h('li', { class: 'upload' }, icon('upload'), h('span', { class: 'truncate upload-name' }, file.name), bar, words, button);
     element.append(item);
     element.hidden = false;
     const close = () => {
@@ -82,7 +94,7 @@ export function createUploads(app, signal) {
         const there = await sendVideo(app, file, {
           signal: AbortSignal.any([stop.signal, signal]),
           onProgress: (sent, total) => {
-            const part = total ? sent / total * 100 : 100;
+            const part = total ? (sent / total) * 100 : 100;
             bar.style.setProperty('--part', `${part}%`);
             bar.setAttribute('aria-valuenow', String(Math.round(part)));
             setText(words, sent === total ? 'Checked by the server …' : `${bytes(sent)} of ${bytes(total)}`);
@@ -98,5 +110,5 @@ export function createUploads(app, signal) {
     return send();
   }
 
-  return {element, add};
+  return { element, add };
 }

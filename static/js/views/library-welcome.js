@@ -1,13 +1,13 @@
 // @ts-check
 /** What a new user sees first: the sample drive, how far it is, and three hints. */
 
-import {formatRoute} from '../model/route.js';
-import {runPart} from '../model/run_progress.js';
-import {openDialog} from '../store/actions/page.js';
-import {fill, h} from './dom.js';
-import {icon} from './icons.js';
-import {recall, remember} from '../core/preferences.js';
-import {runProgress} from '../model/run_words.js';
+import { formatRoute } from '../model/route.js';
+import { runPart } from '../model/run_progress.js';
+import { openDialog } from '../store/actions/page.js';
+import { fill, h } from './dom.js';
+import { icon } from './icons.js';
+import { recall, remember } from '../core/preferences.js';
+import { runProgress } from '../model/run_words.js';
 
 /** @typedef {import('../state-types.js').State} State */
 
@@ -22,28 +22,59 @@ const HINTS = /** @type {const} */ ([
  * @returns {{element: HTMLElement, update: (state: State) => void}}
  */
 export function createWelcome(app) {
-  const action = h('div', {class: 'welcome-action'});
-  const picture = h('img', {class: 'welcome-picture', alt: 'A frame of the sample drive', hidden: true, onerror: () => {
-    picture.hidden = true;
-  }});
-  const close = h('button', {class: 'btn btn-quiet btn-icon btn-small welcome-close', type: 'button', 'aria-label': 'Hide the introduction', title: 'Hide the introduction', onclick: () => {
-    remember('welcome', 'hidden');
-    element.hidden = true;
-  }}, icon('close'));
-  const element = h('section', {class: 'welcome', 'aria-labelledby': 'welcome-title', hidden: true},
-    h('div', {class: 'welcome-frame'}, picture),
-    h('div', {class: 'welcome-text'},
-      h('h2', {id: 'welcome-title', class: 'welcome-title'}, 'Start with the sample drive'),
-      h('p', {class: 'muted'}, 'A short drive with traffic signs ships with the tool. The engine tracks and classifies them; you look at what it was unsure of.'),
+  const action = h('div', { class: 'welcome-action' });
+  const picture = h('img', {
+    class: 'welcome-picture',
+    alt: 'A frame of the sample drive',
+    hidden: true,
+    onerror: () => {
+      picture.hidden = true;
+    },
+  });
+  const close = h(
+    'button',
+    {
+      class: 'btn btn-quiet btn-icon btn-small welcome-close',
+      type: 'button',
+      'aria-label': 'Hide the introduction',
+      title: 'Hide the introduction',
+      onclick: () => {
+        remember('welcome', 'hidden');
+        element.hidden = true;
+      },
+    },
+    icon('close'),
+  );
+  const element = h(
+    'section',
+    { class: 'welcome', 'aria-labelledby': 'welcome-title', hidden: true },
+    h('div', { class: 'welcome-frame' }, picture),
+    h(
+      'div',
+      { class: 'welcome-text' },
+      h('h2', { id: 'welcome-title', class: 'welcome-title' }, 'Start with the sample drive'),
+      h(
+        'p',
+        { class: 'muted' },
+        'A short drive with traffic signs ships with the tool. The engine tracks and classifies them; you look at what it was unsure of.',
+      ),
       action,
-      h('ol', {class: 'hints'}, ...HINTS.map(([name, title, text]) => h('li', {class: 'hint'}, icon(name), h('div', null, h('h3', null, title), h('p', {class: 'muted small'}, text)))))),
-    close);
+      h(
+        'ol',
+        { class: 'hints' },
+        ...HINTS.map(([name, title, text]) =>
+          h('li', { class: 'hint' }, icon(name), h('div', null, h('h3', null, title), h('p', { class: 'muted small' }, text))),
+        ),
+      ),
+    ),
+    close,
+  );
   let key = '';
 
   /** @param {State} state */
   function update(state) {
     const sample = state.session?.sample;
-    const video = sample && state.videos?.find(({id}) => id === sample.video_id);
+    const video = sample && state.videos?.find(({ id }) => id === sample.video_id);
     // who has videos of their own knows what the page is for
     element.hidden = !video || recall('welcome') === 'hidden' || state.videos?.some((one) => !one.sample) === true;
     if (!video || element.hidden) return;
@@ -53,27 +84,57 @@ export function createWelcome(app) {
       picture.hidden = false;
     }
     const runs = state.runs[video.id];
-    const run = runs?.find(({id}) => id === (video.latest_run ?? sample.run_id)) ?? runs?.[0];
+    const run = runs?.find(({ id }) => id === (video.latest_run ?? sample.run_id)) ?? runs?.[0];
     const next = [video.state, video.latest_run, run?.state, run?.frames_done].join();
     if (next === key) return;
     // The button keeps the focus while the numbers beside it change.
     const usable = video.latest_run !== null;
     if (!action.firstElementChild || key.split(',')[1] !== (video.latest_run ?? '') || !usable) {
-      fill(action, usable
-        ? h('a', {class: 'btn btn-primary btn-large', href: formatRoute({screen: 'review', video: video.id, run: null, frame: null, track: null})}, icon('play'), 'Review the sample drive')
-        : video.state === 'ready' && h('button', {class: 'btn btn-primary btn-large', type: 'button', onclick: () => app.store.dispatch((now) => openDialog(now, {kind: 'run', data: {video: video.id}}))}, icon('run'), 'Run the engine on it'),
-      h('div', {class: 'welcome-progress'}));
+      fill(
+        action,
+        usable
+          ? h(
+              'a',
+              {
+                class: 'btn btn-primary btn-large',
+                href: formatRoute({ screen: 'review', video: video.id, run: null, frame: null, track: null }),
+              },
+              icon('play'),
+              'Review the sample drive',
+            )
+          : video.state === 'ready' &&
+              h(
+                'button',
+                {
+                  class: 'btn btn-primary btn-large',
+                  type: 'button',
+                  onclick: () => app.store.dispatch((now) => openDialog(now, { kind: 'run', data: { video: video.id } })),
+                },
+                icon('run'),
+                'Run the engine on it',
+              ),
+        h('div', { class: 'welcome-progress' }),
+      );
     }
     key = next;
     const progress = action.querySelector('.welcome-progress');
     if (!progress) return;
     const busy = run && (run.state === 'running' || run.state === 'queued');
-    if (video.state === 'importing') fill(progress, h('p', {class: 'small muted'}, 'Being imported; a few seconds …'));
-    else if (video.state === 'failed') fill(progress, h('p', {class: 'small field-error'}, video.error ?? 'The import failed.'));
-    else if (busy) fill(progress, h('p', {class: 'small muted'}, usable ? `${runProgress(run).replace(/\.$/, '')}. You can begin at once: results appear as they come.` : runProgress(run)), h('span', {class: 'meter', style: {'--part': `${runPart(run) * 100}%`}}, h('span')));
-    else if (run) fill(progress, h('p', {class: 'small muted'}, runProgress(run)));
+    if (video.state === 'importing') fill(progress, h('p', { class: 'small muted' }, 'Being imported; a few seconds …'));
+    else if (video.state === 'failed') fill(progress, h('p', { class: 'small field-error' }, video.error ?? 'The import failed.'));
+    else if (busy)
+      fill(
+        progress,
+        h(
+          'p',
+          { class: 'small muted' },
+          usable ? `${runProgress(run).replace(/\.$/, '')}. You can begin at once: results appear as they come.` : runProgress(run),
+        ),
+        h('span', { class: 'meter', style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
+      );
+    else if (run) fill(progress, h('p', { class: 'small muted' }, runProgress(run)));
     else fill(progress);
   }
 
-  return {element, update};
+  return { element, update };
 }

@@ -10,12 +10,19 @@ import { plural } from '../model/format.js';
 const MOST = 8;
 
 /** @param {import('../types.js').Assignment} one @param {boolean} own */
-const row = (one, own) => h('li', { class: 'work-row' },
-  h('a', { class: 'work-link', href: placeOfWork(one) },
-    h('span', { class: `state-chip state-${one.state}` }, STATES[one.state]),
-    h('span', { class: 'work-name truncate', dir: 'auto' }, one.video_name),
-    h('span', { class: 'small muted' }, own ? framesOf(one) : `${one.person}, ${framesOf(one)}`),
-    one.comment && h('span', { class: 'work-comment truncate grow small', dir: 'auto', title: one.comment }, `“${one.comment}”`)));
+const row = (one, own) =>
+  h(
+    'li',
+    { class: 'work-row' },
+    h(
+      'a',
+      { class: 'work-link', href: placeOfWork(one) },
+      h('span', { class: `state-chip state-${one.state}` }, STATES[one.state]),
+      h('span', { class: 'work-name truncate', dir: 'auto' }, one.video_name),
+      h('span', { class: 'small muted' }, own ? framesOf(one) : `${one.person}, ${framesOf(one)}`),
+      one.comment && h('span', { class: 'work-comment truncate grow small', dir: 'auto', title: one.comment }, `“${one.comment}”`),
+    ),
+  );
 
 /** @returns {{element: HTMLElement, update: (state: import('../state-types.js').State) => void}} */
 export function createWork() {
@@ -29,11 +36,24 @@ export function createWork() {
       if (key === shown) return;
       shown = key;
       element.hidden = own.length + review.length === 0;
-      const lists = /** @type {const} */ ([['My work', own, true], ['To review', review, false]]);
-      fill(element, ...lists.filter(([, found]) => found.length > 0).map(([title, found, mine]) => h('div', { class: 'work-list' },
-        h('h2', { class: 'work-title' }, `${title} `, h('span', { class: 'muted small' }, plural(found.length, 'assignment'))),
-        h('ul', { 'aria-label': title }, ...found.slice(0, MOST).map((one) => row(one, mine))),
-        found.length > MOST && h('p', { class: 'small muted' }, `and ${found.length - MOST} more: Alt+Shift+J goes on to the next`))));
+      const lists = /** @type {const} */ ([
+        ['My work', own, true],
+        ['To review', review, false],
+      ]);
+      fill(
+        element,
+        ...lists
+          .filter(([, found]) => found.length > 0)
+          .map(([title, found, mine]) =>
+            h(
+              'div',
+              { class: 'work-list' },
+              h('h2', { class: 'work-title' }, `${title} `, h('span', { class: 'muted small' }, plural(found.length, 'assignment'))),
+              h('ul', { 'aria-label': title }, ...found.slice(0, MOST).map((one) => row(one, mine))),
+              found.length > MOST && h('p', { class: 'small muted' }, `and ${found.length - MOST} more: Alt+Shift+J goes on to the next`),
+            ),
+          ),
+      );
     },
   };
 }

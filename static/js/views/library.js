@@ -1,25 +1,25 @@
 // @ts-check
 /** The first screen: all videos, how far each is, and how to add one. */
 
-import {isVideoFile, VIDEO_FILES} from '../model/exchange.js';
-import {SORTS, arrange} from '../model/library_order.js';
-import {may} from '../model/team.js';
-import {hideBanner, openDialog, setRuns, setSession, setVideos} from '../store/actions/page.js';
-import {h, setText} from './dom.js';
-import {waiting} from './empty.js';
-import {count, plural} from '../model/format.js';
-import {icon} from './icons.js';
-import {STEP, createCards} from './library-list.js';
-import {NOTHING_CHOSEN, createLibraryFilters} from './library-filters.js';
-import {noMatch, noVideo, notLoaded} from './library-notices.js';
-import {createRunAll} from './library-run-all.js';
-import {acceptDrops} from './drops.js';
-import {createSelection} from './library-selection.js';
-import {createUploads} from './library-uploads.js';
-import {createWelcome} from './library-welcome.js';
-import {createWork} from './library-work.js';
-import {recall, remember} from '../core/preferences.js';
-import {toast} from '../core/toast.js';
+import { isVideoFile, VIDEO_FILES } from '../model/exchange.js';
+import { SORTS, arrange } from '../model/library_order.js';
+import { may } from '../model/team.js';
+import { hideBanner, openDialog, setRuns, setSession, setVideos } from '../store/actions/page.js';
+import { h, setText } from './dom.js';
+import { waiting } from './empty.js';
+import { count, plural } from '../model/format.js';
+import { icon } from './icons.js';
+import { STEP, createCards } from './library-list.js';
+import { NOTHING_CHOSEN, createLibraryFilters } from './library-filters.js';
+import { noMatch, noVideo, notLoaded } from './library-notices.js';
+import { createRunAll } from './library-run-all.js';
+import { acceptDrops } from './drops.js';
+import { createSelection } from './library-selection.js';
+import { createUploads } from './library-uploads.js';
+import { createWelcome } from './library-welcome.js';
+import { createWork } from './library-work.js';
+import { recall, remember } from '../core/preferences.js';
+import { toast } from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -33,66 +33,157 @@ const places = new WeakMap();
  * @returns {import('../page-types.js').View}
  */
 export function createLibrary(app) {
-  const {store, api} = app;
+  const { store, api } = app;
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const place = places.get(app) ?? {search: '', most: STEP, top: 0, chosen: NOTHING_CHOSEN};
+  const place = places.get(app) ?? { search: '', most: STEP, top: 0, chosen: NOTHING_CHOSEN };
   places.set(app, place);
-  const search = h('input', {class: 'input', type: 'search', placeholder: 'Search name or folder', 'aria-label': 'Search videos', value: place.search, oninput: turn});
-  const sort = h('select', {class: 'select', 'aria-label': 'Order of the videos', onchange: () => {
-    remember('library.sort', sort.value);
-    turn();
-  }}, ...Object.entries(SORTS).map(([value, {label}]) => h('option', {value}, label)));
+  const search = h('input', {
+    class: 'input',
+    type: 'search',
+    placeholder: 'Search name or folder',
+    'aria-label': 'Search videos',
+    value: place.search,
+    oninput: turn,
+  });
+  const sort = h(
+    'select',
+    {
+      class: 'select',
+      'aria-label': 'Order of the videos',
+      onchange: () => {
+        remember('library.sort', sort.value);
+        turn();
+      },
+    },
+    ...Object.entries(SORTS).map(([value, { label }]) => h('option', { value }, label)),
+  );
   sort.value = recall('library.sort') ?? 'newest';
   if (!sort.value) sort.value = 'newest';
-  const files = h('input', {type: 'file', accept: VIDEO_FILES, multiple: true, class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Video files to upload', onchange: () => {
-    uploads.add([...(files.files ?? [])]);
-    files.value = '';
-  }});
-  const addVideo = () => store.dispatch((state) => openDialog(state, {kind: 'add-video'}));
+  const files = h('input', {
+    type: 'file',
+    accept: VIDEO_FILES,
+    multiple: true,
+    class: 'visually-hidden',
+    tabIndex: -1,
+    'aria-label': 'Video files to upload',
+    onchange: () => {
+      uploads.add([...(files.files ?? [])]);
+      files.value = '';
+    },
+  });
+  const addVideo = () => store.dispatch((state) => openDialog(state, { kind: 'add-video' }));
   const uploads = createUploads(app, signal);
-  const filters = createLibraryFilters(app, {chosen: place.chosen, signal, changed: (chosen) => {
-    if (JSON.stringify(chosen) !== JSON.stringify(place.chosen)) {
-      place.most = STEP;
-      cards.restart();
-    }
-    place.chosen = chosen;
-    found = null;
-    show();
-  }});
+  const filters = createLibraryFilters(app, {
+    chosen: place.chosen,
+    signal,
+    changed: (chosen) => {
+      if (JSON.stringify(chosen) !== JSON.stringify(place.chosen)) {
+        place.most = STEP;
+        cards.restart();
+      }
+      place.chosen = chosen;
+      found = null;
+      show();
+    },
+  });
   const runAll = createRunAll(app);
   const welcome = createWelcome(app);
   const work = createWork();
   const welcomePlace = h('div', null, welcome.element);
-  const total = h('span', {class: 'muted'});
+  const total = h('span', { class: 'muted' });
   const selection = createSelection(app, () => cards.draw());
-  const cards = createCards(app, {most: place.most, selection, grown: (most) => {
-    place.most = most;
-    if (last) void loadRuns((found ?? []).slice(0, most));
-  }});
-  const layout = h('button', {class: 'btn btn-icon', type: 'button', onclick: () => {
-    remember('library.layout', recall('library.layout') === 'rows' ? 'cards' : 'rows');
-    showLayout();
-  }});
-  const runQueue = h('button', {class: 'btn', type: 'button', title: 'Runs that go on or wait, and their order', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'run-queue'}))}, icon('sort'), 'Run queue');
-  const notice = h('div', {class: 'library-notice'}, waiting('The videos are loaded', {retry: load, signal}));
-  const element = h('div', {class: 'library'},
-    h('div', {class: 'library-inner'},
-      h('div', {class: 'library-head'},
-        h('h1', null, 'Library'), total, h('div', {class: 'grow'}),
-        h('div', {class: 'input-with-icon library-search'}, icon('search'), search), sort, layout,
-        h('button', {class: 'btn', type: 'button', onclick: addVideo}, icon('folder'), 'Add from folder'),
-        h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'), files,
-        runAll.element, runQueue,
-        h('button', {class: 'btn', type: 'button', title: 'Annotations of one or several videos', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export'),
-        h('button', {class: 'btn', type: 'button', title: 'Take somebody’s bug bundle into the library', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle')),
-      filters.element, uploads.element, work.element, welcomePlace, notice, selection.element, cards.element),
-    h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop videos to upload them, annotations on their video')));
+  const cards = createCards(app, {
+    most: place.most,
+    selection,
+    grown: (most) => {
+      place.most = most;
+      if (last) void loadRuns((found ?? []).slice(0, most));
+    },
+  });
+  const layout = h('button', {
+    class: 'btn btn-icon',
+    type: 'button',
+    onclick: () => {
+      remember('library.layout', recall('library.layout') === 'rows' ? 'cards' : 'rows');
+      showLayout();
+    },
+  });
+  const runQueue = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      title: 'Runs that go on or wait, and their order',
+      onclick: () => store.dispatch((state) => openDialog(state, { kind: 'run-queue' })),
+    },
+    icon('sort'),
+    'Run queue',
+  );
+  const notice = h('div', { class: 'library-notice' }, waiting('The videos are loaded', { retry: load, signal }));
+  const element = h(
+    'div',
+    { class: 'library' },
+    h(
+      'div',
+      { class: 'library-inner' },
+      h(
+        'div',
+        { class: 'library-head' },
+        h('h1', null, 'Library'),
+        total,
+        h('div', { class: 'grow' }),
+        h('div', { class: 'input-with-icon library-search' }, icon('search'), search),
+        sort,
+        layout,
+        h('button', { class: 'btn', type: 'button', onclick: addVideo }, icon('folder'), 'Add from folder'),
+        h('button', { class: 'btn', type: 'button', onclick: () => files.click() }, icon('upload'), 'Upload'),
+        files,
+        runAll.element,
+        runQueue,
+        h(
+          'button',
+          {
+            class: 'btn',
+            type: 'button',
+            title: 'Annotations of one or several videos',
+            onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })),
+          },
+          icon('export'),
+          'Export',
+        ),
+        h(
+          'button',
+          {
+            class: 'btn',
+            type: 'button',
+            title: 'Take somebody’s bug bundle into the library',
+            onclick: () => store.dispatch((state) => openDialog(state, { kind: 'import-bundle' })),
+          },
+          icon('bug'),
+          'Open bug bundle',
+        ),
+      ),
+      filters.element,
+      uploads.element,
+      work.element,
+      welcomePlace,
+      notice,
+      selection.element,
+      cards.element,
+    ),
+    h(
+      'div',
+      { class: 'drop-hint', 'aria-hidden': 'true' },
+      icon('upload'),
+      h('span', null, 'Drop videos to upload them, annotations on their video'),
+    ),
+  );
   acceptDrops(element, (dropped) => {
     uploads.add(dropped.filter(isVideoFile));
     const data = dropped.find((file) => !isVideoFile(file));
     if (!data) return;
-    if (/\.zip$/i.test(data.name)) store.dispatch((state) => openDialog(state, {kind: 'import-bundle', data: {file: data}}));
+    if (/\.zip$/i.test(data.name)) store.dispatch((state) => openDialog(state, { kind: 'import-bundle', data: { file: data } }));
     else toast('Drop annotations on the video that they belong to.');
   });
   /** @type {Set<string>} */
@@ -108,26 +199,33 @@ export function createLibrary(app) {
 
   async function load() {
     try {
-      await app.load(() => Promise.all([api.session({signal}), api.videos({signal})]),
-        (state, [session, videos]) => hideBanner(setVideos(setSession(state, session), videos), 'load'));
+      await app.load(
+        () => Promise.all([api.session({ signal }), api.videos({ signal })]),
+        (state, [session, videos]) => hideBanner(setVideos(setSession(state, session), videos), 'load'),
+      );
     } catch (thrown) {
       if (signal.aborted) return;
       noticed = 'error';
-      notice.replaceChildren(notLoaded(thrown, () => {
-        noticed = 'waiting';
-        notice.replaceChildren(waiting('The videos are loaded', {retry: load, signal}));
-        void load();
-      }));
+      notice.replaceChildren(
+        notLoaded(thrown, () => {
+          noticed = 'waiting';
+          notice.replaceChildren(waiting('The videos are loaded', { retry: load, signal }));
+          void load();
+        }),
+      );
     }
   }
 
   /** Runs of the videos whose cards are there. @param {readonly Video[]} videos */
   async function loadRuns(videos) {
-    for (const video of videos.filter(({id, runs}) => runs > 0 && !asked.has(id))) {
+    for (const video of videos.filter(({ id, runs }) => runs > 0 && !asked.has(id))) {
       asked.add(video.id);
       if (store.get().runs[video.id]) continue;
       try {
-        await app.load(() => api.runs(video.id, {signal}), (state, runs) => setRuns(state, video.id, runs));
+        await app.load(
+          () => api.runs(video.id, { signal }),
+          (state, runs) => setRuns(state, video.id, runs),
+        );
       } catch {
         if (signal.aborted) return; // A card without its progress is still a card.
       }
@@ -163,11 +261,17 @@ export function createLibrary(app) {
     if (!state || state.videos === null) return;
     const wanted = `${sort.value} ${search.value}`;
     const passing = filters.passing();
-    if (found === null || wanted !== arranged || of !== state.videos) found = arrange(state.videos, search.value, sort.value).filter(({id}) => passing === null || passing.has(id));
+    if (found === null || wanted !== arranged || of !== state.videos)
+      found = arrange(state.videos, search.value, sort.value).filter(({ id }) => passing === null || passing.has(id));
     [arranged, of] = [wanted, state.videos];
     filters.element.hidden = state.videos.length === 0;
     welcomePlace.hidden = search.value !== '' || passing !== null;
-    setText(total, found.length === state.videos.length ? plural(found.length, 'video') : `${count(found.length)} of ${plural(state.videos.length, 'video')}`);
+    setText(
+      total,
+      found.length === state.videos.length
+        ? plural(found.length, 'video')
+        : `${count(found.length)} of ${plural(state.videos.length, 'video')}`,
+    );
     selection.show(found, state.videos);
     cards.show(found, state.runs);
     runAll.show(found);
@@ -175,12 +279,14 @@ export function createLibrary(app) {
     if (state.videos.length === 0) {
       notify('empty', () => noVideo(addVideo, () => files.click()));
     } else if (found.length === 0) {
-      notify('nothing', () => noMatch(() => {
-        search.value = '';
-        filters.reset();
-        turn();
-        search.focus();
-      }));
+      notify('nothing', () =>
+        noMatch(() => {
+          search.value = '';
+          filters.reset();
+          turn();
+          search.focus();
+        }),
+      );
     } else {
       notify('none');
     }
@@ -197,9 +303,16 @@ export function createLibrary(app) {
       filters.update(state);
       work.update(state);
       element.classList.toggle('library-closed', !may(state.session, 'reviewer'));
-      if (before && before.videos === state.videos && before.runs === state.runs && before.assignments === state.assignments && before.session === state.session) return;
+      if (
+        before &&
+        before.videos === state.videos &&
+        before.runs === state.runs &&
+        before.assignments === state.assignments &&
+        before.session === state.session
+      )
+        return;
       show();
-      if (!before && state.videos && place.top) element.parentElement?.scrollTo({top: place.top});
+      if (!before && state.videos && place.top) element.parentElement?.scrollTo({ top: place.top });
     },
     destroy() {
       place.top = element.parentElement?.scrollTop ?? 0;

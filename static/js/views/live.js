@@ -1,10 +1,20 @@
 // @ts-check
 /** Keeps the store in step with the server: first load, event stream, catching up after a gap. */
 
-import {ApiError, sentence} from '../api/errors.js';
-import {openStream} from '../api/events.js';
-import {setAssignments} from '../store/actions/team.js';
-import {hideBanner, setOutputs, setConnection, setModels, setParameters, setRuns, setSession, setVideos, showBanner} from '../store/actions/page.js';
+import { ApiError, sentence } from '../api/errors.js';
+import { openStream } from '../api/events.js';
+import { setAssignments } from '../store/actions/team.js';
+import {
+  hideBanner,
+  setOutputs,
+  setConnection,
+  setModels,
+  setParameters,
+  setRuns,
+  setSession,
+  setVideos,
+  showBanner,
+} from '../store/actions/page.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
@@ -22,7 +32,7 @@ const AGAIN = 2000;
  * @returns {{retry: () => void, reload: () => Promise<void>}}
  */
 export function startLive(app, hooks = {}) {
-  const {store, api} = app;
+  const { store, api } = app;
   const open = hooks.open ?? openStream;
   const signIn = hooks.signIn ?? (() => location.replace(`/sign-in${location.hash}`));
   let seenOnline = false;
@@ -40,7 +50,7 @@ export function startLive(app, hooks = {}) {
       hooks.onEvent?.(event);
     },
     onStorage: (text) => {
-      store.dispatch((state) => (text === null ? hideBanner(state, 'storage') : showBanner(state, {id: 'storage', tone: 'error', text})));
+      store.dispatch((state) => (text === null ? hideBanner(state, 'storage') : showBanner(state, { id: 'storage', tone: 'error', text })));
     },
     onConnection: (connection) => {
       clearTimeout(timer);
@@ -51,9 +61,17 @@ export function startLive(app, hooks = {}) {
         if (!seenOnline || refused) void reload();
         [seenOnline, refused] = [true, false];
       } else if (!refused) {
-        timer = setTimeout(() => store.dispatch((state) => showBanner(setConnection(state, 'offline'), {
-          id: 'offline', tone: 'warning', text: 'The server cannot be reached. What you change is kept in this page and saved as soon as it is back.',
-        })), PATIENCE);
+        timer = setTimeout(
+          () =>
+            store.dispatch((state) =>
+              showBanner(setConnection(state, 'offline'), {
+                id: 'offline',
+                tone: 'warning',
+                text: 'The server cannot be reached. What you change is kept in this page and saved as soon as it is back.',
+              }),
+            ),
+          PATIENCE,
+        );
       }
     },
     onReset: () => {
@@ -66,46 +84,65 @@ export function startLive(app, hooks = {}) {
       void denied();
     },
   });
-  app.signal.addEventListener('abort', () => {
-    clearTimeout(timer);
-    clearTimeout(repeat);
-  }, {once: true});
+  app.signal.addEventListener(
+    'abort',
+    () => {
+      clearTimeout(timer);
+      clearTimeout(repeat);
+    },
+    { once: true },
+  );
 
   /** The server says why; where there are people, they can sign in again. */
   async function denied() {
-    const why = await api.session().then(() => null, (thrown) => (thrown instanceof ApiError && (thrown.status === 401 || thrown.status === 403) ? thrown : null));
+    const why = await api.session().then(
+      () => null,
+      (thrown) => (thrown instanceof ApiError && (thrown.status === 401 || thrown.status === 403) ? thrown : null),
+    );
     if (why === null || app.signal.aborted) return;
     const people = why.code === 'signed_out';
     if (people && store.get().session === null) return void signIn();
-    store.dispatch((state) => showBanner(state, {
-      id: 'denied', tone: 'error', ...(people && {action: {label: 'Sign in', operation: 'sign-in'}}),
-      text: people ? 'You are signed out. What is not saved yet is kept in this browser until you sign in again.'
-        : `${why.message} Nothing that is in this page is lost until you close it.`,
-    }));
+    store.dispatch((state) =>
+      showBanner(state, {
+        id: 'denied',
+        tone: 'error',
+        ...(people && { action: { label: 'Sign in', operation: 'sign-in' } }),
+        text: people
+          ? 'You are signed out. What is not saved yet is kept in this browser until you sign in again.'
+          : `${why.message} Nothing that is in this page is lost until you close it.`,
+      }),
+    );
   }
 
   async function reload() {
     clearTimeout(repeat);
     try {
-      await app.load(() => Promise.all([api.session(), app.labels.reload(), api.parameters(), api.videos()]),
-        (state, [session, , parameters, videos]) => setVideos(setParameters(setSession(state, session), parameters), videos));
+      await app.load(
+        () => Promise.all([api.session(), app.labels.reload(), api.parameters(), api.videos()]),
+        (state, [session, , parameters, videos]) => setVideos(setParameters(setSession(state, session), parameters), videos),
+      );
       store.dispatch((state) => hideBanner(state, 'load'));
       if (store.get().session?.person) await app.load(() => api.assignments(), setAssignments);
       // runs are distinguished by their models; without those everything else goes on
-      await app.load(() => Promise.all([api.outputs(), api.models().catch(() => store.get().models)]),
-        (state, [outputs, models]) => (models ? setModels(setOutputs(state, outputs), models) : setOutputs(state, outputs)));
+      await app.load(
+        () => Promise.all([api.outputs(), api.models().catch(() => store.get().models)]),
+        (state, [outputs, models]) => (models ? setModels(setOutputs(state, outputs), models) : setOutputs(state, outputs)),
+      );
       for (const video of Object.keys(store.get().runs)) {
-        await app.load(() => api.runs(video), (state, runs) => setRuns(state, video, runs));
+        await app.load(
+          () => api.runs(video),
+          (state, runs) => setRuns(state, video, runs),
+        );
       }
     } catch (thrown) {
       if (app.signal.aborted) return;
       if (thrown instanceof ApiError && thrown.code === 'signed_out') return void denied();
-      store.dispatch((state) => showBanner(state, {id: 'load', tone: 'error', text: sentence(thrown)}));
+      store.dispatch((state) => showBanner(state, { id: 'load', tone: 'error', text: sentence(thrown) }));
       // no event would bring it, and the banner would stay
       clearTimeout(repeat);
       if (thrown instanceof ApiError && thrown.passing) repeat = setTimeout(() => void reload(), hooks.again ?? AGAIN);
     }
   }
 
-  return {retry: stream.retry, reload};
+  return { retry: stream.retry, reload };
 }

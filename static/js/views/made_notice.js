@@ -1,8 +1,8 @@
 // @ts-check
 /** Tells how a file turned out that somebody asked for on this page, wherever they are by then. */
 
-import {isActive} from './output-words.js';
-import {toast} from '../core/toast.js';
+import { isActive } from './output-words.js';
+import { toast } from '../core/toast.js';
 
 /** @typedef {import('../types.js').Output} Output */
 /** @typedef {import('../core/toast.js').ToastOptions & {text: string}} Notice */
@@ -16,8 +16,12 @@ import {toast} from '../core/toast.js';
  */
 export function madeWords(output, inSight) {
   if (!output || inSight || output.state === 'cancelled') return null;
-  if (output.state === 'complete') return {text: `${output.name} is ready.`, tone: 'good', offers: 'download'};
-  return {text: `${output.name} could not be made: ${output.error ?? 'the terminal of the server says why.'}`, tone: 'bad', offers: 'files'};
+  if (output.state === 'complete') return { text: `${output.name} is ready.`, tone: 'good', offers: 'download' };
+  return {
+    text: `${output.name} could not be made: ${output.error ?? 'the terminal of the server says why.'}`,
+    tone: 'bad',
+    offers: 'files',
+  };
 }
 
 /**
@@ -27,17 +31,18 @@ export function madeWords(output, inSight) {
  * @param {string} id     of the file; it is in the store, or the list of files is still being loaded
  * @param {(notice: Notice) => void} [say]
  */
-export function tellWhenMade(app, id, say = ({text, ...options}) => toast(text, options)) {
-  const stop = app.store.subscribe(({outputs, route}) => {
+export function tellWhenMade(app, id, say = ({ text, ...options }) => toast(text, options)) {
+  const stop = app.store.subscribe(({ outputs, route }) => {
     const output = outputs?.find((one) => one.id === id);
     if (outputs === null || (output && isActive(output))) return;
     stop();
     const words = madeWords(output, route.screen === 'files');
     if (!words) return;
-    const action = words.offers === 'download'
-      ? {label: 'Download', run: () => location.assign(app.api.downloadUrl(id))}
-      : {label: 'Files', run: () => location.assign('#/files')};
-    say({text: words.text, tone: words.tone, action, topic: `made-${id}`, stays: true});
+    const action =
+      words.offers === 'download'
+        ? { label: 'Download', run: () => location.assign(app.api.downloadUrl(id)) }
+        : { label: 'Files', run: () => location.assign('#/files') };
+    say({ text: words.text, tone: words.tone, action, topic: `made-${id}`, stays: true });
   });
-  app.signal.addEventListener('abort', stop, {once: true});
+  app.signal.addEventListener('abort', stop, { once: true });
 }

@@ -1,12 +1,12 @@
 // @ts-check
 /** One model version: where it comes from, its figures beside the earlier ones, and what can be done with it. */
 
-import {complaints, figureGroups} from '../model/model_figures.js';
-import {isActive, partOf} from './output-words.js';
-import {fill, h, setText} from './dom.js';
-import {figure, moment, percent} from '../model/format.js';
-import {icon} from './icons.js';
-import {lineage, modelProgress, modelState, VERDICTS} from './model-words.js';
+import { complaints, figureGroups } from '../model/model_figures.js';
+import { isActive, partOf } from './output-words.js';
+import { fill, h, setText } from './dom.js';
+import { figure, moment, percent } from '../model/format.js';
+import { icon } from './icons.js';
+import { lineage, modelProgress, modelState, VERDICTS } from './model-words.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 /** @typedef {import('../model/model_figures.js').FigureGroup} FigureGroup */
@@ -19,18 +19,27 @@ import {lineage, modelProgress, modelState, VERDICTS} from './model-words.js';
  * @returns {{element: HTMLLIElement, show: (version: ModelVersion, all: readonly ModelVersion[]) => void}}
  */
 export function createModelCard(first, acts) {
-  const title = h('h2', {class: 'truncate', id: `model-${first.id}`});
-  const badge = h('span', {class: 'badge'});
-  const used = h('span', {class: 'badge badge-accent'}, icon('check'), 'in use');
-  const when = h('span', {class: 'muted small'});
-  const actions = h('div', {class: 'row'});
-  const words = h('p', {class: 'small'});
-  const bar = h('span', {class: 'meter', role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span'));
-  const origin = h('dl', {class: 'origin'});
-  const figures = h('div', {class: 'model-figures'});
-  const element = h('li', {class: 'model', 'aria-labelledby': title.id},
-    h('div', {class: 'row model-head'}, title, badge, used, h('span', {class: 'grow'}), when, actions),
-    words, bar, h('div', {class: 'model-body'}, origin, figures));
+  const title = h('h2', { class: 'truncate', id: `model-${first.id}` });
+  const badge = h('span', { class: 'badge' });
+  const used = h('span', { class: 'badge badge-accent' }, icon('check'), 'in use');
+  const when = h('span', { class: 'muted small' });
+  const actions = h('div', { class: 'row' });
+  const words = h('p', { class: 'small' });
+  const bar = h(
+    'span',
+    { class: 'meter', role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
+    h('span'),
+  );
+  const origin = h('dl', { class: 'origin' });
+  const figures = h('div', { class: 'model-figures' });
+  const element = h(
+    'li',
+    { class: 'model', 'aria-labelledby': title.id },
+    h('div', { class: 'row model-head' }, title, badge, used, h('span', { class: 'grow' }), when, actions),
+    words,
+    bar,
+    h('div', { class: 'model-body' }, origin, figures),
+  );
   /** @type {ModelVersion|null} */
   let shown = null;
   let actionsKey = '';
@@ -49,42 +58,92 @@ export function createModelCard(first, acts) {
     const active = isActive(version);
     const part = partOf(version);
     words.hidden = !active && version.state !== 'failed';
-    setText(words, active ? modelProgress(version) : version.error ?? 'It failed without saying why; the terminal of the server has more.');
+    setText(
+      words,
+      active ? modelProgress(version) : (version.error ?? 'It failed without saying why; the terminal of the server has more.'),
+    );
     words.classList.toggle('field-error', version.state === 'failed');
     bar.hidden = !active;
     bar.classList.toggle('meter-waiting', part === null);
     bar.style.setProperty('--part', `${(part ?? 0) * 100}%`);
     if (part !== null) bar.setAttribute('aria-valuenow', String(Math.round(part * 100)));
-    if (before?.lineage !== version.lineage) fill(origin, ...lineage(version, all).flatMap(([name, value]) => [h('dt', null, name), h('dd', null, value)]));
+    if (before?.lineage !== version.lineage)
+      fill(origin, ...lineage(version, all).flatMap(([name, value]) => [h('dt', null, name), h('dd', null, value)]));
     if (before?.figures !== version.figures) fill(figures, ...figuresOf(version));
     const key = `${version.state} ${version.active}`;
     if (key !== actionsKey) fill(actions, ...actionsOf(version, acts));
     actionsKey = key;
   }
 
-  return {element, show};
+  return { element, show };
 }
 
 /** @param {ModelVersion} version */
 function figuresOf(version) {
   const groups = figureGroups(version.figures);
-  if (groups.length === 0) return [version.state === 'complete' ? h('p', {class: 'muted small'}, 'No figures: nothing could be held out.') : null];
+  if (groups.length === 0)
+    return [version.state === 'complete' ? h('p', { class: 'muted small' }, 'No figures: nothing could be held out.') : null];
   const worse = complaints(version.figures);
   return [
-    worse.length > 0 && h('div', {class: 'import-refused', role: 'note'}, icon('alert'), h('div', {class: 'stack'}, h('strong', null, 'Not everything got better'), ...worse.map((text) => h('p', {class: 'small'}, text)))),
+    worse.length > 0 &&
+      h(
+        'div',
+        { class: 'import-refused', role: 'note' },
+        icon('alert'),
+        h(
+          'div',
+          { class: 'stack' },
+          h('strong', null, 'Not everything got better'),
+          ...worse.map((text) => h('p', { class: 'small' }, text)),
+        ),
+      ),
     ...groups.map(table),
   ];
 }
 
 /** @param {FigureGroup} group */
-function table({name, title, note, of, rows}) {
-  const compared = rows.some(({before}) => before !== null);
-  return h('section', {class: `stack ${compared ? 'figures-compared' : ''}`, 'aria-label': title},
-    h('table', {class: 'table'},
-      h('caption', null, h('strong', null, title), (note || of) && h('span', {class: 'muted small'}, ` ${[note, of].filter(Boolean).join(' ')}`)),
-      h('thead', null, h('tr', null, h('th', {scope: 'col'}, 'Figure'), h('th', {scope: 'col', class: 'number'}, compared ? 'This version' : 'Value'), compared && h('th', {scope: 'col', class: 'number'}, 'Before'), compared && h('th', {scope: 'col'}, 'Change'))),
-      h('tbody', null, ...rows.map((row) => h('tr', {dataset: {figure: `${name}/${row.name}`}},
-        h('th', {scope: 'row'}, row.label), h('td', {class: 'number'}, value(row, row.now)), compared && h('td', {class: 'number'}, value(row, row.before)), compared && h('td', {class: `verdict verdict-${row.verdict}`}, verdict(row)))))));
+function table({ name, title, note, of, rows }) {
+  const compared = rows.some(({ before }) => before !== null);
+  return h(
+    'section',
+    { class: `stack ${compared ? 'figures-compared' : ''}`, 'aria-label': title },
+    h(
+      'table',
+      { class: 'table' },
+      h(
+        'caption',
+        null,
+        h('strong', null, title),
+        (note || of) && h('span', { class: 'muted small' }, ` ${[note, of].filter(Boolean).join(' ')}`),
+      ),
+      h(
+        'thead',
+        null,
+        h(
+          'tr',
+          null,
+          h('th', { scope: 'col' }, 'Figure'),
+          h('th', { scope: 'col', class: 'number' }, compared ? 'This version' : 'Value'),
+          compared && h('th', { scope: 'col', class: 'number' }, 'Before'),
+          compared && h('th', { scope: 'col' }, 'Change'),
+        ),
+      ),
+      h(
+        'tbody',
+        null,
+        ...rows.map((row) =>
+          h(
+            'tr',
+            { dataset: { figure: `${name}/${row.name}` } },
+            h('th', { scope: 'row' }, row.label),
+            h('td', { class: 'number' }, value(row, row.now)),
+            compared && h('td', { class: 'number' }, value(row, row.before)),
+            compared && h('td', { class: `verdict verdict-${row.verdict}` }, verdict(row)),
+          ),
+        ),
+      ),
+    ),
+  );
 }
 
 /** @param {FigureRow} row @param {number|null} number */
@@ -106,11 +165,23 @@ function verdict(row) {
  */
 function actionsOf(version, acts) {
   /** @param {string} label @param {() => void} act @param {string} [more] */
-  const button = (label, act, more = '') => h('button', {class: `btn btn-small ${more}`, type: 'button', 'aria-label': `${label} ${version.name}`, onclick: act}, label);
+  const button = (label, act, more = '') =>
+    h('button', { class: `btn btn-small ${more}`, type: 'button', 'aria-label': `${label} ${version.name}`, onclick: act }, label);
   if (isActive(version)) return [button('Cancel', () => acts.cancel(version))];
   return [
     version.state === 'complete' && !version.active && button('Promote', () => acts.promote(version), 'btn-primary'),
     (version.state === 'failed' || version.state === 'cancelled') && button('Make again', () => acts.resume(version)),
-    version.id !== 'shipped' && h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Delete ${version.name}`, title: 'Delete …', onclick: () => acts.remove(version)}, icon('trash')),
+    version.id !== 'shipped' &&
+      h(
+        'button',
+        {
+          class: 'btn btn-small btn-quiet btn-icon',
+          type: 'button',
+          'aria-label': `Delete ${version.name}`,
+          title: 'Delete …',
+          onclick: () => acts.remove(version),
+        },
+        icon('trash'),
+      ),
   ];
 }

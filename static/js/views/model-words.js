@@ -1,23 +1,33 @@
 // @ts-check
 /** Model versions in words: where they come from, and how far they are. Pure functions. */
 
-import {count, plural} from '../model/format.js';
+import { count, plural } from '../model/format.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 
 /** @type {Record<ModelVersion['state'], [string, string]>} word and class of the badge */
 const STATES = {
-  queued: ['waiting', ''], running: ['in the making', 'badge-accent'], complete: ['ready', 'badge-good'], failed: ['failed', 'badge-bad'], cancelled: ['cancelled', 'badge-warn'],
+  queued: ['waiting', ''],
+  running: ['in the making', 'badge-accent'],
+  complete: ['ready', 'badge-good'],
+  failed: ['failed', 'badge-bad'],
+  cancelled: ['cancelled', 'badge-warn'],
 };
 
 /** @param {ModelVersion} version @returns {[string, string]} */
 export const modelState = (version) => STATES[version.state] ?? [version.state, ''];
 
 /** What the parts of a version are called. @type {Record<string, string>} */
-export const PART_NAMES = {detector: 'Detector', prior: 'Spatial prior', lambda: 'Weight of the prior', classifier: 'Classifier', online: 'Start of the online detector'};
+export const PART_NAMES = {
+  detector: 'Detector',
+  prior: 'Spatial prior',
+  lambda: 'Weight of the prior',
+  classifier: 'Classifier',
+  online: 'Start of the online detector',
+};
 
 /** Sign and word of a change. @type {Record<import('../model/model_figures.js').Verdict, [string, string]>} */
-export const VERDICTS = {better: ['▲', 'better'], worse: ['▼', 'worse'], same: ['=', 'same'], new: ['+', 'new']};
+export const VERDICTS = { better: ['▲', 'better'], worse: ['▼', 'worse'], same: ['=', 'same'], new: ['+', 'new'] };
 
 /** @param {ModelVersion} version @returns {string} what a person waits for */
 export function modelProgress(version) {
@@ -34,11 +44,12 @@ export function modelProgress(version) {
  * @returns {[string, string][]}
  */
 export function lineage(version, all) {
-  const {lineage: from} = version;
+  const { lineage: from } = version;
   if (version.id === 'shipped') return [['Comes from', 'the engine: trained on public data, no corrections'], ...labelRows(version)];
   const asked = from.asked ?? {};
   const rows = /** @type {[string, string][]} */ ([]);
-  const parent = version.parent_id === null ? 'Shipped' : all.find(({id}) => id === version.parent_id)?.name ?? 'a version that was removed';
+  const parent =
+    version.parent_id === null ? 'Shipped' : (all.find(({ id }) => id === version.parent_id)?.name ?? 'a version that was removed');
   rows.push(['Made from', parent]);
   const reviews = names(asked.reviews, (one) => one.name);
   if (reviews) rows.push(['Reviews', reviews]);
@@ -46,13 +57,20 @@ export function lineage(version, all) {
   if (exports) rows.push(['Exports', exports]);
   const edits = names(from.exports, editsOf);
   if (edits) rows.push(['Corrections', edits]);
-  const folders = Object.entries(asked.folders ?? {}).map(([name, path]) => `${name.toUpperCase()} in ${path}`).join(', ');
+  const folders = Object.entries(asked.folders ?? {})
+    .map(([name, path]) => `${name.toUpperCase()} in ${path}`)
+    .join(', ');
   if (folders) rows.push(['Data', folders]);
   rows.push(['Parts', (from.parts ?? asked.parts ?? []).map((/** @type {string} */ name) => PART_NAMES[name] ?? name).join(', ')]);
   rows.push(['Seed', String(from.seed ?? asked.seed ?? 0)]);
   const used = from.used;
-  if (used && typeof used.frames === 'number') rows.push(['Learned from', `${plural(used.signs ?? 0, 'sign')} in ${plural(used.frames, 'frame')} of ${videosOf(used.videos ?? [])}`]);
-  if (from.held_out?.by && from.held_out.by !== 'none') rows.push(['Measured on', `${plural((from.held_out.signs ?? []).length, 'sign')}, chosen by ${from.held_out.by}, with a trial version that had not learned from ${(from.held_out.signs ?? []).length === 1 ? 'it' : 'them'}`]);
+  if (used && typeof used.frames === 'number')
+    rows.push(['Learned from', `${plural(used.signs ?? 0, 'sign')} in ${plural(used.frames, 'frame')} of ${videosOf(used.videos ?? [])}`]);
+  if (from.held_out?.by && from.held_out.by !== 'none')
+    rows.push([
+      'Measured on',
+      `${plural((from.held_out.signs ?? []).length, 'sign')}, chosen by ${from.held_out.by}, with a trial version that had not learned from ${(from.held_out.signs ?? []).length === 1 ? 'it' : 'them'}`,
+    ]);
   if (from.notes?.length) rows.push(['Left out', from.notes.join(' ')]);
   return [...rows, ...labelRows(version)];
 }
@@ -61,10 +79,15 @@ export function lineage(version, all) {
 const NAMED = 8;
 
 /** Which labels a version reads. @param {Pick<ModelVersion, 'labels'|'lacks'>} version @returns {[string, string][]} */
-function labelRows({labels, lacks}) {
+function labelRows({ labels, lacks }) {
   if (labels === undefined || lacks === undefined) return [];
   const more = lacks.length > NAMED ? ` and ${count(lacks.length - NAMED)} more` : '';
-  return [['Labels', `${count(labels)}${lacks.length > 0 ? `; of the label set it lacks ${lacks.slice(0, NAMED).join(', ')}${more}` : '; all signs of the label set'}`]];
+  return [
+    [
+      'Labels',
+      `${count(labels)}${lacks.length > 0 ? `; of the label set it lacks ${lacks.slice(0, NAMED).join(', ')}${more}` : '; all signs of the label set'}`,
+    ],
+  ];
 }
 
 /** Parts that a run uses, as app/training/folders.py has them; it may have noted others, such as an ONNX network. */
@@ -77,7 +100,7 @@ const USED = ['detector', 'prior', 'classifier', 'online'];
  * @param {readonly ModelVersion[]|null} versions   null: not loaded
  * @returns {string|null} its name; null: there is none of these files any more; empty: the run used no models, or the versions are not known
  */
-function versionOf({models}, versions) {
+function versionOf({ models }, versions) {
   const parts = USED.filter((part) => models[part]);
   if (parts.length === 0 || versions === null) return '';
   return versions.find((version) => parts.every((part) => version.models[part] === models[part]))?.name ?? null;
@@ -103,7 +126,7 @@ export function modelsOf(run, versions) {
  * @returns {string} ` · Version 2`, or empty
  */
 export function modelsTag(run, versions) {
-  const name = (versions ?? []).filter(({state}) => state === 'complete').length > 1 && versionOf(run, versions);
+  const name = (versions ?? []).filter(({ state }) => state === 'complete').length > 1 && versionOf(run, versions);
   return name ? ` · ${name}` : '';
 }
 
@@ -114,12 +137,23 @@ const videosOf = (videos) => (videos.length === 1 && !/^[0-9a-f]{64}$/.test(vide
  * @param {unknown} list
  * @param {(one: any) => unknown} name
  */
-const names = (list, name) => (Array.isArray(list) ? [...new Set(list.map((one) => String(name(one) ?? '')))].filter(Boolean).join(', ') : '');
+const names = (list, name) =>
+  Array.isArray(list) ? [...new Set(list.map((one) => String(name(one) ?? '')))].filter(Boolean).join(', ') : '';
 
 /** Which state of the corrections a review or an export had, and what was taken back of it since. @param {any} about */
 function editsOf(about) {
   const runs = Array.isArray(about?.runs) ? about.runs : [];
-  const said = runs.map((/** @type {any} */ one, /** @type {number} */ at) => (typeof one?.edit_revision === 'number' ? `${about.names?.[at] ?? 'a video'} up to edit ${one.edit_revision}` : '')).filter(Boolean).join(', ');
-  const since = [about?.edits_since > 0 && `${plural(about.edits_since, 'edit')} made since`, about?.undone_since > 0 && `${plural(about.undone_since, 'edit')} of it undone since`].filter(Boolean).join(', ');
+  const said = runs
+    .map((/** @type {any} */ one, /** @type {number} */ at) =>
+      typeof one?.edit_revision === 'number' ? `${about.names?.[at] ?? 'a video'} up to edit ${one.edit_revision}` : '',
+    )
+    .filter(Boolean)
+    .join(', ');
+  const since = [
+    about?.edits_since > 0 && `${plural(about.edits_since, 'edit')} made since`,
+    about?.undone_since > 0 && `${plural(about.undone_since, 'edit')} of it undone since`,
+  ]
+    .filter(Boolean)
+    .join(', ');
   return since ? `${said} (${since})` : said;
 }

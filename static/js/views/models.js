@@ -1,14 +1,14 @@
 // @ts-check
 /** The screen of model versions: what they come from, what they are worth, which one is in use. */
 
-import {sentence} from '../api/errors.js';
-import {dropMade, openDialog, putModel, setModels} from '../store/actions/page.js';
-import {h, reconcile, setText} from './dom.js';
-import {emptyState, waiting} from './empty.js';
-import {plural} from '../model/format.js';
-import {icon} from './icons.js';
-import {createModelCard} from './model-card.js';
-import {toast} from '../core/toast.js';
+import { sentence } from '../api/errors.js';
+import { dropMade, openDialog, putModel, setModels } from '../store/actions/page.js';
+import { h, reconcile, setText } from './dom.js';
+import { emptyState, waiting } from './empty.js';
+import { plural } from '../model/format.js';
+import { icon } from './icons.js';
+import { createModelCard } from './model-card.js';
+import { toast } from '../core/toast.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 
@@ -17,72 +17,127 @@ import {toast} from '../core/toast.js';
  * @returns {import('../page-types.js').View}
  */
 export function createModels(app) {
-  const {store, api} = app;
+  const { store, api } = app;
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const total = h('span', {class: 'muted'});
-  const back = h('button', {class: 'btn', type: 'button', hidden: true, title: 'Take the last promotion back', onclick: () => void rollBack()}, icon('undo'), 'Roll back');
-  const list = h('ul', {class: 'model-list', 'aria-label': 'Model versions'});
-  const notice = h('div', {class: 'library-notice'}, waiting('The model versions are listed', {retry: load, signal}));
-  const element = h('div', {class: 'library'}, h('div', {class: 'library-inner page-inner'},
-    h('div', {class: 'library-head'}, h('h1', null, 'Models'), total, h('div', {class: 'grow'}), back,
-      h('button', {class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'retrain'}))}, icon('run'), 'Retrain')),
-    h('p', {class: 'muted'}, 'New runs use the version that is in use; runs that exist keep theirs. A version never changes once it is made.'),
-    notice, list));
+  const total = h('span', { class: 'muted' });
+  const back = h(
+    'button',
+    { class: 'btn', type: 'button', hidden: true, title: 'Take the last promotion back', onclick: () => void rollBack() },
+    icon('undo'),
+    'Roll back',
+  );
+  const list = h('ul', { class: 'model-list', 'aria-label': 'Model versions' });
+  const notice = h('div', { class: 'library-notice' }, waiting('The model versions are listed', { retry: load, signal }));
+  const element = h(
+    'div',
+    { class: 'library' },
+    h(
+      'div',
+      { class: 'library-inner page-inner' },
+      h(
+        'div',
+        { class: 'library-head' },
+        h('h1', null, 'Models'),
+        total,
+        h('div', { class: 'grow' }),
+        back,
+        h(
+          'button',
+          { class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'retrain' })) },
+          icon('run'),
+          'Retrain',
+        ),
+      ),
+      h(
+        'p',
+        { class: 'muted' },
+        'New runs use the version that is in use; runs that exist keep theirs. A version never changes once it is made.',
+      ),
+      notice,
+      list,
+    ),
+  );
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createModelCard>>} */
   const cards = new WeakMap();
   /** @type {readonly ModelVersion[]|null} */
   let shown = null;
 
   const acts = {
-    promote: (/** @type {ModelVersion} */ version) => void act(async () => {
-      store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
-        title: `Promote ${version.name}?`, confirm: 'Promote', text: 'New runs are made with it from now on. Roll back takes this back.',
-        run: async () => {
-          await api.changeModel(version.id, 'promote');
-          await load();
-          toast(`${version.name} is in use.`, {tone: 'good'});
-        },
-      }}));
-    }),
-    cancel: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'cancel', {signal}))),
-    resume: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'resume', {signal}))),
-    remove: (/** @type {ModelVersion} */ version) => store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
-      title: 'Delete this version?', confirm: 'Delete', danger: true, text: `${version.name} and its files are deleted. They cannot be brought back.`, note: 'A version that runs were made with, or that others come from, stays.',
-      run: async () => {
-        await api.removeModel(version.id);
-        store.dispatch((now) => dropMade(now, version.id));
-        toast(`${version.name} was deleted.`);
-      },
-    }})),
+    promote: (/** @type {ModelVersion} */ version) =>
+      void act(async () => {
+        store.dispatch((state) =>
+          openDialog(state, {
+            kind: 'confirm',
+            data: {
+              title: `Promote ${version.name}?`,
+              confirm: 'Promote',
+              text: 'New runs are made with it from now on. Roll back takes this back.',
+              run: async () => {
+                await api.changeModel(version.id, 'promote');
+                await load();
+                toast(`${version.name} is in use.`, { tone: 'good' });
+              },
+            },
+          }),
+        );
+      }),
+    cancel: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'cancel', { signal }))),
+    resume: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'resume', { signal }))),
+    remove: (/** @type {ModelVersion} */ version) =>
+      store.dispatch((state) =>
+        openDialog(state, {
+          kind: 'confirm',
+          data: {
+            title: 'Delete this version?',
+            confirm: 'Delete',
+            danger: true,
+            text: `${version.name} and its files are deleted. They cannot be brought back.`,
+            note: 'A version that runs were made with, or that others come from, stays.',
+            run: async () => {
+              await api.removeModel(version.id);
+              store.dispatch((now) => dropMade(now, version.id));
+              toast(`${version.name} was deleted.`);
+            },
+          },
+        }),
+      ),
   };
 
   /** @param {() => Promise<ModelVersion>} ask */
-  const put = async (ask) => void await app.load(ask, putModel);
+  const put = async (ask) => void (await app.load(ask, putModel));
 
   /** @param {() => Promise<void>} what */
   async function act(what) {
     try {
       await what();
     } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), {tone: 'bad'});
+      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
     }
   }
 
-  const rollBack = () => act(async () => {
-    const now = await api.rollBackModels({signal});
-    await load();
-    toast(`${now.name} is in use again.`, {tone: 'good'});
-  });
+  const rollBack = () =>
+    act(async () => {
+      const now = await api.rollBackModels({ signal });
+      await load();
+      toast(`${now.name} is in use again.`, { tone: 'good' });
+    });
 
   async function load() {
     try {
-      await app.load(() => api.models({signal: app.signal}), setModels);
+      await app.load(() => api.models({ signal: app.signal }), setModels);
     } catch (thrown) {
       if (signal.aborted) return;
       notice.hidden = false;
-      notice.replaceChildren(emptyState({error: true, icon: 'alert', title: 'The model versions could not be listed', text: sentence(thrown),
-        actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => void load()}, icon('refresh'), 'Try again')]}));
+      notice.replaceChildren(
+        emptyState({
+          error: true,
+          icon: 'alert',
+          title: 'The model versions could not be listed',
+          text: sentence(thrown),
+          actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load() }, icon('refresh'), 'Try again')],
+        }),
+      );
     }
   }
 
@@ -95,12 +150,18 @@ export function createModels(app) {
       shown = models;
       notice.hidden = true;
       setText(total, plural(models.length, 'version'));
-      back.hidden = models.find(({active}) => active)?.id === 'shipped';
-      reconcile(list, models, ({id}) => id, (version) => {
-        const card = createModelCard(version, acts);
-        cards.set(card.element, card);
-        return card.element;
-      }, (item, version) => cards.get(item)?.show(version, models));
+      back.hidden = models.find(({ active }) => active)?.id === 'shipped';
+      reconcile(
+        list,
+        models,
+        ({ id }) => id,
+        (version) => {
+          const card = createModelCard(version, acts);
+          cards.set(card.element, card);
+          return card.element;
+        },
+        (item, version) => cards.get(item)?.show(version, models),
+      );
     },
     destroy() {
       ended.abort();

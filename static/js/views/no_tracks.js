@@ -14,7 +14,18 @@ import { signature } from '../core/preferences.js';
 export function createNoTracks(app, className) {
   const text = h('p');
   const resume = h('button', { class: 'btn btn-small', type: 'button', hidden: true, onclick: goOn }, icon('run'), 'Go on with the run');
-  const byHand = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'A run without the engine: draw signs (N) and follow them (T)', onclick: draw }, icon('draw'), 'Annotate by hand');
+  const byHand = h(
+    'button',
+    {
+      class: 'btn btn-small',
+      type: 'button',
+      hidden: true,
+      title: 'A run without the engine: draw signs (N) and follow them (T)',
+      onclick: draw,
+    },
+    icon('draw'),
+    'Annotate by hand',
+  );
   const element = h('div', { class: `no-tracks muted ${className}`, hidden: true }, text, resume, byHand);
 
   async function draw() {
@@ -24,7 +35,6 @@ export function createNoTracks(app, className) {
     await changeRun(app, () => app.api.startByHand(video, signature(app.store.get().session)));
     byHand.disabled = false;
   }
-
 
   async function goOn() {
     const run = app.store.get().review?.run;

@@ -1,14 +1,14 @@
 // @ts-check
 /** One file that was made from runs: state, progress, what was left out, download, removal. */
 
-import {sentence} from '../api/errors.js';
-import {formatRoute} from '../model/route.js';
-import {dropMade, openDialog, putOutput} from '../store/actions/page.js';
-import {content, facts, isActive, KINDS, partOf, skipped, stateWords, warnings} from './output-words.js';
-import {fill, h, setText} from './dom.js';
-import {count, plural} from '../model/format.js';
-import {icon} from './icons.js';
-import {toast} from '../core/toast.js';
+import { sentence } from '../api/errors.js';
+import { formatRoute } from '../model/route.js';
+import { dropMade, openDialog, putOutput } from '../store/actions/page.js';
+import { content, facts, isActive, KINDS, partOf, skipped, stateWords, warnings } from './output-words.js';
+import { fill, h, setText } from './dom.js';
+import { count, plural } from '../model/format.js';
+import { icon } from './icons.js';
+import { toast } from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').Output} Output */
@@ -20,17 +20,25 @@ import {toast} from '../core/toast.js';
  * @returns {{element: HTMLLIElement, show: (output: Output) => void}}
  */
 export function createOutputRow(app, first) {
-  const name = h('strong', {class: 'truncate made-name'}, first.name);
-  const badge = h('span', {class: 'badge'});
-  const line = h('p', {class: 'muted small made-facts'});
-  const bar = h('span', {class: 'meter', role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span'));
-  const words = h('p', {class: 'small made-words'});
-  const actions = h('div', {class: 'row made-actions'});
-  const warned = h('ul', {class: 'skipped-list small made-warnings', hidden: true});
-  const left = h('details', {class: 'details made-skipped'}, h('summary'), h('ul', {class: 'skipped-list small'}));
-  const element = h('li', {class: 'made'},
-    h('span', {class: 'made-icon'}, icon(KINDS[first.kind]?.icon ?? 'folder')),
-    h('div', {class: 'stack made-text'}, h('div', {class: 'row'}, name, badge), line, bar, words, warned, left), actions);
+  const name = h('strong', { class: 'truncate made-name' }, first.name);
+  const badge = h('span', { class: 'badge' });
+  const line = h('p', { class: 'muted small made-facts' });
+  const bar = h(
+    'span',
+    { class: 'meter', role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
+    h('span'),
+  );
+  const words = h('p', { class: 'small made-words' });
+  const actions = h('div', { class: 'row made-actions' });
+  const warned = h('ul', { class: 'skipped-list small made-warnings', hidden: true });
+  const left = h('details', { class: 'details made-skipped' }, h('summary'), h('ul', { class: 'skipped-list small' }));
+  const element = h(
+    'li',
+    { class: 'made' },
+    h('span', { class: 'made-icon' }, icon(KINDS[first.kind]?.icon ?? 'folder')),
+    h('div', { class: 'stack made-text' }, h('div', { class: 'row' }, name, badge), line, bar, words, warned, left),
+    actions,
+  );
   /** @type {Output|null} */
   let shown = null;
   let shownOf = '';
@@ -61,9 +69,16 @@ export function createOutputRow(app, first) {
     bar.classList.toggle('meter-waiting', part === null);
     bar.style.setProperty('--part', `${(part ?? 0) * 100}%`);
     if (part !== null) bar.setAttribute('aria-valuenow', String(Math.round(part * 100)));
-    const say = output.state === 'queued' ? 'Waits for a free worker.'
-      : active ? output.total ? `${count(output.done)} of ${count(output.total)}` : 'Starts …'
-      : output.state === 'failed' ? output.error ?? 'It failed without saying why; the terminal of the server has more.' : content(output);
+    const say =
+      output.state === 'queued'
+        ? 'Waits for a free worker.'
+        : active
+          ? output.total
+            ? `${count(output.done)} of ${count(output.total)}`
+            : 'Starts …'
+          : output.state === 'failed'
+            ? (output.error ?? 'It failed without saying why; the terminal of the server has more.')
+            : content(output);
     setText(words, say);
     words.hidden = !say;
     words.classList.toggle('field-error', output.state === 'failed');
@@ -71,7 +86,7 @@ export function createOutputRow(app, first) {
 
   /** @param {Output} output */
   function showSkipped(output) {
-    const {items, total} = skipped(output);
+    const { items, total } = skipped(output);
     left.hidden = total === 0;
     if (total === 0) return;
     setText(/** @type {HTMLElement} */ (left.querySelector('summary')), `${plural(total, 'thing')} left out or noted`);
@@ -79,7 +94,7 @@ export function createOutputRow(app, first) {
   }
 
   show(first);
-  return {element, show};
+  return { element, show };
 }
 
 /**
@@ -88,8 +103,8 @@ export function createOutputRow(app, first) {
  */
 export function skippedItems(items, total) {
   return [
-    ...items.map(({what, reason}) => h('li', null, h('strong', null, what), `: ${reason}`)),
-    total > items.length ? h('li', {class: 'muted'}, `and ${count(total - items.length)} more, all of them in manifest.json`) : null,
+    ...items.map(({ what, reason }) => h('li', null, h('strong', null, what), `: ${reason}`)),
+    total > items.length ? h('li', { class: 'muted' }, `and ${count(total - items.length)} more, all of them in manifest.json`) : null,
   ];
 }
 
@@ -101,15 +116,20 @@ export function skippedItems(items, total) {
  */
 export function videosOf(state, output) {
   if (Array.isArray(output.summary.videos) && output.summary.videos.length) {
-    const names = output.summary.videos.map(({name}) => String(name));
+    const names = output.summary.videos.map(({ name }) => String(name));
     return names.length > 2 ? `${names[0]} and ${names.length - 1} more` : names.join(', ');
   }
   const run = runOf(state, output.run_id);
-  return state.videos?.find(({id}) => id === run?.video_id)?.name ?? '';
+  return state.videos?.find(({ id }) => id === run?.video_id)?.name ?? '';
 }
 
 /** @param {State} state @param {string|null} id */
-const runOf = (state, id) => (id === null ? undefined : Object.values(state.runs).flat().find((run) => run.id === id));
+const runOf = (state, id) =>
+  id === null
+    ? undefined
+    : Object.values(state.runs)
+        .flat()
+        .find((run) => run.id === id);
 
 /**
  * @param {App} app
@@ -117,21 +137,71 @@ const runOf = (state, id) => (id === null ? undefined : Object.values(state.runs
  */
 function actionsOf(app, output) {
   if (isActive(output)) {
-    return [h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Cancel ${output.name}`, onclick: () => act(app, async () => void await app.load(() => app.api.cancelOutput(output.id), putOutput))}, 'Cancel')];
+    return [
+      h(
+        'button',
+        {
+          class: 'btn btn-small',
+          type: 'button',
+          'aria-label': `Cancel ${output.name}`,
+          onclick: () => act(app, async () => void (await app.load(() => app.api.cancelOutput(output.id), putOutput))),
+        },
+        'Cancel',
+      ),
+    ];
   }
   const run = runOf(app.store.get(), output.run_id);
   const frame = output.options.frame ?? output.options.first;
   return [
-    output.state === 'complete' && run && output.kind !== 'export' && h('a', {
-      class: 'btn btn-small btn-quiet', 'aria-label': `Show the run of ${output.name}`, title: 'Go to where it was made',
-      href: formatRoute({screen: 'review', video: run.video_id, run: run.id, frame: typeof frame === 'number' ? frame : null, track: null}),
-    }, icon('eye')),
-    output.state === 'complete' && output.kind === 'export' && h('button', {
-      class: 'btn btn-small btn-quiet', type: 'button', 'aria-label': `Retrain from ${output.name}`, title: 'Make a new model version from these corrections',
-      onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'retrain', data: {exports: [output.id]}})),
-    }, 'Retrain'),
-    output.state === 'complete' && h('a', {class: 'btn btn-small', href: app.api.downloadUrl(output.id), download: output.name, 'aria-label': `Download ${output.name}`}, 'Download'),
-    h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Delete ${output.name}`, title: 'Delete …', onclick: () => askRemove(app, output)}, icon('trash')),
+    output.state === 'complete' &&
+      run &&
+      output.kind !== 'export' &&
+      h(
+        'a',
+        {
+          class: 'btn btn-small btn-quiet',
+          'aria-label': `Show the run of ${output.name}`,
+          title: 'Go to where it was made',
+          href: formatRoute({
+            screen: 'review',
+            video: run.video_id,
+            run: run.id,
+            frame: typeof frame === 'number' ? frame : null,
+            track: null,
+          }),
+        },
+        icon('eye'),
+      ),
+    output.state === 'complete' &&
+      output.kind === 'export' &&
+      h(
+        'button',
+        {
+          class: 'btn btn-small btn-quiet',
+          type: 'button',
+          'aria-label': `Retrain from ${output.name}`,
+          title: 'Make a new model version from these corrections',
+          onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'retrain', data: { exports: [output.id] } })),
+        },
+        'Retrain',
+      ),
+    output.state === 'complete' &&
+      h(
+        'a',
+        { class: 'btn btn-small', href: app.api.downloadUrl(output.id), download: output.name, 'aria-label': `Download ${output.name}` },
+        'Download',
+      ),
+    h(
+      'button',
+      {
+        class: 'btn btn-small btn-quiet btn-icon',
+        type: 'button',
+        'aria-label': `Delete ${output.name}`,
+        title: 'Delete …',
+        onclick: () => askRemove(app, output),
+      },
+      icon('trash'),
+    ),
   ].filter((action) => action !== false && action !== undefined);
 }
 
@@ -149,10 +219,18 @@ function askRemove(app, output) {
     void act(app, remove);
     return;
   }
-  app.store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
-    title: 'Delete this file?', confirm: 'Delete', danger: true, run: remove,
-    text: `${output.name} is deleted from the data folder. What it was made from stays, so it can be made again as long as that does not change.`,
-  }}));
+  app.store.dispatch((state) =>
+    openDialog(state, {
+      kind: 'confirm',
+      data: {
+        title: 'Delete this file?',
+        confirm: 'Delete',
+        danger: true,
+        run: remove,
+        text: `${output.name} is deleted from the data folder. What it was made from stays, so it can be made again as long as that does not change.`,
+      },
+    }),
+  );
 }
 
 /**
@@ -163,6 +241,6 @@ async function act(app, what) {
   try {
     await what();
   } catch (thrown) {
-    if (!app.signal.aborted) toast(sentence(thrown), {tone: 'bad'});
+    if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad' });
   }
 }

@@ -1,32 +1,36 @@
 // @ts-check
 /** Files that are made from runs, in words. Pure functions. */
 
-import {listed} from '../model/track_name.js';
-import {bytes, count, moment, plural} from '../model/format.js';
+import { listed } from '../model/track_name.js';
+import { bytes, count, moment, plural } from '../model/format.js';
 
 /** @typedef {import('../types.js').Output} Output */
 
 /** @type {Record<Output['kind'], {name: string, many: string, icon: import('./icons.js').IconName}>} */
 export const KINDS = {
-  export: {name: 'Export', many: 'Exports', icon: 'export'},
-  recording: {name: 'Recording', many: 'Recordings', icon: 'film'},
-  bundle: {name: 'Bug bundle', many: 'Bug bundles', icon: 'bug'},
-  scene: {name: '3-D page', many: '3-D pages', icon: 'cube'},
+  export: { name: 'Export', many: 'Exports', icon: 'export' },
+  recording: { name: 'Recording', many: 'Recordings', icon: 'film' },
+  bundle: { name: 'Bug bundle', many: 'Bug bundles', icon: 'bug' },
+  scene: { name: '3-D page', many: '3-D pages', icon: 'cube' },
 };
 
 /** @type {Record<Output['state'], [string, string]>} word and class of the badge */
 const STATES = {
-  queued: ['waiting', ''], running: ['in the making', 'badge-accent'], complete: ['ready', 'badge-good'], failed: ['failed', 'badge-bad'], cancelled: ['cancelled', 'badge-warn'],
+  queued: ['waiting', ''],
+  running: ['in the making', 'badge-accent'],
+  complete: ['ready', 'badge-good'],
+  failed: ['failed', 'badge-bad'],
+  cancelled: ['cancelled', 'badge-warn'],
 };
 
 /** @param {Output} output @returns {[string, string]} */
 export const stateWords = (output) => STATES[output.state] ?? [output.state, ''];
 
 /** @param {{state: string}} made */
-export const isActive = ({state}) => state === 'queued' || state === 'running';
+export const isActive = ({ state }) => state === 'queued' || state === 'running';
 
 /** @param {{done: number, total: number|null, state: string}} made @returns {number|null} 0..1; null: not known */
-export const partOf = ({done, total, state}) => (state === 'complete' ? 1 : total ? Math.min(1, done / total) : null);
+export const partOf = ({ done, total, state }) => (state === 'complete' ? 1 : total ? Math.min(1, done / total) : null);
 
 /**
  * What it is, of what, how large and when: one line.
@@ -35,10 +39,16 @@ export const partOf = ({done, total, state}) => (state === 'complete' ? 1 : tota
  * @param {string} of   names of the videos
  */
 export function facts(output, of) {
-  const {first, stop} = output.options;
-  const range = output.kind !== 'export' && typeof first === 'number' && typeof stop === 'number' ? `frames ${count(first)} to ${count(stop - 1)}` : '';
-  const title = output.kind === 'export' ? `${KINDS.export.name}: ${output.summary.title ?? output.options.format ?? ''}` : KINDS[output.kind]?.name ?? output.kind;
-  return [title, of, range, output.size === null ? '' : bytes(output.size), moment(output.finished ?? output.created)].filter(Boolean).join(' · ');
+  const { first, stop } = output.options;
+  const range =
+    output.kind !== 'export' && typeof first === 'number' && typeof stop === 'number' ? `frames ${count(first)} to ${count(stop - 1)}` : '';
+  const title =
+    output.kind === 'export'
+      ? `${KINDS.export.name}: ${output.summary.title ?? output.options.format ?? ''}`
+      : (KINDS[output.kind]?.name ?? output.kind);
+  return [title, of, range, output.size === null ? '' : bytes(output.size), moment(output.finished ?? output.created)]
+    .filter(Boolean)
+    .join(' · ');
 }
 
 /**
@@ -49,8 +59,17 @@ export function facts(output, of) {
 export function content(output) {
   const counts = output.summary.counts;
   if (counts === null || typeof counts !== 'object' || counts === undefined) return '';
-  const fell = Object.entries(output.summary.split?.tracks ?? {}).map(([side, tracks]) => `${side} ${count(tracks)}`).join(', ');
-  const parts = Object.entries(counts).filter(([, value]) => typeof value === 'number' && value > 0).map(([name, value]) => `${count(value)} ${value === 1 ? name.replace(/boxes$/, 'box').replace(/s$/, '') : name}${name === 'tracks' && fell ? ` (${fell})` : ''}`.replaceAll('_', ' '));
+  const fell = Object.entries(output.summary.split?.tracks ?? {})
+    .map(([side, tracks]) => `${side} ${count(tracks)}`)
+    .join(', ');
+  const parts = Object.entries(counts)
+    .filter(([, value]) => typeof value === 'number' && value > 0)
+    .map(([name, value]) =>
+      `${count(value)} ${value === 1 ? name.replace(/boxes$/, 'box').replace(/s$/, '') : name}${name === 'tracks' && fell ? ` (${fell})` : ''}`.replaceAll(
+        '_',
+        ' ',
+      ),
+    );
   if (typeof output.summary.files === 'number') parts.push(plural(output.summary.files, 'file'));
   return parts.join(', ');
 }
@@ -65,11 +84,14 @@ const NAMED = 6;
  * @param {Output} output
  * @returns {string[]} sentences
  */
-export function warnings({summary}) {
-  const sides = Object.entries(summary.split?.lacks ?? {}).filter(([, names]) => Array.isArray(names) && names.length > 0)
+export function warnings({ summary }) {
+  const sides = Object.entries(summary.split?.lacks ?? {})
+    .filter(([, names]) => Array.isArray(names) && names.length > 0)
     .map(([side, names]) => `The ${side} side has no sign of ${listed(names.map(String), NAMED)}, which others have.`);
   const open = Number(summary.open_left ?? 0);
-  return open > 0 ? [...sides, `${plural(open, 'open track')} stayed behind: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`] : sides;
+  return open > 0
+    ? [...sides, `${plural(open, 'open track')} stayed behind: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`]
+    : sides;
 }
 
 /**
@@ -80,5 +102,5 @@ export function warnings({summary}) {
  */
 export function skipped(output) {
   const items = Array.isArray(output.summary.skipped) ? output.summary.skipped : [];
-  return {items, total: typeof output.summary.skipped_count === 'number' ? output.summary.skipped_count : items.length};
+  return { items, total: typeof output.summary.skipped_count === 'number' ? output.summary.skipped_count : items.length };
 }

@@ -1,9 +1,9 @@
 // @ts-check
 /** Fields for parameters of the engine: searchable, checked while typing. The checks are pure and tested without a page. */
 
-import {h, setText} from './dom.js';
-import {figure} from '../model/format.js';
-import {icon} from './icons.js';
+import { h, setText } from './dom.js';
+import { figure } from '../model/format.js';
+import { icon } from './icons.js';
 
 /** @typedef {import('../types.js').Parameter} Parameter */
 
@@ -27,26 +27,29 @@ export function presetValue(parameter, preset) {
  */
 export function parseValue(parameter, text) {
   const typed = text.trim();
-  if (parameter.type === 'boolean') return {value: typed === 'true'};
+  if (parameter.type === 'boolean') return { value: typed === 'true' };
   if (parameter.type === 'choice') {
-    return parameter.choices?.includes(typed) ? {value: typed} : {error: `Choose one of: ${(parameter.choices ?? []).join(', ')}.`};
+    return parameter.choices?.includes(typed) ? { value: typed } : { error: `Choose one of: ${(parameter.choices ?? []).join(', ')}.` };
   }
   if (parameter.type === 'text') {
-    return Array.isArray(parameter.default) ? parseList(typed) : {value: typed === '' && parameter.default === null ? null : typed};
+    return Array.isArray(parameter.default) ? parseList(typed) : { value: typed === '' && parameter.default === null ? null : typed };
   }
-  if (typed === '' && parameter.default === null) return {value: null};
+  if (typed === '' && parameter.default === null) return { value: null };
   const value = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(typed) ? Number(typed) : NaN;
-  if (!Number.isFinite(value)) return {error: 'A number, please, such as 0.5 or 1e-3.'};
-  if (parameter.type === 'integer' && !Number.isInteger(value)) return {error: 'A whole number, please.'};
-  if (parameter.low !== null && value < parameter.low) return {error: `Not below ${figure(parameter.low, 6)}.`};
-  if (parameter.high !== null && value > parameter.high) return {error: `Not above ${figure(parameter.high, 6)}.`};
-  return {value};
+  if (!Number.isFinite(value)) return { error: 'A number, please, such as 0.5 or 1e-3.' };
+  if (parameter.type === 'integer' && !Number.isInteger(value)) return { error: 'A whole number, please.' };
+  if (parameter.low !== null && value < parameter.low) return { error: `Not below ${figure(parameter.low, 6)}.` };
+  if (parameter.high !== null && value > parameter.high) return { error: `Not above ${figure(parameter.high, 6)}.` };
+  return { value };
 }
 
 /** @param {string} typed @returns {{value: unknown}|{error: string}} */
 function parseList(typed) {
-  const numbers = typed.split(/[\s,;[\]]+/).filter(Boolean).map(Number);
-  return numbers.length && numbers.every(Number.isFinite) ? {value: numbers} : {error: 'Numbers with spaces between them, please.'};
+  const numbers = typed
+    .split(/[\s,;[\]]+/)
+    .filter(Boolean)
+    .map(Number);
+  return numbers.length && numbers.every(Number.isFinite) ? { value: numbers } : { error: 'Numbers with spaces between them, please.' };
 }
 
 /**
@@ -75,23 +78,39 @@ export function findParameters(parameters, text) {
  * @returns {{element: HTMLElement, changes: () => Record<string, unknown>, invalid: () => number, rebase: (base: (parameter: Parameter) => unknown) => void, reset: () => void, focus: HTMLElement}}
  */
 export function createParameters(options) {
-  let {base} = options;
+  let { base } = options;
   /** Texts as typed, of changed parameters only, by name. @type {Map<string, string>} */
   const typed = new Map(Object.entries(options.initial ?? {}).map(([name, value]) => [name, shown(value)]));
-  const search = h('input', {class: 'input', type: 'search', placeholder: 'Name or meaning', 'aria-label': 'Search parameters', oninput: show});
-  const only = h('input', {type: 'checkbox', onchange: show});
+  const search = h('input', {
+    class: 'input',
+    type: 'search',
+    placeholder: 'Name or meaning',
+    'aria-label': 'Search parameters',
+    oninput: show,
+  });
+  const only = h('input', { type: 'checkbox', onchange: show });
   // What is changed at the start stands on top; later changes stay where they are, under the pointer.
   const pinned = new Set(typed.keys());
-  const list = h('div', {class: 'parameters'});
-  const none = h('p', {class: 'muted parameters-none', role: 'status'});
-  const element = h('div', {class: 'parameter-fields'},
-    h('div', {class: 'row'}, h('div', {class: 'input-with-icon grow'}, icon('search'), search), h('label', {class: 'row small'}, only, 'Changed only')), list, none);
+  const list = h('div', { class: 'parameters' });
+  const none = h('p', { class: 'muted parameters-none', role: 'status' });
+  const element = h(
+    'div',
+    { class: 'parameter-fields' },
+    h(
+      'div',
+      { class: 'row' },
+      h('div', { class: 'input-with-icon grow' }, icon('search'), search),
+      h('label', { class: 'row small' }, only, 'Changed only'),
+    ),
+    list,
+    none,
+  );
 
   const sections = [...new Set(options.parameters.map((parameter) => parameter.section))];
 
   function show() {
     let found = findParameters(options.parameters, search.value);
-    if (only.checked) found = found.filter(({name}) => typed.has(name));
+    if (only.checked) found = found.filter(({ name }) => typed.has(name));
     let section = '';
     const rows = [];
     const grouped = search.value ? found : [...found].sort((a, b) => order(a) - order(b));
@@ -99,7 +118,7 @@ export function createParameters(options) {
       const group = pinned.has(parameter.name) ? 'changed' : parameter.section;
       if (!search.value && group !== section) {
         section = group;
-        rows.push(h('h4', {class: 'parameter-section'}, section));
+        rows.push(h('h4', { class: 'parameter-section' }, section));
       }
       rows.push(row(parameter));
     }
@@ -108,30 +127,59 @@ export function createParameters(options) {
   }
 
   /** @param {Parameter} parameter */
-  const order = (parameter) => pinned.has(parameter.name) ? -1 : sections.indexOf(parameter.section);
+  const order = (parameter) => (pinned.has(parameter.name) ? -1 : sections.indexOf(parameter.section));
 
   /** @param {Parameter} parameter */
   function row(parameter) {
     const id = `parameter-${parameter.section}-${parameter.name}`;
     const standard = shown(base(parameter));
     const text = typed.get(parameter.name) ?? standard;
-    const error = h('span', {class: 'field-error', id: `${id}-error`, role: 'alert'});
-    const warning = h('span', {class: 'field-warning', id: `${id}-warning`, role: 'status'});
-    const reset = h('button', {class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': `Reset ${parameter.name} to ${standard}`, title: `Reset to ${standard || 'nothing'}`, onclick: () => {
-      write(standard);
-      input.value = standard;
-      input.focus();
-    }}, icon('undo'));
+    const error = h('span', { class: 'field-error', id: `${id}-error`, role: 'alert' });
+    const warning = h('span', { class: 'field-warning', id: `${id}-warning`, role: 'status' });
+    const reset = h(
+      'button',
+      {
+        class: 'btn btn-quiet btn-icon btn-small',
+        type: 'button',
+        'aria-label': `Reset ${parameter.name} to ${standard}`,
+        title: `Reset to ${standard || 'nothing'}`,
+        onclick: () => {
+          write(standard);
+          input.value = standard;
+          input.focus();
+        },
+      },
+      icon('undo'),
+    );
     const range = parameter.type === 'number' || parameter.type === 'integer' ? rangeText(parameter) : '';
-    const attributes = {id, value: text, 'aria-describedby': `${id}-text ${id}-error ${id}-warning`, oninput: () => write(input.value)};
-    const choices = parameter.type === 'boolean' ? ['true', 'false'] : parameter.type === 'choice' ? parameter.choices ?? [] : null;
+    const attributes = { id, value: text, 'aria-describedby': `${id}-text ${id}-error ${id}-warning`, oninput: () => write(input.value) };
+    const choices = parameter.type === 'boolean' ? ['true', 'false'] : parameter.type === 'choice' ? (parameter.choices ?? []) : null;
     const input = choices
-      ? h('select', {class: 'select', ...attributes}, ...choices.map((choice) => h('option', {value: choice, selected: choice === text}, choice === 'true' ? 'yes' : choice === 'false' ? 'no' : choice)))
-      : h('input', {class: 'input mono', type: 'text', inputmode: parameter.type === 'text' ? 'text' : 'decimal', autocomplete: 'off', spellcheck: 'false', placeholder: standard === '' ? 'unset' : null, ...attributes});
-    const element = h('div', {class: 'parameter'},
-      h('label', {class: 'parameter-name mono', for: id}, parameter.name),
-      h('div', {class: 'parameter-input row'}, input, reset),
-      h('p', {class: 'parameter-text muted small', id: `${id}-text`}, [parameter.description, range].filter(Boolean).join(' · ')), error, warning);
+      ? h(
+          'select',
+          { class: 'select', ...attributes },
+          ...choices.map((choice) =>
+            h('option', { value: choice, selected: choice === text }, choice === 'true' ? 'yes' : choice === 'false' ? 'no' : choice),
+          ),
+        )
+      : h('input', {
+          class: 'input mono',
+          type: 'text',
+          inputmode: parameter.type === 'text' ? 'text' : 'decimal',
+          autocomplete: 'off',
+          spellcheck: 'false',
+          placeholder: standard === '' ? 'unset' : null,
+          ...attributes,
+        });
+    const element = h(
+      'div',
+      { class: 'parameter' },
+      h('label', { class: 'parameter-name mono', for: id }, parameter.name),
+      h('div', { class: 'parameter-input row' }, input, reset),
+      h('p', { class: 'parameter-text muted small', id: `${id}-text` }, [parameter.description, range].filter(Boolean).join(' · ')),
+      error,
+      warning,
+    );
 
     /** @param {string} value */
     function write(value) {
@@ -144,7 +192,7 @@ export function createParameters(options) {
       const result = typed.has(parameter.name) ? parseValue(parameter, typed.get(parameter.name) ?? '') : null;
       const wrong = result && 'error' in result;
       setText(error, wrong ? result.error : '');
-      setText(warning, result && 'value' in result ? options.warn?.(parameter.name, result.value) ?? '' : '');
+      setText(warning, result && 'value' in result ? (options.warn?.(parameter.name, result.value) ?? '') : '');
       input.setAttribute('aria-invalid', String(Boolean(wrong)));
       element.classList.toggle('parameter-changed', typed.has(parameter.name));
       reset.hidden = !typed.has(parameter.name);
@@ -154,12 +202,16 @@ export function createParameters(options) {
   }
 
   function invalid() {
-    return options.parameters.filter((parameter) => typed.has(parameter.name) && 'error' in parseValue(parameter, typed.get(parameter.name) ?? '')).length;
+    return options.parameters.filter(
+      (parameter) => typed.has(parameter.name) && 'error' in parseValue(parameter, typed.get(parameter.name) ?? ''),
+    ).length;
   }
 
   show();
   return {
-    element, focus: search, invalid,
+    element,
+    focus: search,
+    invalid,
     changes() {
       /** @type {Record<string, unknown>} */
       const changes = {};
@@ -189,7 +241,7 @@ function shown(value) {
 }
 
 /** @param {Parameter} parameter */
-function rangeText({low, high}) {
+function rangeText({ low, high }) {
   if (low !== null && high !== null) return `${figure(low, 6)} to ${figure(high, 6)}`;
   if (low !== null) return `at least ${figure(low, 6)}`;
   return high !== null ? `at most ${figure(high, 6)}` : '';

@@ -19,7 +19,8 @@ function kept() {
 }
 
 /** @param {Label} label   that was given just now */
-export const noteRecent = ({ key }) => remember('labels.recent', JSON.stringify([key, ...kept().filter((other) => other !== key)].slice(0, KEPT)));
+export const noteRecent = ({ key }) =>
+  remember('labels.recent', JSON.stringify([key, ...kept().filter((other) => other !== key)].slice(0, KEPT)));
 
 /** @param {readonly Label[]} labels @param {string|null} key @returns {number|null} */
 export const labelOfKey = (labels, key) => labels.find((label) => label.key === key)?.id ?? null;

@@ -1,22 +1,22 @@
 // @ts-check
 /** The review screen: toolbar, picture, right column and lanes, with lines between them that can be moved. */
 
-import {reviewNotice} from '../model/review_notice.js';
-import {formatRoute} from '../model/route.js';
-import {openDialog} from '../store/actions/page.js';
-import {createBeside} from './beside.js';
-import {h} from './dom.js';
-import {acceptDrops} from './drops.js';
-import {emptyState, waiting} from './empty.js';
-import {icon} from './icons.js';
-import {createInspector} from './inspector/index.js';
-import {createLanes} from './lanes/index.js';
-import {createPicture} from './picture/index.js';
-import {createQueue} from './queue/index.js';
-import {splitter} from './splitter.js';
-import {createTabs} from './tabs.js';
-import {createToolbar} from './toolbar.js';
-import {createWorkStrip} from './work-strip.js';
+import { reviewNotice } from '../model/review_notice.js';
+import { formatRoute } from '../model/route.js';
+import { openDialog } from '../store/actions/page.js';
+import { createBeside } from './beside.js';
+import { h } from './dom.js';
+import { acceptDrops } from './drops.js';
+import { emptyState, waiting } from './empty.js';
+import { icon } from './icons.js';
+import { createInspector } from './inspector/index.js';
+import { createLanes } from './lanes/index.js';
+import { createPicture } from './picture/index.js';
+import { createQueue } from './queue/index.js';
+import { splitter } from './splitter.js';
+import { createTabs } from './tabs.js';
+import { createToolbar } from './toolbar.js';
+import { createWorkStrip } from './work-strip.js';
 
 /** Height of a window in which the lanes need a larger share, px. */
 const LOW = 820;
@@ -32,40 +32,96 @@ export function createReview(app) {
   const picture = createPicture(app);
   const lanes = createLanes(app);
   const side = createTabs({
-    label: 'Track details and queue', name: 'review.tab', beside: '(min-width: 1600px)',
+    label: 'Track details and queue',
+    name: 'review.tab',
+    beside: '(min-width: 1600px)',
     tabs: [
-      {id: 'queue', label: 'Queue', view: createQueue(app)},
-      {id: 'inspector', label: 'Inspector', view: createInspector(app)},
+      { id: 'queue', label: 'Queue', view: createQueue(app) },
+      { id: 'inspector', label: 'Inspector', view: createInspector(app) },
     ],
   });
-  const top = h('div', {class: 'review-top'});
-  const grid = h('div', {class: 'review-grid'});
-  const pictures = h('div', {class: 'review-pictures'});
+  const top = h('div', { class: 'review-top' });
+  const grid = h('div', { class: 'review-grid' });
+  const pictures = h('div', { class: 'review-pictures' });
   const beside = createBeside(app, (large) => grid.classList.toggle('beside-large', large));
-  const between = splitter({label: 'Width of the view beside the picture', orientation: 'vertical', container: pictures, variable: '--beside', name: 'review.beside', initial: 55, low: 25, high: 80});
+  const between = splitter({
+    label: 'Width of the view beside the picture',
+    orientation: 'vertical',
+    container: pictures,
+    variable: '--beside',
+    name: 'review.beside',
+    initial: 55,
+    low: 25,
+    high: 80,
+  });
   // two columns need another width than one: each is remembered
   const sideLines = [
-    splitter({label: 'Width of the right column', orientation: 'vertical', container: top, variable: '--side-one', name: 'review.side', initial: 28, low: 18, high: 50}),
-    splitter({label: 'Width of queue and inspector', orientation: 'vertical', container: top, variable: '--side-two', name: 'review.side.two', initial: 36, low: 24, high: 60}),
+    splitter({
+      label: 'Width of the right column',
+      orientation: 'vertical',
+      container: top,
+      variable: '--side-one',
+      name: 'review.side',
+      initial: 28,
+      low: 18,
+      high: 50,
+    }),
+    splitter({
+      label: 'Width of queue and inspector',
+      orientation: 'vertical',
+      container: top,
+      variable: '--side-two',
+      name: 'review.side.two',
+      initial: 36,
+      low: 24,
+      high: 60,
+    }),
   ];
   sideLines.forEach((line, at) => line.classList.add(at === 0 ? 'line-one' : 'line-two'));
-  pictures.append(h('section', {class: 'review-picture', 'aria-label': 'Picture'}, picture.element), between, beside.element);
-  top.append(
-    pictures,
-    ...sideLines,
-    h('section', {class: 'review-side', 'aria-label': 'Track details and queue'}, side.element));
+  pictures.append(h('section', { class: 'review-picture', 'aria-label': 'Picture' }, picture.element), between, beside.element);
+  top.append(pictures, ...sideLines, h('section', { class: 'review-side', 'aria-label': 'Track details and queue' }, side.element));
   const linesOfLanes = [
-    splitter({label: 'Height of the folded lanes', orientation: 'horizontal', container: grid, variable: '--lanes-folded', name: 'review.lanes.folded', initial: 27, low: 12, high: 65}),
-    splitter({label: 'Height of the lanes', orientation: 'horizontal', container: grid, variable: '--lanes', name: 'review.lanes', initial: innerHeight <= LOW ? 43 : 38, low: 12, high: 65}),
+    splitter({
+      label: 'Height of the folded lanes',
+      orientation: 'horizontal',
+      container: grid,
+      variable: '--lanes-folded',
+      name: 'review.lanes.folded',
+      initial: 27,
+      low: 12,
+      high: 65,
+    }),
+    splitter({
+      label: 'Height of the lanes',
+      orientation: 'horizontal',
+      container: grid,
+      variable: '--lanes',
+      name: 'review.lanes',
+      initial: innerHeight <= LOW ? 43 : 38,
+      low: 12,
+      high: 65,
+    }),
   ];
-  grid.append(top, ...linesOfLanes,
-    h('section', {class: 'review-lanes', 'aria-label': 'Time lanes'}, lanes.element));
-  const notice = h('div', {class: 'review-notice'}, waiting('The review is opened', {signal: ended.signal}));
-  const element = h('div', {class: 'review'}, h('h1', {class: 'visually-hidden'}, 'Review'), toolbar.element, work.element, grid, notice,
-    h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('import'), h('span', null, 'Drop annotations to import them for this video')));
+  grid.append(top, ...linesOfLanes, h('section', { class: 'review-lanes', 'aria-label': 'Time lanes' }, lanes.element));
+  const notice = h('div', { class: 'review-notice' }, waiting('The review is opened', { signal: ended.signal }));
+  const element = h(
+    'div',
+    { class: 'review' },
+    h('h1', { class: 'visually-hidden' }, 'Review'),
+    toolbar.element,
+    work.element,
+    grid,
+    notice,
+    h(
+      'div',
+      { class: 'drop-hint', 'aria-hidden': 'true' },
+      icon('import'),
+      h('span', null, 'Drop annotations to import them for this video'),
+    ),
+  );
   acceptDrops(element, ([file]) => {
-    const {review} = app.store.get();
-    if (file && review) app.store.dispatch((state) => openDialog(state, {kind: 'import', data: {video: review.video.id, file}}));
+    const { review } = app.store.get();
+    if (file && review) app.store.dispatch((state) => openDialog(state, { kind: 'import', data: { video: review.video.id, file } }));
   });
   const parts = [toolbar, work, picture, beside, side, lanes];
   let noticed = 'waiting';
@@ -78,22 +134,41 @@ export function createReview(app) {
     if (kind === noticed) return;
     noticed = kind;
     if (kind === 'unknown') {
-      notice.replaceChildren(emptyState({
-        icon: 'film', title: 'This video is not in the library', text: 'It may have been removed, or the address belongs to another data folder.',
-        actions: [h('a', {class: 'btn btn-primary', href: '#/'}, 'Go to the library')],
-      }));
+      notice.replaceChildren(
+        emptyState({
+          icon: 'film',
+          title: 'This video is not in the library',
+          text: 'It may have been removed, or the address belongs to another data folder.',
+          actions: [h('a', { class: 'btn btn-primary', href: '#/' }, 'Go to the library')],
+        }),
+      );
     } else if (kind === 'gone') {
       const video = state.review?.video.id ?? '';
       const others = (state.runs[video] ?? []).length > 0;
-      notice.replaceChildren(emptyState({
-        icon: 'run', title: 'This run is not there any more', text: 'It was removed, with the corrections that were made on it.',
-        actions: [
-          h('a', {class: others ? 'btn' : 'btn btn-primary', href: '#/'}, 'Go to the library'),
-          ...others ? [h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video, run: null, frame: state.review?.frame ?? null, track: null})}, 'Open the newest run')] : [],
-        ],
-      }));
+      notice.replaceChildren(
+        emptyState({
+          icon: 'run',
+          title: 'This run is not there any more',
+          text: 'It was removed, with the corrections that were made on it.',
+          actions: [
+            h('a', { class: others ? 'btn' : 'btn btn-primary', href: '#/' }, 'Go to the library'),
+            ...(others
+              ? [
+                  h(
+                    'a',
+                    {
+                      class: 'btn btn-primary',
+                      href: formatRoute({ screen: 'review', video, run: null, frame: state.review?.frame ?? null, track: null }),
+                    },
+                    'Open the newest run',
+                  ),
+                ]
+              : []),
+          ],
+        }),
+      );
     } else if (kind === 'waiting') {
-      notice.replaceChildren(waiting('The review is opened', {signal: ended.signal}));
+      notice.replaceChildren(waiting('The review is opened', { signal: ended.signal }));
     }
   }
 
@@ -102,7 +177,7 @@ export function createReview(app) {
     update(state) {
       notify(state);
       between.hidden = !state.review?.beside;
-      const {folded} = state.lanesView;
+      const { folded } = state.lanesView;
       grid.classList.toggle('review-folded', folded);
       linesOfLanes.forEach((line, at) => {
         line.hidden = folded !== (at === 0);

@@ -1,20 +1,20 @@
 // @ts-check
 /** The frame of every screen: top bar, banners, the screen that the route names, dialogs, notices. */
 
-import {createBanners} from './banners.js';
-import {createCompare} from './compare.js';
-import {createDialogs} from './dialogs/layer.js';
-import {h} from './dom.js';
-import {createFiles} from './files.js';
-import {createLabels} from './labels/index.js';
-import {createLibrary} from './library.js';
-import {createModels} from './models.js';
-import {createReview} from './review.js';
-import {createSearch} from './search/index.js';
-import {createTeam} from './team.js';
-import {createToasts} from './toasts.js';
-import {createTooltip} from './tooltip.js';
-import {createTopBar} from './topbar.js';
+import { createBanners } from './banners.js';
+import { createCompare } from './compare.js';
+import { createDialogs } from './dialogs/layer.js';
+import { h } from './dom.js';
+import { createFiles } from './files.js';
+import { createLabels } from './labels/index.js';
+import { createLibrary } from './library.js';
+import { createModels } from './models.js';
+import { createReview } from './review.js';
+import { createSearch } from './search/index.js';
+import { createTeam } from './team.js';
+import { createToasts } from './toasts.js';
+import { createTooltip } from './tooltip.js';
+import { createTopBar } from './topbar.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -22,14 +22,14 @@ import {createTopBar} from './topbar.js';
 
 /** @type {Record<import('../state-types.js').Route['screen'], {title: string, create: (app: App) => View}>} */
 const SCREENS = {
-  library: {title: 'Library', create: createLibrary},
-  review: {title: 'Review', create: createReview},
-  search: {title: 'Search', create: createSearch},
-  compare: {title: 'Compare', create: createCompare},
-  models: {title: 'Models', create: createModels},
-  files: {title: 'Files', create: createFiles},
-  labels: {title: 'Labels', create: createLabels},
-  team: {title: 'Team', create: createTeam},
+  library: { title: 'Library', create: createLibrary },
+  review: { title: 'Review', create: createReview },
+  search: { title: 'Search', create: createSearch },
+  compare: { title: 'Compare', create: createCompare },
+  models: { title: 'Models', create: createModels },
+  files: { title: 'Files', create: createFiles },
+  labels: { title: 'Labels', create: createLabels },
+  team: { title: 'Team', create: createTeam },
 };
 
 /**
@@ -38,7 +38,7 @@ const SCREENS = {
  * @param {'light'|'dark'|'auto'} theme
  */
 function applyTheme(theme) {
-  const dark = theme === 'dark' || theme === 'auto' && matchMedia('(prefers-color-scheme: dark)').matches;
+  const dark = theme === 'dark' || (theme === 'auto' && matchMedia('(prefers-color-scheme: dark)').matches);
   document.documentElement.dataset.theme = dark ? 'dark' : 'light';
 }
 
@@ -51,8 +51,17 @@ export function createShell(app) {
   const banners = createBanners(app);
   const dialogs = createDialogs(app);
   const toasts = createToasts(app);
-  const main = h('main', {class: 'screen', id: 'main', tabIndex: -1});
-  const element = h('div', {class: 'shell'}, bar.element, banners.element, main, dialogs.element, toasts.element, createTooltip(app.signal));
+  const main = h('main', { class: 'screen', id: 'main', tabIndex: -1 });
+  const element = h(
+    'div',
+    { class: 'shell' },
+    bar.element,
+    banners.element,
+    main,
+    dialogs.element,
+    toasts.element,
+    createTooltip(app.signal),
+  );
   /** @type {{name: string, view: View}|null} */
   let screen = null;
   /** @type {State['theme']|null} */
@@ -76,9 +85,9 @@ export function createShell(app) {
       screen?.view.destroy();
       const view = SCREENS[name].create(app);
       main.replaceChildren(view.element);
-      screen = {name, view};
+      screen = { name, view };
       // A screen reader and the Tab key begin in the new screen; at the first one the browser's own start is right.
-      if (!first) main.focus({preventScroll: true});
+      if (!first) main.focus({ preventScroll: true });
     }
     screen.view.update(state);
     const title = state.route.screen === 'review' && state.review ? state.review.video.name : SCREENS[name].title;

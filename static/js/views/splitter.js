@@ -1,8 +1,8 @@
 // @ts-check
 /** A line between two areas that pointer and keyboard move. The size is a CSS variable of the container, in per cent. */
 
-import {h} from './dom.js';
-import {recall, remember} from '../core/preferences.js';
+import { h } from './dom.js';
+import { recall, remember } from '../core/preferences.js';
 
 /**
  * @param {object} options
@@ -17,13 +17,18 @@ import {recall, remember} from '../core/preferences.js';
  * @param {() => void} [options.onChange]
  * @returns {HTMLElement}
  */
-export function splitter({label, orientation, container, variable, name, initial, low, high, onChange}) {
+export function splitter({ label, orientation, container, variable, name, initial, low, high, onChange }) {
   const vertical = orientation === 'vertical';
   const stored = Number(recall(name) ?? NaN);
   let size = Number.isFinite(stored) ? stored : initial;
   const element = h('div', {
-    class: `splitter splitter-${orientation}`, role: 'separator', tabIndex: 0, 'aria-label': label,
-    'aria-orientation': orientation, 'aria-valuemin': low, 'aria-valuemax': high,
+    class: `splitter splitter-${orientation}`,
+    role: 'separator',
+    tabIndex: 0,
+    'aria-label': label,
+    'aria-orientation': orientation,
+    'aria-valuemin': low,
+    'aria-valuemax': high,
   });
 
   /** @param {number} next */
@@ -62,7 +67,8 @@ export function splitter({label, orientation, container, variable, name, initial
   element.addEventListener('keydown', (event) => {
     const step = event.shiftKey ? 5 : 1;
     const [more, less] = vertical ? ['ArrowLeft', 'ArrowRight'] : ['ArrowUp', 'ArrowDown'];
-    const next = event.key === more ? size + step : event.key === less ? size - step : event.key === 'Home' ? low : event.key === 'End' ? high : null;
+    const next =
+      event.key === more ? size + step : event.key === less ? size - step : event.key === 'Home' ? low : event.key === 'End' ? high : null;
     if (next === null || event.altKey) return;
     // The arrows also step frames; while the line has the focus they belong to it.
     event.preventDefault();

@@ -4,9 +4,9 @@
  * room the panels stand side by side instead.
  */
 
-import {h, setProps} from './dom.js';
-import {recall, remember} from '../core/preferences.js';
-import {splitter} from './splitter.js';
+import { h, setProps } from './dom.js';
+import { recall, remember } from '../core/preferences.js';
+import { splitter } from './splitter.js';
 
 /**
  * @param {object} options
@@ -16,31 +16,67 @@ import {splitter} from './splitter.js';
  * @param {{id: string, label: string, view: import('../page-types.js').View}[]} options.tabs   two
  * @returns {import('../page-types.js').View & {open: (id: string) => void}}
  */
-export function createTabs({label, name, beside, tabs}) {
-  let open = tabs.find(({id}) => id === recall(name))?.id ?? tabs[0].id;
+export function createTabs({ label, name, beside, tabs }) {
+  let open = tabs.find(({ id }) => id === recall(name))?.id ?? tabs[0].id;
   /** @type {import('../state-types.js').State|null} */
   let last = null;
-  const buttons = tabs.map((tab) => h('button', {
-    class: 'tab', type: 'button', role: 'tab', id: `tab-${tab.id}`, 'aria-controls': `panel-${tab.id}`, onclick: (/** @type {MouseEvent} */ event) => {
-      show(tab.id);
-      // a click of the mouse leaves the keys to the picture; who came by keyboard goes on from here
-      if (event.detail > 0) buttons.forEach((button) => button.blur());
-    },
-  }, tab.label));
-  const panels = tabs.map((tab) => h('div', {
-    class: 'tab-panel', id: `panel-${tab.id}`,
-  }, tab.view.element));
-  const list = h('div', {class: 'tab-list', role: 'tablist', 'aria-label': label}, ...buttons);
-  const element = h('div', {class: 'tabs'});
-  const line = splitter({label: `Width of the ${tabs[1].label.toLowerCase()}`, orientation: 'vertical', container: element, variable: '--second', name: `${name}.beside`, initial: 50, low: 25, high: 75});
+  const buttons = tabs.map((tab) =>
+    h(
+      'button',
+      {
+        class: 'tab',
+        type: 'button',
+        role: 'tab',
+        id: `tab-${tab.id}`,
+        'aria-controls': `panel-${tab.id}`,
+        onclick: (/** @type {MouseEvent} */ event) => {
+          show(tab.id);
+          // a click of the mouse leaves the keys to the picture; who came by keyboard goes on from here
+          if (event.detail > 0) buttons.forEach((button) => button.blur());
+        },
+      },
+      tab.label,
+    ),
+  );
+  const panels = tabs.map((tab) =>
+    h(
+      'div',
+      {
+        class: 'tab-panel',
+        id: `panel-${tab.id}`,
+      },
+      tab.view.element,
+    ),
+  );
+  const list = h('div', { class: 'tab-list', role: 'tablist', 'aria-label': label }, ...buttons);
+  const element = h('div', { class: 'tabs' });
+  const line = splitter({
+    label: `Width of the ${tabs[1].label.toLowerCase()}`,
+    orientation: 'vertical',
+    container: element,
+    variable: '--second',
+    name: `${name}.beside`,
+    initial: 50,
+    low: 25,
+    high: 75,
+  });
   element.append(list, panels[0], line, panels[1]);
   const room = matchMedia(beside);
   const ended = new AbortController();
-  room.addEventListener('change', arrange, {signal: ended.signal});
+  room.addEventListener('change', arrange, { signal: ended.signal });
 
   list.addEventListener('keydown', (event) => {
-    const at = tabs.findIndex(({id}) => id === open);
-    const next = event.key === 'ArrowRight' ? at + 1 : event.key === 'ArrowLeft' ? at - 1 : event.key === 'Home' ? 0 : event.key === 'End' ? tabs.length - 1 : null;
+    const at = tabs.findIndex(({ id }) => id === open);
+    const next =
+      event.key === 'ArrowRight'
+        ? at + 1
+        : event.key === 'ArrowLeft'
+          ? at - 1
+          : event.key === 'Home'
+            ? 0
+            : event.key === 'End'
+              ? tabs.length - 1
+              : null;
     if (next === null || event.altKey) return;
     event.preventDefault();
     event.stopPropagation();
@@ -65,7 +101,11 @@ export function createTabs({label, name, beside, tabs}) {
       const on = tab.id === open;
       buttons[at].setAttribute('aria-selected', String(on));
       buttons[at].tabIndex = on ? 0 : -1;
-      setProps(panels[at], {role: both ? 'region' : 'tabpanel', 'aria-labelledby': both ? null : `tab-${tab.id}`, 'aria-label': both ? tab.label : null});
+      setProps(panels[at], {
+        role: both ? 'region' : 'tabpanel',
+        'aria-labelledby': both ? null : `tab-${tab.id}`,
+        'aria-label': both ? tab.label : null,
+      });
       panels[at].hidden = !on && !both;
       if (!panels[at].hidden && last) tab.view.update(last);
     });
@@ -77,11 +117,11 @@ export function createTabs({label, name, beside, tabs}) {
     open: show,
     update(state) {
       last = state;
-      tabs.forEach(({view}, at) => panels[at].hidden || view.update(state));
+      tabs.forEach(({ view }, at) => panels[at].hidden || view.update(state));
     },
     destroy() {
       ended.abort();
-      tabs.forEach(({view}) => view.destroy());
+      tabs.forEach(({ view }) => view.destroy());
     },
   };
 }

@@ -27,12 +27,27 @@ export function createTeam(app) {
   async function load(person) {
     fill(inner, h('div', { class: 'library-notice' }, waiting('The figures are counted', { signal, retry: () => void load(person) })));
     try {
-      const made = person === null ? overviewOf(await app.api.overview({ signal })) : activityOf(app, await app.api.activity(person, null, { signal }), signal);
+      const made =
+        person === null
+          ? overviewOf(await app.api.overview({ signal }))
+          : activityOf(app, await app.api.activity(person, null, { signal }), signal);
       fill(inner, ...made);
     } catch (thrown) {
       if (signal.aborted) return;
-      fill(inner, h('div', { class: 'library-notice' }, emptyState({ error: true, icon: 'alert', title: 'The figures could not be loaded', text: sentence(thrown),
-        actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load(person) }, 'Try again')] })));
+      fill(
+        inner,
+        h(
+          'div',
+          { class: 'library-notice' },
+          emptyState({
+            error: true,
+            icon: 'alert',
+            title: 'The figures could not be loaded',
+            text: sentence(thrown),
+            actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load(person) }, 'Try again')],
+          }),
+        ),
+      );
     }
   }
 
@@ -41,7 +56,7 @@ export function createTeam(app) {
     update({ route, session }) {
       if (route.screen !== 'team' || session === null) return;
       // who may not see the figures of all sees their own
-      const person = route.person ?? (may(session, 'reviewer') ? null : session.person?.name ?? null);
+      const person = route.person ?? (may(session, 'reviewer') ? null : (session.person?.name ?? null));
       const key = person ?? '';
       if (key === shown) return;
       shown = key;
@@ -62,24 +77,66 @@ function overviewOf(overview) {
     [count(left), 'left'],
     [count(overview.rejected), 'false positives'],
     [count(overview.notes), overview.notes === 1 ? 'note' : 'notes'],
-    [overview.decided_twice ? percent(overview.agreed / overview.decided_twice) : 'none', overview.decided_twice ? `agreement on ${plural(overview.decided_twice, 'track')} that two people decided` : 'of the tracks was decided by two people'],
+    [
+      overview.decided_twice ? percent(overview.agreed / overview.decided_twice) : 'none',
+      overview.decided_twice
+        ? `agreement on ${plural(overview.decided_twice, 'track')} that two people decided`
+        : 'of the tracks was decided by two people',
+    ],
   ];
   return [
     h('div', { class: 'library-head' }, h('h1', null, 'Team'), h('span', { class: 'muted' }, plural(overview.videos, 'video'))),
     overview.clocks && h('p', { class: 'card-message card-message-warn small', role: 'status' }, overview.clocks),
-    h('ul', { class: 'team-facts', 'aria-label': 'The library' }, ...facts.map(([value, words]) => h('li', null, h('strong', null, value), ' ', words))),
+    h(
+      'ul',
+      { class: 'team-facts', 'aria-label': 'The library' },
+      ...facts.map(([value, words]) => h('li', null, h('strong', null, value), ' ', words)),
+    ),
     h('h2', null, 'People ', h('span', { class: 'muted small' }, 'the last 30 days')),
-    h('div', { class: 'team-people' }, h('table', { class: 'table team-table' },
-      h('thead', null, h('tr', null, ...['Name', 'Role', 'Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review'].map((head, at) => h('th', { scope: 'col', class: at > 1 ? 'number' : '' }, head)))),
-      h('tbody', null, ...overview.people.map(personRow)))),
+    h(
+      'div',
+      { class: 'team-people' },
+      h(
+        'table',
+        { class: 'table team-table' },
+        h(
+          'thead',
+          null,
+          h(
+            'tr',
+            null,
+            ...['Name', 'Role', 'Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review'].map((head, at) =>
+              h('th', { scope: 'col', class: at > 1 ? 'number' : '' }, head),
+            ),
+          ),
+        ),
+        h('tbody', null, ...overview.people.map(personRow)),
+      ),
+    ),
   ];
 }
 
 /** @param {Worker} worker */
 function personRow(worker) {
-  const numbers = [count(worker.decided), anHour(worker) ?? '–', count(worker.rejected), worker.hours.toFixed(1), count(worker.assigned), count(worker.in_review)];
-  const name = worker.role === null ? h('span', { title: 'An author without an account' }, worker.name) : h('a', { href: formatRoute({ screen: 'team', person: worker.name }) }, worker.name);
-  return h('tr', null, h('th', { scope: 'row', dir: 'auto' }, name), h('td', null, worker.role ?? 'no account'), ...numbers.map((value) => h('td', { class: 'number' }, value)));
+  const numbers = [
+    count(worker.decided),
+    anHour(worker) ?? '–',
+    count(worker.rejected),
+    worker.hours.toFixed(1),
+    count(worker.assigned),
+    count(worker.in_review),
+  ];
+  const name =
+    worker.role === null
+      ? h('span', { title: 'An author without an account' }, worker.name)
+      : h('a', { href: formatRoute({ screen: 'team', person: worker.name }) }, worker.name);
+  return h(
+    'tr',
+    null,
+    h('th', { scope: 'row', dir: 'auto' }, name),
+    h('td', null, worker.role ?? 'no account'),
+    ...numbers.map((value) => h('td', { class: 'number' }, value)),
+  );
 }
 
 /**
@@ -93,21 +150,48 @@ function activityOf(app, activity, signal) {
   const list = h('ol', { class: 'activity', 'aria-label': 'What was done, the newest first' }, ...activity.done.map(doneRow));
   let before = activity.more;
   const problem = h('p', { class: 'field-error', role: 'alert' });
-  const more = h('button', { class: 'btn', type: 'button', hidden: before === null, onclick: async () => {
-    try {
-      const next = await app.api.activity(worker.name, before, { signal });
-      before = next.more;
-      more.hidden = before === null;
-      list.append(...next.done.map(doneRow));
-    } catch (thrown) {
-      if (!signal.aborted) problem.textContent = sentence(thrown);
-    }
-  } }, 'Show earlier');
+  const more = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      hidden: before === null,
+      onclick: async () => {
+        try {
+          const next = await app.api.activity(worker.name, before, { signal });
+          before = next.more;
+          more.hidden = before === null;
+          list.append(...next.done.map(doneRow));
+        } catch (thrown) {
+          if (!signal.aborted) problem.textContent = sentence(thrown);
+        }
+      },
+    },
+    'Show earlier',
+  );
   return [
-    h('div', { class: 'library-head' }, h('h1', { dir: 'auto' }, worker.name), h('span', { class: 'muted' }, worker.role), h('div', { class: 'grow' }),
-      may(app.store.get().session, 'reviewer') && h('a', { class: 'btn', href: '#/team' }, 'The whole team')),
-    h('p', null, `${plural(worker.decided, 'track')} decided in ${worker.hours < 0.1 ? 'less than 0.1' : worker.hours.toFixed(1)} hours of the last 30 days${speed === null ? '' : `, ${speed} an hour`}. ${worker.assigned ? `${plural(worker.assigned, 'assignment')} not done.` : 'No open assignment.'}`),
-    activity.done.length === 0 ? h('div', { class: 'library-notice' }, emptyState({ icon: 'info', title: 'Nothing yet', text: 'Every correction, verdict and note is listed here.' })) : list, problem, more,
+    h(
+      'div',
+      { class: 'library-head' },
+      h('h1', { dir: 'auto' }, worker.name),
+      h('span', { class: 'muted' }, worker.role),
+      h('div', { class: 'grow' }),
+      may(app.store.get().session, 'reviewer') && h('a', { class: 'btn', href: '#/team' }, 'The whole team'),
+    ),
+    h(
+      'p',
+      null,
+      `${plural(worker.decided, 'track')} decided in ${worker.hours < 0.1 ? 'less than 0.1' : worker.hours.toFixed(1)} hours of the last 30 days${speed === null ? '' : `, ${speed} an hour`}. ${worker.assigned ? `${plural(worker.assigned, 'assignment')} not done.` : 'No open assignment.'}`,
+    ),
+    activity.done.length === 0
+      ? h(
+          'div',
+          { class: 'library-notice' },
+          emptyState({ icon: 'info', title: 'Nothing yet', text: 'Every correction, verdict and note is listed here.' }),
+        )
+      : list,
+    problem,
+    more,
   ];
 }
 
@@ -115,8 +199,19 @@ function activityOf(app, activity, signal) {
 function doneRow(done) {
   const track = done.count === 1 ? done.tracks[0] : null;
   const words = track !== null ? `track ${trackName(track)}` : plural(done.count, 'track');
-  return h('li', null,
+  return h(
+    'li',
+    null,
     h('span', { class: 'muted small activity-time' }, moment(done.time)),
     h('span', null, describe(done.name)),
-    h('a', { class: 'truncate', dir: 'auto', href: formatRoute({ screen: 'review', video: done.video_id, run: done.run_id, frame: done.frame, track }) }, `${words} of ${done.video_name}`));
+    h(
+      'a',
+      {
+        class: 'truncate',
+        dir: 'auto',
+        href: formatRoute({ screen: 'review', video: done.video_id, run: done.run_id, frame: done.frame, track }),
+      },
+      `${words} of ${done.video_name}`,
+    ),
+  );
 }

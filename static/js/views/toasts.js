@@ -5,10 +5,10 @@
  * tell is old by then, and their button would take back something else.
  */
 
-import {OVER, TOAST} from '../core/toast.js';
-import {parseRoute, samePlace} from '../model/route.js';
-import {h} from './dom.js';
-import {icon} from './icons.js';
+import { OVER, TOAST } from '../core/toast.js';
+import { parseRoute, samePlace } from '../model/route.js';
+import { h } from './dom.js';
+import { icon } from './icons.js';
 
 /** @typedef {import('../state-types.js').Route} Route */
 
@@ -20,7 +20,7 @@ const STAY = 6000;
  * @returns {import('../page-types.js').View}
  */
 export function createToasts(app) {
-  const element = h('div', {class: 'toasts', role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices'});
+  const element = h('div', { class: 'toasts', role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices' });
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
   /** Those that end with the next edit or screen: where they were shown, and what ends them. @type {Map<HTMLElement, {place: Route, close: () => void}>} */
@@ -40,20 +40,36 @@ export function createToasts(app) {
   }
 
   /** @param {import('../core/toast.js').ToastOptions & {text: string}} detail */
-  function show({text, tone = 'info', action, topic, stays = tone === 'bad'}) {
+  function show({ text, tone = 'info', action, topic, stays = tone === 'bad' }) {
     const close = () => {
       clearTimeout(timer);
       passing.delete(item);
       item.remove();
     };
-    const item = h('div', {class: `toast toast-${tone}`},
+    const item = h(
+      'div',
+      { class: `toast toast-${tone}` },
       icon(tone === 'bad' ? 'alert' : tone === 'good' ? 'check' : 'info'),
-      h('span', {class: 'grow'}, text),
-      action && h('button', {class: 'btn btn-small', type: 'button', onclick: () => {
-        close();
-        action.run();
-      }}, action.label),
-      h('button', {class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': 'Close this notice', onclick: close}, icon('close')));
+      h('span', { class: 'grow' }, text),
+      action &&
+        h(
+          'button',
+          {
+            class: 'btn btn-small',
+            type: 'button',
+            onclick: () => {
+              close();
+              action.run();
+            },
+          },
+          action.label,
+        ),
+      h(
+        'button',
+        { class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': 'Close this notice', onclick: close },
+        icon('close'),
+      ),
+    );
     let timer = setTimeout(close, STAY);
     // Nobody loses a notice while reading it.
     item.addEventListener('pointerenter', () => clearTimeout(timer));
@@ -61,16 +77,17 @@ export function createToasts(app) {
       timer = setTimeout(close, STAY);
     });
     item.dataset.topic = topic ?? text;
-    if (!stays) passing.set(item, {place: parseRoute(location.hash), close});
-    for (const older of element.querySelectorAll('.toast')) if (/** @type {HTMLElement} */ (older).dataset.topic === item.dataset.topic) older.remove();
+    if (!stays) passing.set(item, { place: parseRoute(location.hash), close });
+    for (const older of element.querySelectorAll('.toast'))
+      if (/** @type {HTMLElement} */ (older).dataset.topic === item.dataset.topic) older.remove();
     place();
     element.append(item);
     while (element.childElementCount > 4) element.firstElementChild?.remove();
   }
 
-  document.addEventListener(TOAST, (event) => show(/** @type {CustomEvent} */ (event).detail), {signal});
-  document.addEventListener(OVER, () => [...passing.values()].forEach(({close}) => close()), {signal});
-  addEventListener('resize', place, {signal});
+  document.addEventListener(TOAST, (event) => show(/** @type {CustomEvent} */ (event).detail), { signal });
+  document.addEventListener(OVER, () => [...passing.values()].forEach(({ close }) => close()), { signal });
+  addEventListener('resize', place, { signal });
   return {
     element,
     update(state) {

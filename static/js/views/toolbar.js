@@ -29,7 +29,20 @@ const BAR = [
   ['Beside the picture', ['recording-view', 'scene3d-view']],
 ];
 /** Groups whose buttons carry their names first where there is room. */
-const NAMED_FIRST = ['Verdict', 'Label', 'Boxes and tracks', 'Follow', 'Visibility', 'View', 'Queue', 'Files', 'History', 'Beside the picture', 'Key frames', 'Frames'];
+const NAMED_FIRST = [
+  'Verdict',
+  'Label',
+  'Boxes and tracks',
+  'Follow',
+  'Visibility',
+  'View',
+  'Queue',
+  'Files',
+  'History',
+  'Beside the picture',
+  'Key frames',
+  'Frames',
+];
 /** @type {Record<string, (review: import('../state-types.js').ReviewState) => boolean>} */
 const PRESSED = {
   play: (review) => review.playing,
@@ -60,18 +73,36 @@ export function createToolbar(app) {
   const element = h('div', { class: 'toolbar', role: 'toolbar', 'aria-label': 'Operations' });
   /** @type {[Operation, HTMLButtonElement][]} */
   const buttons = [];
-  const groups = BAR.map(([name, ids]) => h('div', { class: 'toolbar-group', role: 'group', 'aria-label': name }, ids.flatMap((id) => {
-    const operation = app.operations.find((candidate) => candidate.id === id);
-    if (!operation?.icon || !isIcon(operation.icon)) return [];
-    const button = h('button', {
-      class: 'btn btn-quiet', type: 'button', tabIndex: -1, 'aria-label': operation.label, dataset: { operation: id },
-      onclick: () => runOperation(app, operation, toast),
-    }, icon(operation.icon), h('span', null, operation.short ?? operation.label));
-    buttons.push([operation, button]);
-    return [button];
-  })));
+  const groups = BAR.map(([name, ids]) =>
+    h(
+      'div',
+      { class: 'toolbar-group', role: 'group', 'aria-label': name },
+      ids.flatMap((id) => {
+        const operation = app.operations.find((candidate) => candidate.id === id);
+        if (!operation?.icon || !isIcon(operation.icon)) return [];
+        const button = h(
+          'button',
+          {
+            class: 'btn btn-quiet',
+            type: 'button',
+            tabIndex: -1,
+            'aria-label': operation.label,
+            dataset: { operation: id },
+            onclick: () => runOperation(app, operation, toast),
+          },
+          icon(operation.icon),
+          h('span', null, operation.short ?? operation.label),
+        );
+        buttons.push([operation, button]);
+        return [button];
+      }),
+    ),
+  );
   element.append(...groups);
-  roveFocus(element, buttons.map(([, button]) => button));
+  roveFocus(
+    element,
+    buttons.map(([, button]) => button),
+  );
   const observer = new ResizeObserver(() => nameButtons(element, groups));
   observer.observe(element);
   leaveKeysToPicture(element);

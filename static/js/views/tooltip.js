@@ -4,7 +4,7 @@
  * so this is for the eyes.
  */
 
-import {h, setText} from './dom.js';
+import { h, setText } from './dom.js';
 
 /** Between a control and its tooltip, CSS px. */
 const GAP = 6;
@@ -15,7 +15,7 @@ const GAP = 6;
  */
 export function createTooltip(signal) {
   // a popover lies over dialogs too
-  const element = h('div', {class: 'tooltip', popover: 'manual', 'aria-hidden': 'true'});
+  const element = h('div', { class: 'tooltip', popover: 'manual', 'aria-hidden': 'true' });
   /** @type {Element|null} */
   let of = null;
 
@@ -24,25 +24,33 @@ export function createTooltip(signal) {
     if (element.matches(':popover-open')) element.hidePopover();
   }
 
-  document.addEventListener('focusin', ({target}) => {
-    hide();
-    if (!(target instanceof HTMLElement) || !target.title || !target.matches(':focus-visible')) return;
-    of = target;
-    setText(element, target.title);
-    element.showPopover();
-    const control = target.getBoundingClientRect();
-    const {width, height} = element.getBoundingClientRect();
-    const below = control.bottom + GAP;
-    const top = below + height <= innerHeight ? below : control.top - GAP - height;
-    const left = Math.min(control.left + control.width / 2 - width / 2, innerWidth - width - GAP);
-    element.style.setProperty('left', `${Math.max(GAP, left)}px`);
-    element.style.setProperty('top', `${Math.max(GAP, top)}px`);
-  }, {signal});
-  document.addEventListener('focusout', hide, {signal});
-  document.addEventListener('pointerdown', hide, {signal, capture: true});
-  document.addEventListener('scroll', () => of && hide(), {signal, capture: true, passive: true});
-  document.addEventListener('keydown', ({key}) => {
-    if (key === 'Escape') hide();
-  }, {signal, capture: true});
+  document.addEventListener(
+    'focusin',
+    ({ target }) => {
+      hide();
+      if (!(target instanceof HTMLElement) || !target.title || !target.matches(':focus-visible')) return;
+      of = target;
+      setText(element, target.title);
+      element.showPopover();
+      const control = target.getBoundingClientRect();
+      const { width, height } = element.getBoundingClientRect();
+      const below = control.bottom + GAP;
+      const top = below + height <= innerHeight ? below : control.top - GAP - height;
+      const left = Math.min(control.left + control.width / 2 - width / 2, innerWidth - width - GAP);
+      element.style.setProperty('left', `${Math.max(GAP, left)}px`);
+      element.style.setProperty('top', `${Math.max(GAP, top)}px`);
+    },
+    { signal },
+  );
+  document.addEventListener('focusout', hide, { signal });
+  document.addEventListener('pointerdown', hide, { signal, capture: true });
+  document.addEventListener('scroll', () => of && hide(), { signal, capture: true, passive: true });
+  document.addEventListener(
+    'keydown',
+    ({ key }) => {
+      if (key === 'Escape') hide();
+    },
+    { signal, capture: true },
+  );
   return element;
 }

@@ -31,8 +31,30 @@ export function createPerson(app) {
       shown = person;
       element.hidden = person === null;
       if (person === null) return;
-      fill(element, h('a', { class: 'nav-link', href: `#/team/${encodeURIComponent(person.name)}`, title: `${person.name}, ${person.role}: what you have done` }, h('span', { class: 'topbar-name truncate', dir: 'auto' }, person.name)),
-        person.can_sign_out && h('button', { class: 'btn btn-quiet btn-icon', type: 'button', title: `Sign out ${person.name}`, 'aria-label': 'Sign out', onclick: () => void leave() }, icon('leave')));
+      fill(
+        element,
+        h(
+          'a',
+          {
+            class: 'nav-link',
+            href: `#/team/${encodeURIComponent(person.name)}`,
+            title: `${person.name}, ${person.role}: what you have done`,
+          },
+          h('span', { class: 'topbar-name truncate', dir: 'auto' }, person.name),
+        ),
+        person.can_sign_out &&
+          h(
+            'button',
+            {
+              class: 'btn btn-quiet btn-icon',
+              type: 'button',
+              title: `Sign out ${person.name}`,
+              'aria-label': 'Sign out',
+              onclick: () => void leave(),
+            },
+            icon('leave'),
+          ),
+      );
     },
     destroy: () => element.remove(),
   };

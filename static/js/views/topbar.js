@@ -1,80 +1,159 @@
 // @ts-check
 /** The top bar: product, video and run, whether everything is saved, theme, help. */
 
-import {formatRoute} from '../model/route.js';
-import {listRuns} from '../model/run_groups.js';
-import {openDialog, setTheme} from '../store/actions/page.js';
-import {unsavedOf} from '../store/unsaved.js';
-import {isActive} from './output-words.js';
-import {runOperation} from '../operations/registry.js';
-import {fill, h, leaveKeysToPicture, setAttribute, setText} from './dom.js';
-import {icon, isIcon} from './icons.js';
-import {modelsTag} from './model-words.js';
-import {createPerson} from './topbar-person.js';
-import {runTitle} from '../model/run_words.js';
-import {toast} from '../core/toast.js';
+import { formatRoute } from '../model/route.js';
+import { listRuns } from '../model/run_groups.js';
+import { openDialog, setTheme } from '../store/actions/page.js';
+import { unsavedOf } from '../store/unsaved.js';
+import { isActive } from './output-words.js';
+import { runOperation } from '../operations/registry.js';
+import { fill, h, leaveKeysToPicture, setAttribute, setText } from './dom.js';
+import { icon, isIcon } from './icons.js';
+import { modelsTag } from './model-words.js';
+import { createPerson } from './topbar-person.js';
+import { runTitle } from '../model/run_words.js';
+import { toast } from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
 
-const THEMES = /** @type {const} */ ({auto: ['light', 'Theme: as the system'], light: ['dark', 'Theme: light'], dark: ['auto', 'Theme: dark']});
+const THEMES = /** @type {const} */ ({
+  auto: ['light', 'Theme: as the system'],
+  light: ['dark', 'Theme: light'],
+  dark: ['auto', 'Theme: dark'],
+});
 
 /**
  * @param {App} app
  * @returns {import('../page-types.js').View}
  */
 export function createTopBar(app) {
-  const {store} = app;
-  const videos = h('select', {class: 'select topbar-video', 'aria-label': 'Video', onchange: () => {
-    location.hash = formatRoute({screen: 'review', video: videos.value, run: null, frame: null, track: null});
-  }});
-  const runs = h('select', {class: 'select topbar-run', 'aria-label': 'Run', onchange: () => {
-    const route = store.get().route;
-    if (route.screen === 'review') location.hash = formatRoute({...route, run: runs.value, track: null});
-  }});
-  const manage = h('button', {class: 'btn', type: 'button', title: 'Start a run, see the runs of this video, remove them', onclick: () => {
-    const {route} = store.get();
-    if (route.screen === 'review') store.dispatch((state) => openDialog(state, {kind: 'run', data: {video: route.video}}));
-  }}, icon('run'), h('span', {class: 'topbar-words'}, 'Runs'));
-  const compare = h('button', {class: 'btn', type: 'button', title: 'Compare this run with another, with its corrections or with ground truth', onclick: () => {
-    const {route, review} = store.get();
-    if (route.screen === 'review') store.dispatch((state) => openDialog(state, {kind: 'compare', data: {video: route.video, run: review?.run?.id ?? route.run}}));
-  }}, icon('compare'), h('span', {class: 'topbar-words'}, 'Compare'));
-  const chooser = h('div', {class: 'topbar-chooser row', hidden: true}, videos, runs, manage, compare);
-  const save = app.operations.find(({id}) => id === 'save');
-  const saved = h('button', {class: 'btn btn-quiet saved', type: 'button', title: save?.tooltip, onclick: () => save && runOperation(app, save, toast)});
+  const { store } = app;
+  const videos = h('select', {
+    class: 'select topbar-video',
+    'aria-label': 'Video',
+    onchange: () => {
+      location.hash = formatRoute({ screen: 'review', video: videos.value, run: null, frame: null, track: null });
+    },
+  });
+  const runs = h('select', {
+    class: 'select topbar-run',
+    'aria-label': 'Run',
+    onchange: () => {
+      const route = store.get().route;
+      if (route.screen === 'review') location.hash = formatRoute({ ...route, run: runs.value, track: null });
+    },
+  });
+  const manage = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      title: 'Start a run, see the runs of this video, remove them',
+      onclick: () => {
+        const { route } = store.get();
+        if (route.screen === 'review') store.dispatch((state) => openDialog(state, { kind: 'run', data: { video: route.video } }));
+      },
+    },
+    icon('run'),
+    h('span', { class: 'topbar-words' }, 'Runs'),
+  );
+  const compare = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      title: 'Compare this run with another, with its corrections or with ground truth',
+      onclick: () => {
+        const { route, review } = store.get();
+        if (route.screen === 'review')
+          store.dispatch((state) =>
+            openDialog(state, { kind: 'compare', data: { video: route.video, run: review?.run?.id ?? route.run } }),
+          );
+      },
+    },
+    icon('compare'),
+    h('span', { class: 'topbar-words' }, 'Compare'),
+  );
+  const chooser = h('div', { class: 'topbar-chooser row', hidden: true }, videos, runs, manage, compare);
+  const save = app.operations.find(({ id }) => id === 'save');
+  const saved = h('button', {
+    class: 'btn btn-quiet saved',
+    type: 'button',
+    title: save?.tooltip,
+    onclick: () => save && runOperation(app, save, toast),
+  });
   leaveKeysToPicture(saved);
   // what stands in a button is not told when it changes
-  const spoken = h('span', {class: 'visually-hidden', role: 'status'});
-  const theme = h('button', {class: 'btn btn-quiet btn-icon', type: 'button', onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0]))});
+  const spoken = h('span', { class: 'visually-hidden', role: 'status' });
+  const theme = h('button', {
+    class: 'btn btn-quiet btn-icon',
+    type: 'button',
+    onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0])),
+  });
   const [palette, settings, help] = ['palette', 'preferences', 'help'].map((id) => pageButton(app, id));
   const person = createPerson(app);
-  const making = h('span', {class: 'nav-count', hidden: true});
+  const making = h('span', { class: 'nav-count', hidden: true });
   const links = [
-    h('a', {class: 'nav-link', href: '#/', dataset: {screen: 'library'}}, 'Library'),
-    h('a', {class: 'nav-link', href: '#/search', title: 'Find signs in all videos, and judge or relabel many at once', dataset: {screen: 'search'}}, 'Search'),
-    h('a', {class: 'nav-link', href: '#/files', dataset: {screen: 'files'}}, 'Files', making),
-    h('a', {class: 'nav-link', href: '#/labels', dataset: {screen: 'labels'}}, 'Labels'),
-    h('a', {class: 'nav-link', href: '#/models', dataset: {screen: 'models'}}, 'Models'),
-    h('a', {class: 'nav-link', href: '#/team', dataset: {screen: 'team'}, hidden: true}, 'Team'),
+    h('a', { class: 'nav-link', href: '#/', dataset: { screen: 'library' } }, 'Library'),
+    h(
+      'a',
+      {
+        class: 'nav-link',
+        href: '#/search',
+        title: 'Find signs in all videos, and judge or relabel many at once',
+        dataset: { screen: 'search' },
+      },
+      'Search',
+    ),
+    h('a', { class: 'nav-link', href: '#/files', dataset: { screen: 'files' } }, 'Files', making),
+    h('a', { class: 'nav-link', href: '#/labels', dataset: { screen: 'labels' } }, 'Labels'),
+    h('a', { class: 'nav-link', href: '#/models', dataset: { screen: 'models' } }, 'Models'),
+    h('a', { class: 'nav-link', href: '#/team', dataset: { screen: 'team' }, hidden: true }, 'Team'),
   ];
-  const element = h('header', {class: 'topbar'},
-    h('a', {class: 'brand', href: '#/', title: 'To the library'},
-      h('img', {class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20}), h('span', {class: 'topbar-words'}, 'tsr review')),
-    h('nav', {class: 'topbar-nav', 'aria-label': 'Screens'}, ...links),
+  const element = h(
+    'header',
+    { class: 'topbar' },
+    h(
+      'a',
+      { class: 'brand', href: '#/', title: 'To the library' },
+      h('img', { class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20 }),
+      h('span', { class: 'topbar-words' }, 'tsr review'),
+    ),
+    h('nav', { class: 'topbar-nav', 'aria-label': 'Screens' }, ...links),
     chooser,
-    h('div', {class: 'grow'}), saved, spoken, person.element, palette, theme, settings, help);
+    h('div', { class: 'grow' }),
+    saved,
+    spoken,
+    person.element,
+    palette,
+    theme,
+    settings,
+    help,
+  );
   /** @type {Partial<State>} */
   let last = {};
 
   return {
     element,
     update(state) {
-      if (state.videos !== last.videos || state.runs !== last.runs || state.models !== last.models || state.route !== last.route || state.review?.run !== last.review?.run) {
+      if (
+        state.videos !== last.videos ||
+        state.runs !== last.runs ||
+        state.models !== last.models ||
+        state.route !== last.route ||
+        state.review?.run !== last.review?.run
+      ) {
         showChooser(state, chooser, videos, runs);
         for (const link of links) setAttribute(link, 'aria-current', link.dataset.screen === state.route.screen ? 'page' : null);
       }
-      if (state.connection !== last.connection || state.review?.unsaved !== last.review?.unsaved || state.elsewhere !== last.elsewhere || state.route !== last.route) showSaved(state, saved, spoken);
+      if (
+        state.connection !== last.connection ||
+        state.review?.unsaved !== last.review?.unsaved ||
+        state.elsewhere !== last.elsewhere ||
+        state.route !== last.route
+      )
+        showSaved(state, saved, spoken);
       if (state.outputs !== last.outputs) {
         const busy = (state.outputs ?? []).filter(isActive).length;
         making.hidden = busy === 0;
@@ -98,7 +177,17 @@ export function createTopBar(app) {
 function pageButton(app, id) {
   const operation = app.operations.find((one) => one.id === id);
   if (!operation?.icon || !isIcon(operation.icon)) throw new RangeError(`There is no operation ${id} with an icon.`);
-  return h('button', {class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': operation.label, title: operation.tooltip, onclick: () => runOperation(app, operation)}, icon(operation.icon));
+  return h(
+    'button',
+    {
+      class: 'btn btn-quiet btn-icon',
+      type: 'button',
+      'aria-label': operation.label,
+      title: operation.tooltip,
+      onclick: () => runOperation(app, operation),
+    },
+    icon(operation.icon),
+  );
 }
 
 /**
@@ -108,12 +197,22 @@ function pageButton(app, id) {
  * @param {HTMLSelectElement} runs
  */
 function showChooser(state, chooser, videos, runs) {
-  const {route} = state;
+  const { route } = state;
   chooser.hidden = route.screen !== 'review';
   if (route.screen !== 'review') return;
-  options(videos, (state.videos ?? []).filter((video) => video.state === 'ready').map((video) => [video.id, video.name]), route.video, 'not in the library');
+  options(
+    videos,
+    (state.videos ?? []).filter((video) => video.state === 'ready').map((video) => [video.id, video.name]),
+    route.video,
+    'not in the library',
+  );
   const own = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
-  options(runs, listRuns(own).map(({run, under}) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelsTag(run, state.models)}`]), state.review?.run?.id ?? route.run ?? '', 'not there any more');
+  options(
+    runs,
+    listRuns(own).map(({ run, under }) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelsTag(run, state.models)}`]),
+    state.review?.run?.id ?? route.run ?? '',
+    'not there any more',
+  );
   runs.hidden = own.length === 0;
 }
 
@@ -125,9 +224,11 @@ function showChooser(state, chooser, videos, runs) {
  */
 function options(select, pairs, chosen, absent) {
   if (chosen && pairs.length && !pairs.some(([value]) => value === chosen)) pairs = [[chosen, absent], ...pairs];
-  const same = select.options.length === pairs.length && pairs.every(([value, text], at) => select.options[at].value === value && select.options[at].text === text);
+  const same =
+    select.options.length === pairs.length &&
+    pairs.every(([value, text], at) => select.options[at].value === value && select.options[at].text === text);
   // An open list must not change under the pointer for nothing.
-  if (!same) fill(select, ...pairs.map(([value, text]) => h('option', {value}, text)));
+  if (!same) fill(select, ...pairs.map(([value, text]) => h('option', { value }, text)));
   if (select.value !== chosen) select.value = chosen;
   // where room is little the bar cuts the name
   setAttribute(select, 'title', pairs.find(([value]) => value === chosen)?.[1] ?? null);
@@ -139,7 +240,7 @@ function options(select, pairs, chosen, absent) {
  * @param {HTMLElement} spoken
  */
 function showSaved(state, saved, spoken) {
-  const {unsaved, held} = unsavedOf(state);
+  const { unsaved, held } = unsavedOf(state);
   const offline = state.connection === 'offline';
   const kind = offline ? 'offline' : held ? 'held' : unsaved ? 'unsaved' : 'saved';
   saved.hidden = state.route.screen !== 'review' && !offline && unsaved === 0;
@@ -151,7 +252,7 @@ function showSaved(state, saved, spoken) {
 }
 
 /** @type {Record<'offline'|'held'|'unsaved'|'saved', import('./icons.js').IconName>} */
-const ICONS = {offline: 'offline', held: 'alert', unsaved: 'refresh', saved: 'saved'};
+const ICONS = { offline: 'offline', held: 'alert', unsaved: 'refresh', saved: 'saved' };
 
 /**
  * @param {boolean} offline

@@ -1,11 +1,11 @@
 // @ts-check
 /** What a what-if changed: tracks gained, lost, switched, relabelled; each opens its frame. */
 
-import {engineName} from '../model/labels.js';
-import {formatRoute} from '../model/route.js';
-import {h} from './dom.js';
-import {openOver} from './open-over.js';
-import {count, plural} from '../model/format.js';
+import { engineName } from '../model/labels.js';
+import { formatRoute } from '../model/route.js';
+import { h } from './dom.js';
+import { openOver } from './open-over.js';
+import { count, plural } from '../model/format.js';
 
 /** @typedef {import('../types.js').Run} Run */
 /** @typedef {import('../types.js').Label} Label */
@@ -32,10 +32,13 @@ export function changesOf(run, kind, labels) {
   /** @param {number|null} id @param {string|null|undefined} word */
   const name = (id, word) => engineName(labels, id, word);
   return entries.map((entry, at) => {
-    const text = kind === 'switched' ? `into ${entry.parts.length} parts at frame ${count(entry.frame)}`
-      : kind === 'relabelled' ? `${name(entry.before, entry.words?.[0])} → ${name(entry.after, entry.words?.[1])}`
-      : `${name(entry.class_id, entry.word)}, frames ${count(entry.frame)}–${count(entry.last)}`;
-    return {key: `${kind}${at}`, text, frame: entry.frame, track: entry.track, own: kind === 'gained' || kind === 'relabelled'};
+    const text =
+      kind === 'switched'
+        ? `into ${entry.parts.length} parts at frame ${count(entry.frame)}`
+        : kind === 'relabelled'
+          ? `${name(entry.before, entry.words?.[0])} → ${name(entry.after, entry.words?.[1])}`
+          : `${name(entry.class_id, entry.word)}, frames ${count(entry.frame)}–${count(entry.last)}`;
+    return { key: `${kind}${at}`, text, frame: entry.frame, track: entry.track, own: kind === 'gained' || kind === 'relabelled' };
   });
 }
 
@@ -55,31 +58,54 @@ export function changedFrames(run) {
  * @param {{close?: () => void}} [options]
  * @returns {HTMLElement}
  */
-export function changeList(app, run, {close} = {}) {
-  const {labels} = app.store.get();
+export function changeList(app, run, { close } = {}) {
+  const { labels } = app.store.get();
   const counts = run.summary.difference?.counts ?? {};
   const total = KINDS.reduce((sum, [kind]) => sum + (counts[kind] ?? 0), 0);
   const changed = changedFrames(run);
-  if (total === 0 && changed === 0) return h('p', {class: 'muted'}, 'Nothing changes: every frame comes out as before.');
+  if (total === 0 && changed === 0) return h('p', { class: 'muted' }, 'Nothing changes: every frame comes out as before.');
   const frames = `${count(changed)} of ${plural(run.frames_done, 'frame')} ${changed === 1 ? 'differs' : 'differ'} in boxes, verdicts or votes.`;
-  if (total === 0) return h('p', {class: 'muted'}, `The same tracks, with the same classes. ${frames} Compare shows by how much.`);
+  if (total === 0) return h('p', { class: 'muted' }, `The same tracks, with the same classes. ${frames} Compare shows by how much.`);
   /** @param {Change} change */
   function open(change) {
     close?.();
     // Entries of the replay open it as the run, those of the run open the run; the other one lies over it.
-    const shown = change.own ? run.id : run.parent_id ?? run.id;
+    const shown = change.own ? run.id : (run.parent_id ?? run.id);
     const over = change.own ? run.parent_id : run.id;
-    openOver(app, shown, {second: over === null ? null : {run: over, corrected: false}});
-    location.hash = formatRoute({screen: 'review', video: run.video_id, run: shown, frame: change.frame, track: `m${change.track}`});
+    openOver(app, shown, { second: over === null ? null : { run: over, corrected: false } });
+    location.hash = formatRoute({ screen: 'review', video: run.video_id, run: shown, frame: change.frame, track: `m${change.track}` });
   }
-  return h('div', {class: 'changes'}, h('p', {class: 'muted small'}, frames), ...KINDS.map(([kind, title, text]) => {
-    const changes = changesOf(run, kind, labels);
-    const all = counts[kind] ?? changes.length;
-    return h('details', {class: 'details changes-kind', open: changes.length > 0 && changes.length <= 40},
-      h('summary', {title: text}, title, h('span', {class: `badge ${all ? 'badge-accent' : ''}`}, count(all))),
-      h('ul', {class: 'changes-list'}, ...changes.map((change) => h('li', null, h('button', {class: 'change-row', type: 'button', onclick: () => open(change)},
-        h('span', {class: 'mono'}, `#${change.track}`), h('span', {class: 'truncate grow'}, change.text), h('span', {class: 'muted small'}, `frame ${count(change.frame)}`))))),
-      all > changes.length && h('p', {class: 'muted small'}, `The first ${count(changes.length)} of ${count(all)}.`),
-      all === 0 && h('p', {class: 'muted small'}, 'None.'));
-  }));
+  return h(
+    'div',
+    { class: 'changes' },
+    h('p', { class: 'muted small' }, frames),
+    ...KINDS.map(([kind, title, text]) => {
+      const changes = changesOf(run, kind, labels);
+      const all = counts[kind] ?? changes.length;
+      return h(
+        'details',
+        { class: 'details changes-kind', open: changes.length > 0 && changes.length <= 40 },
+        h('summary', { title: text }, title, h('span', { class: `badge ${all ? 'badge-accent' : ''}` }, count(all))),
+        h(
+          'ul',
+          { class: 'changes-list' },
+          ...changes.map((change) =>
+            h(
+              'li',
+              null,
+              h(
+                'button',
+                { class: 'change-row', type: 'button', onclick: () => open(change) },
+                h('span', { class: 'mono' }, `#${change.track}`),
+                h('span', { class: 'truncate grow' }, change.text),
+                h('span', { class: 'muted small' }, `frame ${count(change.frame)}`),
+              ),
+            ),
+          ),
+        ),
+        all > changes.length && h('p', { class: 'muted small' }, `The first ${count(changes.length)} of ${count(all)}.`),
+        all === 0 && h('p', { class: 'muted small' }, 'None.'),
+      );
+    }),
+  );
 }

@@ -41,16 +41,39 @@ export function createWorkStrip(app) {
   let shown = '';
 
   /** @param {string} label @param {string} title @param {() => void} run @param {boolean} [primary] */
-  const button = (label, title, run, primary = false) => h('button', { class: `btn btn-small ${primary ? 'btn-primary' : ''}`, type: 'button', title, onclick: run }, label);
+  const button = (label, title, run, primary = false) =>
+    h('button', { class: `btn btn-small ${primary ? 'btn-primary' : ''}`, type: 'button', title, onclick: run }, label);
 
   /** @param {Assignment} work @param {boolean} own @param {boolean} reviewer */
   function actions(work, own, reviewer) {
     const found = [];
-    if (own && (work.state === 'assigned' || work.state === 'returned')) found.push(button('Hand in', 'You are done: a reviewer looks at it', () => void changeWork(app, work, { state: 'in_review' }, 'Your work is handed in.'), true));
-    if (own && work.state === 'in_review') found.push(button('Take back', 'You go on working on it', () => void changeWork(app, work, { state: 'assigned' }, 'The work is yours again.')));
+    if (own && (work.state === 'assigned' || work.state === 'returned'))
+      found.push(
+        button(
+          'Hand in',
+          'You are done: a reviewer looks at it',
+          () => void changeWork(app, work, { state: 'in_review' }, 'Your work is handed in.'),
+          true,
+        ),
+      );
+    if (own && work.state === 'in_review')
+      found.push(
+        button('Take back', 'You go on working on it', () => void changeWork(app, work, { state: 'assigned' }, 'The work is yours again.')),
+      );
     if (reviewer && work.state === 'in_review') {
-      found.push(button('Done', 'Nothing is left to do', () => void changeWork(app, work, { state: 'done' }, `The work of ${work.person} is done.`), !own));
-      found.push(button('Return …', 'Say what is to be done again', () => app.store.dispatch((state) => openDialog(state, { kind: 'return-work', data: { assignment: work } }))));
+      found.push(
+        button(
+          'Done',
+          'Nothing is left to do',
+          () => void changeWork(app, work, { state: 'done' }, `The work of ${work.person} is done.`),
+          !own,
+        ),
+      );
+      found.push(
+        button('Return …', 'Say what is to be done again', () =>
+          app.store.dispatch((state) => openDialog(state, { kind: 'return-work', data: { assignment: work } })),
+        ),
+      );
     }
     return found;
   }
@@ -68,13 +91,31 @@ export function createWorkStrip(app) {
       if (work === null) return;
       const own = work.person === state.session?.person?.name;
       const following = app.operations.find(({ id }) => id === 'next-work');
-      fill(element,
+      fill(
+        element,
         h('span', { class: `state-chip state-${work.state}` }, STATES[work.state]),
         h('span', { class: 'truncate' }, `${own ? 'Your work' : `Work of ${work.person}`}: ${framesOf(work)}`),
-        work.comment && h('span', { class: 'work-comment truncate grow', dir: 'auto', title: `${work.changed_by}: ${work.comment}` }, `“${work.comment}”`),
+        work.comment &&
+          h(
+            'span',
+            { class: 'work-comment truncate grow', dir: 'auto', title: `${work.changed_by}: ${work.comment}` },
+            `“${work.comment}”`,
+          ),
         !work.comment && h('span', { class: 'grow' }),
         ...actions(work, own, may(state.session, 'reviewer')),
-        following && others > 0 && h('button', { class: 'btn btn-small', type: 'button', title: following.tooltip, onclick: () => runOperation(app, following, (reason) => toast(reason)) }, `Next (${others})`));
+        following &&
+          others > 0 &&
+          h(
+            'button',
+            {
+              class: 'btn btn-small',
+              type: 'button',
+              title: following.tooltip,
+              onclick: () => runOperation(app, following, (reason) => toast(reason)),
+            },
+            `Next (${others})`,
+          ),
+      );
     },
     destroy: () => element.remove(),
   };

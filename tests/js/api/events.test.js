@@ -1,10 +1,10 @@
 // @ts-check
 import assert from 'node:assert/strict';
-import {test} from 'node:test';
-import {createParser, openStream} from '../../../static/js/api/events.js';
+import { test } from 'node:test';
+import { createParser, openStream } from '../../../static/js/api/events.js';
 
 /** @param {string} text @param {number} size @returns {string[]} */
-const pieces = (text, size) => Array.from({length: Math.ceil(text.length / size)}, (_, at) => text.slice(at * size, (at + 1) * size));
+const pieces = (text, size) => Array.from({ length: Math.ceil(text.length / size) }, (_, at) => text.slice(at * size, (at + 1) * size));
 
 test('messages come out whole, however the text is cut and whichever line ends it has', () => {
   for (const end of ['\n', '\r\n', '\r']) {
@@ -15,7 +15,14 @@ test('messages come out whole, however the text is cut and whichever line ends i
       const parse = createParser((message) => seen.push(message));
       pieces(text, size).forEach(parse);
       parse('\n');
-      assert.deepEqual(seen, [{id: '5', event: 'change', data: '{"a":\n1}'}, {id: '6', event: 'message', data: 'x'}], `${JSON.stringify(end)} by ${size}`);
+      assert.deepEqual(
+        seen,
+        [
+          { id: '5', event: 'change', data: '{"a":\n1}' },
+          { id: '6', event: 'message', data: 'x' },
+        ],
+        `${JSON.stringify(end)} by ${size}`,
+      );
     }
   }
 });
@@ -40,28 +47,38 @@ async function play(script) {
   const finished = new Promise((resolve) => {
     finish = () => resolve(undefined);
   });
-  const fetch = /** @type {any} */ (async (/** @type {string} */ _, /** @type {RequestInit} */ init) => {
-    asked.push(new Headers(init.headers).get('Last-Event-ID'));
-    const next = script.shift();
-    if (next === undefined) {
-      finish();
-      return new Promise(() => {});
+  const fetch = /** @type {any} */ (
+    async (/** @type {string} */ _, /** @type {RequestInit} */ init) => {
+      asked.push(new Headers(init.headers).get('Last-Event-ID'));
+      const next = script.shift();
+      if (next === undefined) {
+        finish();
+        return new Promise(() => {});
+      }
+      return typeof next === 'number' ? new Response('', { status: next }) : new Response(next);
     }
-    return typeof next === 'number' ? new Response('', {status: next}) : new Response(next);
-  });
+  );
   const stream = openStream({
-    fetch, onEvent: (event) => seen.push(event.seq), onConnection: (state) => states.push(state), onStorage: (text) => storage.push(text), onReset: () => (resets += 1), onDenied: () => (denied += 1),
+    fetch,
+    onEvent: (event) => seen.push(event.seq),
+    onConnection: (state) => states.push(state),
+    onStorage: (text) => storage.push(text),
+    onReset: () => (resets += 1),
+    onDenied: () => (denied += 1),
     wait: async (ms) => {
       waits.push(ms);
     },
   });
   await finished;
   stream.close();
-  return {seen, asked, states, waits, storage, resets, denied};
+  return { seen, asked, states, waits, storage, resets, denied };
 }
 
 test('a broken stream goes on after the last number, without gap and without double', async () => {
-  const found = await play([`id: 3\nevent: hello\ndata: {"seq": 3}\n\n${change(4)}${change(5)}`, `id: 5\nevent: hello\ndata: {}\n\n${change(5)}${change(6)}`]);
+  const found = await play([
+    `id: 3\nevent: hello\ndata: {"seq": 3}\n\n${change(4)}${change(5)}`,
+    `id: 5\nevent: hello\ndata: {}\n\n${change(5)}${change(6)}`,
+  ]);
   assert.deepEqual(found.seen, [4, 5, 6]);
   assert.deepEqual(found.asked, [null, '5', '6']);
   assert.deepEqual(found.states, ['online', 'offline', 'online', 'offline']);

@@ -35,13 +35,30 @@ beforeEach(() => {
   const page = Object.assign(new EventTarget(), { querySelector: () => (dialog.open ? {} : null) });
   Object.assign(globalThis, { document: page, Element: Part });
   /** @param {string[]} keys @param {boolean} repeats */
-  const operation = (keys, repeats) => ({ id: keys[0], keys, repeats, available: () => true, disabled: () => null, run: () => done.push(keys[0]) });
+  const operation = (keys, repeats) => ({
+    id: keys[0],
+    keys,
+    repeats,
+    available: () => true,
+    disabled: () => null,
+    run: () => done.push(keys[0]),
+  });
   const operations = [
-    operation(['A'], false), operation(['Del'], false), operation(['F'], true), operation(['1'], false), operation(['8'], false), operation(['Shift+8'], false),
+    operation(['A'], false),
+    operation(['Del'], false),
+    operation(['F'], true),
+    operation(['1'], false),
+    operation(['8'], false),
+    operation(['Shift+8'], false),
     ...['ArrowLeft', 'ArrowDown', 'Alt+ArrowLeft', 'Shift+ArrowDown', 'Home'].map((key) => operation([key], true)),
-    operation(['Space'], false), operation(['Escape'], false),
+    operation(['Space'], false),
+    operation(['Escape'], false),
   ];
-  listenToKeys(/** @type {any} */ ({ operations, store: { get: () => ({ review: null, dialog: dialog.asked }) }, signal: ended.signal }), () => {}, () => (dialog.open = true));
+  listenToKeys(
+    /** @type {any} */ ({ operations, store: { get: () => ({ review: null, dialog: dialog.asked }) }, signal: ended.signal }),
+    () => {},
+    () => (dialog.open = true),
+  );
 });
 afterEach(() => {
   ended.abort();
@@ -103,7 +120,7 @@ test('a key that is held judges one track, and steps on through the frames', () 
   assert.deepEqual(done, ['A', 'Del', 'F', 'F', 'F', 'F']);
 });
 
-test('the arrows are the review\'s after a click on a row or a button, so Alt and an arrow never leave the page', () => {
+test("the arrows are the review's after a click on a row or a button, so Alt and an arrow never leave the page", () => {
   const row = new Part('[tabindex="0"]', { scrollHeight: 900, clientHeight: 300 });
   const button = new Part('button');
   for (const target of [row, button]) for (const key of ['ArrowLeft', 'ArrowDown']) press(key, {}, target);

@@ -11,10 +11,13 @@ import { rememberChoices, rememberedFewLabels, rememberedLayers, rememberedTheme
 test('theme, layers and labels are remembered with the choice, whether or not the page is drawn', async () => {
   /** @type {Map<string, string>} */
   const kept = new Map();
-  Object.defineProperty(globalThis, 'localStorage', { configurable: true, value: {
-    getItem: (/** @type {string} */ name) => kept.get(name) ?? null,
-    setItem: (/** @type {string} */ name, /** @type {string} */ value) => kept.set(name, value),
-  } });
+  Object.defineProperty(globalThis, 'localStorage', {
+    configurable: true,
+    value: {
+      getItem: (/** @type {string} */ name) => kept.get(name) ?? null,
+      setItem: (/** @type {string} */ name, /** @type {string} */ value) => kept.set(name, value),
+    },
+  });
   const store = createStore(openReview(initialState(), /** @type {any} */ ({ id: 'v' })));
   rememberChoices(store);
   const truth = store.get().layers.truth;

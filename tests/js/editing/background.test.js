@@ -107,20 +107,24 @@ test('what was done before the corrections had come is not dropped with the revi
 for (const { what, status, code } of [
   { what: 'whose video has become another file', status: 409, code: 'file_changed' },
   { what: 'that lies with another server', status: 503, code: 'elsewhere' },
-]) test(`a run ${what} holds up no other`, async () => {
-  const { editor, server, outbox } = await createWorld();
-  const { edit } = server;
-  let back = false;
-  server.edit = async (...given) => {
-    if (given[0] === RUN && !back) throw new ApiError(status, code, 'Not now.');
-    return edit(...given);
-  };
-  editor.edit(setBox('m1', 5, 20));
-  await outbox.put({ op_id: 'elsewhere', run: 's'.repeat(32), author: 'a', command: setBox('m2', 60, 20), seen: { m2: 0 } });
-  editor.close();
-  await soon();
-  assert.deepEqual((await outbox.all()).map(({ run }) => run), [RUN]);
-  back = true;
-  await soon();
-  assert.deepEqual([server.log, await outbox.all()], [['set_box', 'set_box'], []]);
-});
+])
+  test(`a run ${what} holds up no other`, async () => {
+    const { editor, server, outbox } = await createWorld();
+    const { edit } = server;
+    let back = false;
+    server.edit = async (...given) => {
+      if (given[0] === RUN && !back) throw new ApiError(status, code, 'Not now.');
+      return edit(...given);
+    };
+    editor.edit(setBox('m1', 5, 20));
+    await outbox.put({ op_id: 'elsewhere', run: 's'.repeat(32), author: 'a', command: setBox('m2', 60, 20), seen: { m2: 0 } });
+    editor.close();
+    await soon();
+    assert.deepEqual(
+      (await outbox.all()).map(({ run }) => run),
+      [RUN],
+    );
+    back = true;
+    await soon();
+    assert.deepEqual([server.log, await outbox.all()], [['set_box', 'set_box'], []]);
+  });

@@ -95,25 +95,41 @@ for (const status of [0, 401, 403, 500, 503, 507]) {
 }
 
 for (const { what, status, code, reason } of [
-  { what: 'another file lies in the place of the video', status: 409, code: 'file_changed', reason: 'drive.mp4 has changed since it was added. Put it back as it was, or add it as another video.' },
-  { what: 'another server holds the files of the run', status: 503, code: 'elsewhere', reason: 'The files of Run 1 lie with another server (desk:/data). Ask that one.' },
-  { what: 'the database restarts', status: 503, code: 'database_busy', reason: 'The database is away for a moment. The request can be repeated.' },
-]) test(`while ${what}, edits stay in sight and in the outbox, with the reason`, async () => {
-  const { editor, server, store, review, outbox, toasts } = await createWorld();
-  let tries = 0;
-  server.before = () => {
-    if (++tries < 3) throw new ApiError(status, code, reason);
-    const reported = store.get().banners.find(({ id }) => id === 'saving')?.text ?? '';
-    assert.ok(reported.startsWith(reason), reported);
-    assert.match(reported, /Your changes are kept in this page/);
-    assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
-    assert.equal(review().unsaved.length, 1);
-  };
-  editor.edit(setBox('m1', 5, 20));
-  assert.equal((await outbox.load(RUN)).length, 1);
-  await editor.settled(); // the file is back
-  assert.deepEqual([server.log, toasts, review().unsaved, store.get().banners], [['set_box'], [], [], []]);
-});
+  {
+    what: 'another file lies in the place of the video',
+    status: 409,
+    code: 'file_changed',
+    reason: 'drive.mp4 has changed since it was added. Put it back as it was, or add it as another video.',
+  },
+  {
+    what: 'another server holds the files of the run',
+    status: 503,
+    code: 'elsewhere',
+    reason: 'The files of Run 1 lie with another server (desk:/data). Ask that one.',
+  },
+  {
+    what: 'the database restarts',
+    status: 503,
+    code: 'database_busy',
+    reason: 'The database is away for a moment. The request can be repeated.',
+  },
+])
+  test(`while ${what}, edits stay in sight and in the outbox, with the reason`, async () => {
+    const { editor, server, store, review, outbox, toasts } = await createWorld();
+    let tries = 0;
+    server.before = () => {
+      if (++tries < 3) throw new ApiError(status, code, reason);
+      const reported = store.get().banners.find(({ id }) => id === 'saving')?.text ?? '';
+      assert.ok(reported.startsWith(reason), reported);
+      assert.match(reported, /Your changes are kept in this page/);
+      assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
+      assert.equal(review().unsaved.length, 1);
+    };
+    editor.edit(setBox('m1', 5, 20));
+    assert.equal((await outbox.load(RUN)).length, 1);
+    await editor.settled(); // the file is back
+    assert.deepEqual([server.log, toasts, review().unsaved, store.get().banners], [['set_box'], [], [], []]);
+  });
 
 test('what is said of a file that changed goes with its run, and so do the edits that wait for it', async () => {
   const { editor, server, store, outbox, end } = await createWorld();
@@ -255,7 +271,7 @@ test('undo goes to its frame, selects its track and says what it was; fast keys 
   assert.deepEqual(review().docs.m1.keys, {});
 });
 
-test('going to another run while a request is under way sends the new run\'s edits', async () => {
+test("going to another run while a request is under way sends the new run's edits", async () => {
   const { editor, server } = await createWorld(createServer());
   editor.edit(setBox('m1', 5, 20));
   editor.close();
@@ -296,10 +312,21 @@ test('an edit made before the corrections have come is kept over a reload, and s
   void editor.undo();
   await opened;
   await editor.settled();
-  assert.deepEqual(kept.map(({ command, seen }) => [command.name, seen]), [['set_box', { m1: 0 }], ['set_box', { m2: 0 }], ['set_box', { m7: 0 }], ['undo', {}]]);
+  assert.deepEqual(
+    kept.map(({ command, seen }) => [command.name, seen]),
+    [
+      ['set_box', { m1: 0 }],
+      ['set_box', { m2: 0 }],
+      ['set_box', { m7: 0 }],
+      ['undo', {}],
+    ],
+  );
   assert.deepEqual(server.log, ['set_box', 'set_box']);
   assert.deepEqual([review().unsaved.length, await outbox.all()], [0, []]);
-  assert.deepEqual(toasts.filter((text) => text.includes('earlier visit')), []);
+  assert.deepEqual(
+    toasts.filter((text) => text.includes('earlier visit')),
+    [],
+  );
 });
 
 test('what others do while the corrections are read is shown with what an earlier visit left, never without it', async () => {
@@ -334,7 +361,10 @@ test('what others do while the corrections are read is shown with what an earlie
 });
 
 test('sentences call tracks by their names', () => {
-  assert.equal(named('Track m2 has nothing on one side of frame 15. Split it in between.', {}), 'Track #2 has nothing on one side of frame 15. Split it in between.');
+  assert.equal(
+    named('Track m2 has nothing on one side of frame 15. Split it in between.', {}),
+    'Track #2 has nothing on one side of frame 15. Split it in between.',
+  );
   assert.equal(named('Frame 3 is no key frame of track h0123456789abcdef.', {}), 'Frame 3 is no key frame of track made by hand.');
   assert.equal(named('A track has had enough.', {}), 'A track has had enough.');
 });

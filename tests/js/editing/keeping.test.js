@@ -24,14 +24,33 @@ async function meet(theirs, mine) {
   for (const command of mine) world.editor.edit(command);
   await world.editor.settled();
   const { dialog } = world.store.get();
-  return { ...world, plan: /** @type {import('../../../static/js/dialog-types.js').DialogData['conflict']} */ (dialog?.kind === 'conflict' ? dialog.data : null) };
+  return {
+    ...world,
+    plan: /** @type {import('../../../static/js/dialog-types.js').DialogData['conflict']} */ (
+      dialog?.kind === 'conflict' ? dialog.data : null
+    ),
+  };
 }
 
 test('a deleted track is restored with the edit, and both versions show it', async () => {
-  const { plan, editor, server, review, toasts } = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m1', 5, 20), setBox('m1', 9, 30)]);
-  assert.deepEqual([plan.saved.map((/** @type {any} */ doc) => doc.gone), plan.mine.map((/** @type {any} */ doc) => doc.gone)], [[true], [false]]);
+  const { plan, editor, server, review, toasts } = await meet(
+    [{ name: 'delete_track', key: 'm1', frame: 0 }],
+    [setBox('m1', 5, 20), setBox('m1', 9, 30)],
+  );
+  assert.deepEqual(
+    [plan.saved.map((/** @type {any} */ doc) => doc.gone), plan.mine.map((/** @type {any} */ doc) => doc.gone)],
+    [[true], [false]],
+  );
   assert.deepEqual(Object.keys(plan.mine[0].keys), ['5', '9']);
-  assert.deepEqual(reported(plan, { m1: { author: 'Ann', time: '', name: 'delete_track', frame: 0 } }, (key) => `#${key.slice(1)}`, () => 'Monday'), ['Ann changed track #1 on Monday: track deleted.', 'Track #1 was deleted: “Keep mine” restores it.']);
+  assert.deepEqual(
+    reported(
+      plan,
+      { m1: { author: 'Ann', time: '', name: 'delete_track', frame: 0 } },
+      (key) => `#${key.slice(1)}`,
+      () => 'Monday',
+    ),
+    ['Ann changed track #1 on Monday: track deleted.', 'Track #1 was deleted: “Keep mine” restores it.'],
+  );
   plan.keepMine();
   await editor.settled();
   assert.deepEqual([server.docs.m1.gone, Object.keys(server.docs.m1.keys)], [false, ['5', '9']]);
@@ -39,7 +58,10 @@ test('a deleted track is restored with the edit, and both versions show it', asy
 });
 
 test('what was said of a merged track goes to the one that it is part of', async () => {
-  const { plan, editor, server, review, toasts } = await meet([{ name: 'merge', key: 'm1', frame: 0, others: ['m2'] }], [setBox('m2', 120, 20)]);
+  const { plan, editor, server, review, toasts } = await meet(
+    [{ name: 'merge', key: 'm1', frame: 0, others: ['m2'] }],
+    [setBox('m2', 120, 20)],
+  );
   assert.deepEqual([plan.moved, plan.mine.map((/** @type {any} */ doc) => doc.key)], [[{ key: 'm2', into: 'm1' }], ['m1']]);
   assert.match(reported(plan, {}, (key) => `#${key.slice(1)}`)[0], /#2 was merged into #1/);
   plan.keepMine();
@@ -67,12 +89,18 @@ for (const [name, command] of /** @type {[string, Command][]} */ ([
 }
 
 test('merging two tracks that somebody else has merged is not asked either', async () => {
-  const { plan, review } = await meet([{ name: 'merge', key: 'm1', frame: 0, others: ['m2'] }], [{ name: 'merge', key: 'm2', frame: 0, others: ['m1'] }]);
+  const { plan, review } = await meet(
+    [{ name: 'merge', key: 'm1', frame: 0, others: ['m2'] }],
+    [{ name: 'merge', key: 'm2', frame: 0, others: ['m1'] }],
+  );
   assert.deepEqual([plan, review().unsaved], [null, []]);
 });
 
 test('what makes no sense any more is reported with its reason and is not made', async () => {
-  const { plan } = await meet([{ name: 'delete_from', key: 'm1', frame: 30 }], [{ name: 'split', key: 'm1', frame: 50, new_key: 'h00000001' }]);
+  const { plan } = await meet(
+    [{ name: 'delete_from', key: 'm1', frame: 30 }],
+    [{ name: 'split', key: 'm1', frame: 50, new_key: 'h00000001' }],
+  );
   assert.deepEqual([plan.commands, plan.mine, plan.lost.length], [[], [], 1]);
   assert.match(named(reported(plan, {}, (key) => key)[0], {}), /cannot be kept\. Track #1 has nothing on one side of frame 50/);
 });
@@ -80,7 +108,10 @@ test('what makes no sense any more is reported with its reason and is not made',
 test('a note goes on top of what others have said without a question', async () => {
   const { plan, server, review, toasts } = await meet([note('m1', 3, 'theirs')], [note('m1', 5, 'mine')]);
   assert.deepEqual([plan, toasts, review().unsaved], [null, [], []]);
-  assert.deepEqual(server.docs.m1.notes.map(({ text }) => text), ['theirs', 'mine']);
+  assert.deepEqual(
+    server.docs.m1.notes.map(({ text }) => text),
+    ['theirs', 'mine'],
+  );
 });
 
 test('but not where other edits of the track wait behind it, nor on a deleted one', async () => {
@@ -94,7 +125,13 @@ test('but not where other edits of the track wait behind it, nor on a deleted on
 test('what cannot be done to a deleted track does not restore it either', async () => {
   const { plan } = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [{ name: 'remove_key', key: 'm1', frame: 5 }]);
   assert.equal(plan, null, 'the page itself refuses to remove what is not there');
-  const later = await meet([{ name: 'delete_from', key: 'm1', frame: 30 }, { name: 'delete_track', key: 'm1', frame: 0 }], [{ name: 'split', key: 'm1', frame: 50, new_key: 'h00000001' }]);
+  const later = await meet(
+    [
+      { name: 'delete_from', key: 'm1', frame: 30 },
+      { name: 'delete_track', key: 'm1', frame: 0 },
+    ],
+    [{ name: 'split', key: 'm1', frame: 50, new_key: 'h00000001' }],
+  );
   assert.deepEqual([later.plan.commands, later.plan.mine, later.plan.lost.length], [[], [], 1]);
 });
 
@@ -111,13 +148,22 @@ test('one verdict on many leaves out what somebody else has changed, and asks no
 });
 
 test('a verdict on many that waits behind a question brings back no deleted track', async () => {
-  const { plan, editor, server } = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [{ name: 'set_not_a_sign', key: 'm2', frame: 60, value: true }, accepted('m2')]);
+  const { plan, editor, server } = await meet(
+    [{ name: 'delete_track', key: 'm1', frame: 0 }],
+    [{ name: 'set_not_a_sign', key: 'm2', frame: 60, value: true }, accepted('m2')],
+  );
   assert.equal(plan, null);
   await editor.settled();
   assert.deepEqual([server.docs.m1.gone, server.docs.m2.review, server.docs.m2.not_a_sign], [true, 'accepted', true]);
   const asked = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m1', 5, 20), accepted('m2')]);
-  assert.deepEqual(asked.plan.commands.map((/** @type {Command} */ { name }) => name), ['restore_track', 'set_box', 'review_tracks']);
+  assert.deepEqual(
+    asked.plan.commands.map((/** @type {Command} */ { name }) => name),
+    ['restore_track', 'set_box', 'review_tracks'],
+  );
   const behind = await meet([setBox('m2', 60, 1), { name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m2', 60, 20), accepted('m2')]);
-  assert.deepEqual(behind.plan.commands, [{ name: 'set_box', key: 'm2', frame: 60, box: [20, 20, 30, 30] }, { ...accepted(), key: 'm2' }]);
+  assert.deepEqual(behind.plan.commands, [
+    { name: 'set_box', key: 'm2', frame: 60, box: [20, 20, 30, 30] },
+    { ...accepted(), key: 'm2' },
+  ]);
   assert.deepEqual(behind.plan.moved, []);
 });

@@ -8,7 +8,14 @@ import { initialReview, initialState } from '../../../static/js/store/initial.js
 import { createStore } from '../../../static/js/store/store.js';
 import { label } from '../labels.js';
 
-const head = (/** @type {string} */ key, /** @type {number} */ version, standard = false) => ({ key, name: key, version, labels: 1, default: standard, shipped: true });
+const head = (/** @type {string} */ key, /** @type {number} */ version, standard = false) => ({
+  key,
+  name: key,
+  version,
+  labels: 1,
+  default: standard,
+  shipped: true,
+});
 
 /** A server with two sets; `vienna` is the video's own where it has one. */
 function createWorld() {
@@ -18,7 +25,10 @@ function createWorld() {
   const server = { version: 1, labels: [label({ id: 0, name: 'stop' })], asked: [], refuse: null };
   const api = /** @type {any} */ ({
     labelSets: async () => [head('gtsrb-43', server.version, true), head('vienna', 1)],
-    labels: async (/** @type {string|null} */ video) => (server.asked.push(video), video ? [label({ id: 5, name: 'boar' })] : server.labels),
+    labels: async (/** @type {string|null} */ video) => (
+      server.asked.push(video),
+      video ? [label({ id: 5, name: 'boar' })] : server.labels
+    ),
     labelHistory: async () => [{ version: server.version, author: 'Anna', created: '', sentence: 'Added ‘no parking’.', undoes: null }],
     changeLabels: async (/** @type {string} */ set, /** @type {string} */ author, /** @type {any} */ change) => {
       if (server.refuse) throw server.refuse;
@@ -77,7 +87,10 @@ test('a change is in the store once it is made, and is no news to the page that 
   await sets.reload();
   const change = sets.change({ type: 'add', name: 'no parking' });
   await Promise.all([change, receive(2)]);
-  assert.deepEqual(store.get().labels.map(({ name }) => name), ['stop', 'no parking']);
+  assert.deepEqual(
+    store.get().labels.map(({ name }) => name),
+    ['stop', 'no parking'],
+  );
   assert.deepEqual([(await change).sentence, said], ['Ben in gtsrb-43', []]);
 });
 

@@ -6,7 +6,11 @@ import { createNoteDrafts } from '../../../static/js/editing/note_drafts.js';
 function memory() {
   /** @type {Map<string, string>} */
   const held = new Map();
-  const storage = { getItem: (/** @type {string} */ name) => held.get(name) ?? null, setItem: (/** @type {string} */ name, /** @type {string} */ value) => void held.set(name, value), removeItem: (/** @type {string} */ name) => void held.delete(name) };
+  const storage = {
+    getItem: (/** @type {string} */ name) => held.get(name) ?? null,
+    setItem: (/** @type {string} */ name, /** @type {string} */ value) => void held.set(name, value),
+    removeItem: (/** @type {string} */ name) => void held.delete(name),
+  };
   return { held, storage };
 }
 
@@ -40,7 +44,9 @@ test('a note without words leaves nothing behind', () => {
 });
 
 test('without storage it is kept as long as the page', () => {
-  const drafts = createNoteDrafts(() => { throw new Error('refused'); });
+  const drafts = createNoteDrafts(() => {
+    throw new Error('refused');
+  });
   assert.equal(drafts.of('r', 'm1'), '');
   drafts.keep('r', 'm1', 'x');
   assert.equal(drafts.of('r', 'm1'), 'x');

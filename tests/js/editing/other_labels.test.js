@@ -23,7 +23,8 @@ function withoutGone(sent) {
   return server;
 }
 
-const drawn = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'create_track', key, frame: 3, box: [0, 0, 9, 9], class_id: 43, label_key: 'gone' });
+const drawn = (/** @type {string} */ key) =>
+  /** @type {any} */ ({ name: 'create_track', key, frame: 3, box: [0, 0, 9, 9], class_id: 43, label_key: 'gone' });
 
 test('a command says which label it means, by key', () => {
   const relabel = /** @type {any} */ ({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43 });
@@ -40,7 +41,10 @@ test('what is sent names the label, also after a reload', async () => {
   world.editor.edit({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43 });
   world.store.dispatch((state) => setLabels(state, [label({ id: 43, key: 'boar', name: 'boar' })]));
   await world.editor.settled();
-  assert.deepEqual(sent.map(({ label_key }) => label_key), ['bus-stop']);
+  assert.deepEqual(
+    sent.map(({ label_key }) => label_key),
+    ['bus-stop'],
+  );
   world.end();
 });
 
@@ -65,7 +69,10 @@ test('so does one of a review that was left', async () => {
   const world = await createWorld(withoutGone(sent), outbox, null);
   await world.background.go();
   assert.equal(world.server.docs.hdrawn02.class_id, null);
-  assert.deepEqual(sent.map(({ class_id }) => class_id), [43, null]);
+  assert.deepEqual(
+    sent.map(({ class_id }) => class_id),
+    [43, null],
+  );
   assert.match(world.toasts[0], /^A new track has no label yet\./);
   world.end();
 });

@@ -13,12 +13,18 @@ test('what another person has not saved waits for that person', async () => {
   /** @type {string|null} */ let person = 'ann';
   const own = createOwnOutbox(inner, Promise.resolve(), () => person);
   const ids = async () => [(await own.all()).map(({ op_id }) => op_id), (await own.load('r')).map(({ op_id }) => op_id)];
-  assert.deepEqual(await ids(), [['1', '3'], ['1', '3']]);
+  assert.deepEqual(await ids(), [
+    ['1', '3'],
+    ['1', '3'],
+  ]);
   await own.remove('1');
   person = 'bob';
   assert.deepEqual(await ids(), [['2'], ['2']]);
   person = null;
-  assert.deepEqual(await ids(), [['2', '3'], ['2', '3']]);
+  assert.deepEqual(await ids(), [
+    ['2', '3'],
+    ['2', '3'],
+  ]);
 });
 
 test('nothing is read before it is known who is there', async () => {

@@ -8,7 +8,8 @@ import { held } from '../held.js';
 import { RUN, createServer, createWorld, setBox } from './world.js';
 
 const relabel = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'relabel_track', key, frame: 5, class_id: 14 });
-const note = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'add_note', key, frame: 7, note_id: 'n'.repeat(32), text: 'Half hidden.' });
+const note = (/** @type {string} */ key) =>
+  /** @type {any} */ ({ name: 'add_note', key, frame: 7, note_id: 'n'.repeat(32), text: 'Half hidden.' });
 const dead = () => {
   throw new ApiError(0, 'offline', 'Gone.');
 };
@@ -73,7 +74,10 @@ test('what this page has stored is taken back on the screen at once, what an ear
   second.server.before = dead;
   for (let k = 0; k < 2; k++) void second.editor.undo();
   assert.deepEqual(Object.keys(second.review().docs.m1.keys), ['5']);
-  assert.deepEqual(second.toasts, ['Undone: box corrected in frame 6', 'The server is being asked: undo (box corrected in frame 5) follows its answer.']);
+  assert.deepEqual(second.toasts, [
+    'Undone: box corrected in frame 6',
+    'The server is being asked: undo (box corrected in frame 5) follows its answer.',
+  ]);
   second.editor.edit(relabel('m1'));
   second.server.before = () => {};
   await second.editor.settled();
@@ -82,7 +86,7 @@ test('what this page has stored is taken back on the screen at once, what an ear
   assert.equal(second.toasts.at(-1), 'Undone: box corrected in frame 5');
 });
 
-test('an edit that was taken back before it met somebody else\'s is given up without a question', async () => {
+test("an edit that was taken back before it met somebody else's is given up without a question", async () => {
   const { editor, server, store, outbox, review } = await createWorld();
   server.before = dead;
   editor.edit(setBox('m1', 5, 20));
@@ -123,7 +127,10 @@ test('undo follows what the same person does in another page', async () => {
   assert.equal(other.review().undo?.frame, 5);
   await other.editor.undo();
   assert.deepEqual([server.log, server.docs.m1.keys], [['set_box', 'undo'], {}]);
-  assert.deepEqual(other.toasts, ['The server is being asked: undo (box corrected in frame 5) follows its answer.', 'Undone: box corrected in frame 5']);
+  assert.deepEqual(other.toasts, [
+    'The server is being asked: undo (box corrected in frame 5) follows its answer.',
+    'Undone: box corrected in frame 5',
+  ]);
   // pressed before the answer to what was heard: it is about what the server says then
   one.editor.edit(setBox('m2', 60, 20));
   await one.editor.settled();
@@ -150,7 +157,11 @@ test('a box that keys move without a pause is one operation, sent with where it 
   const { editor, server, review, outbox } = await createWorld();
   for (let k = 1; k <= 20; k++) editor.edit(setBox('m1', 5, 20 + k), RUN, 'move');
   assert.deepEqual([review().docs.m1.keys[5].box?.[0], review().unsaved.length], [40, 1]);
-  assert.deepEqual((await outbox.load(RUN)).map(({ command }) => Reflect.get(command, 'box')[0]), [40], 'none of it is lost with the page');
+  assert.deepEqual(
+    (await outbox.load(RUN)).map(({ command }) => Reflect.get(command, 'box')[0]),
+    [40],
+    'none of it is lost with the page',
+  );
   for (let k = 1; k <= 5; k++) editor.edit(setBox('m1', 5, 40 + k), RUN, 'resize');
   editor.edit(setBox('m1', 6, 0), RUN, 'resize');
   await editor.settled();

@@ -67,12 +67,20 @@ export function createServer() {
           for (const key of touchedKeys(command)) {
             const now = present(key)?.revision ?? 0;
             if (present(key) && revisions[key] === undefined) throw new ApiError(428, 'precondition_required', 'If-Match is missing.');
-            if ((revisions[key] ?? 0) !== now) throw new ApiError(409, 'stale', 'Changed since.', { details: { current: [docs[key]], yours: [] } });
+            if ((revisions[key] ?? 0) !== now)
+              throw new ApiError(409, 'stale', 'Changed since.', { details: { current: [docs[key]], yours: [] } });
           }
           const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (present(key) ? [[key, present(key)]] : [])));
           const made = applyCommand(known, command, { author: 'a', time: '' });
           changed = made.changed;
-          done.push({ op_id, name: command.name, frame: command.frame, keys: changed, before: Object.fromEntries(changed.map((key) => [key, present(key) ?? { ...made.docs[key], gone: true }])), after: Object.fromEntries(changed.map((key) => [key, made.docs[key]])) });
+          done.push({
+            op_id,
+            name: command.name,
+            frame: command.frame,
+            keys: changed,
+            before: Object.fromEntries(changed.map((key) => [key, present(key) ?? { ...made.docs[key], gone: true }])),
+            after: Object.fromEntries(changed.map((key) => [key, made.docs[key]])),
+          });
           undone.length = 0;
           for (const key of changed) docs[key] = { ...made.docs[key], revision: (docs[key]?.revision ?? 0) + 1 };
         }
@@ -95,18 +103,42 @@ export async function createWorld(server = createServer(), outbox = createMemory
   const store = createStore(initialState());
   const video = /** @type {any} */ ({ id: 'v', frames: 200, width: 100, height: 100 });
   const columns = { id: [1, 2], first: [0, 50], last: [99, 150], class_id: [14, 2] };
-  store.dispatch((state) => changeReview(openReview(state, video), { tracks: /** @type {any} */ (columns), run: /** @type {any} */ ({ id: RUN, state: 'complete' }) }));
+  store.dispatch((state) =>
+    changeReview(openReview(state, video), {
+      tracks: /** @type {any} */ (columns),
+      run: /** @type {any} */ ({ id: RUN, state: 'complete' }),
+    }),
+  );
   /** @type {string[]} */
   const toasts = [];
   const life = new AbortController();
   let count = 0;
-  const parts = { store, api: /** @type {any} */ (server), outbox, signal: life.signal, toast: (/** @type {string} */ text) => toasts.push(text), pause: () => new Promise((/** @type {(value: void) => void} */ resolve) => void setTimeout(resolve, 1)) };
+  const parts = {
+    store,
+    api: /** @type {any} */ (server),
+    outbox,
+    signal: life.signal,
+    toast: (/** @type {string} */ text) => toasts.push(text),
+    pause: () => new Promise((/** @type {(value: void) => void} */ resolve) => void setTimeout(resolve, 1)),
+  };
   const background = createBackground(parts);
   const editor = createEditor({
-    ...parts, background, author: () => 'a', newId: () => `op-${Math.random()}-${count++}`,
+    ...parts,
+    background,
+    author: () => 'a',
+    newId: () => `op-${Math.random()}-${count++}`,
   });
   if (open !== null) await editor.open(open);
-  return { server, outbox, store, editor, background, toasts, end: () => life.abort(), review: () => /** @type {import('../../../static/js/state-types.js').ReviewState} */ (store.get().review) };
+  return {
+    server,
+    outbox,
+    store,
+    editor,
+    background,
+    toasts,
+    end: () => life.abort(),
+    review: () => /** @type {import('../../../static/js/state-types.js').ReviewState} */ (store.get().review),
+  };
 }
 
 /** @param {string} key @param {number} frame @param {number} at @returns {any} */

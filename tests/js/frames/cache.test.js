@@ -13,18 +13,19 @@ function create(most) {
   /** @type {number[]} */
   const closed = [];
   const api = /** @type {any} */ ({
-    frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { signal }) => new Promise((resolve, reject) => {
-      const request = {
-        answer: (ordinal = frame) => resolve({ blob: frame, ordinal, exact: true }),
-        refuse: () => reject(new Error('The file is gone.')),
-        aborted: false,
-      };
-      signal.addEventListener('abort', () => {
-        request.aborted = true;
-        reject(new DOMException('', 'AbortError'));
-      });
-      asked.set(frame, request);
-    }),
+    frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { signal }) =>
+      new Promise((resolve, reject) => {
+        const request = {
+          answer: (ordinal = frame) => resolve({ blob: frame, ordinal, exact: true }),
+          refuse: () => reject(new Error('The file is gone.')),
+          aborted: false,
+        };
+        signal.addEventListener('abort', () => {
+          request.aborted = true;
+          reject(new DOMException('', 'AbortError'));
+        });
+        asked.set(frame, request);
+      }),
   });
   const decode = async (/** @type {any} */ frame) => /** @type {any} */ ({ width: 10, height: 10, close: () => closed.push(frame) });
   return { cache: createFrameCache(api, 'v', { most, decode }), asked, closed };
@@ -60,7 +61,10 @@ test('a seek drops what was wanted before and the load that it replaces', async 
   cache.want([11, 12]);
   void cache.load(500);
   cache.want([501]);
-  assert.deepEqual([10, 11, 12].map((frame) => asked.get(frame)?.aborted), [true, true, true]);
+  assert.deepEqual(
+    [10, 11, 12].map((frame) => asked.get(frame)?.aborted),
+    [true, true, true],
+  );
   assert.equal(asked.get(500)?.aborted, false);
   await assert.rejects(stale, { name: 'AbortError' });
 });
@@ -119,10 +123,14 @@ test('the picture does not wait for a preview that is still on its way', async (
   /** @type {boolean[]} */
   const aborted = [];
   const api = /** @type {any} */ ({
-    frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { preview, signal }) => new Promise((resolve, reject) => {
-      if (!preview) resolve({ blob: 'sharp', ordinal: frame, exact: true });
-      signal.addEventListener('abort', () => { aborted.push(preview); reject(new DOMException('', 'AbortError')); });
-    }),
+    frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { preview, signal }) =>
+      new Promise((resolve, reject) => {
+        if (!preview) resolve({ blob: 'sharp', ordinal: frame, exact: true });
+        signal.addEventListener('abort', () => {
+          aborted.push(preview);
+          reject(new DOMException('', 'AbortError'));
+        });
+      }),
   });
   const decode = async () => /** @type {any} */ ({ width: 1, height: 1, close: () => {} });
   const cache = createFrameCache(api, 'v', { decode });

@@ -24,10 +24,18 @@ function create() {
   const asked = [];
   /** @type {[number, boolean][]} */
   const painted = [];
-  const ask = (/** @type {string} */ kind) => (/** @type {number} */ frame) => new Promise((resolve, fail) => {
-    asked.push({ kind, frame, come: () => resolve({ frame, width: kind === 'preview' ? 0 : 1280, bitmap: {} }), fail });
+  const ask = (/** @type {string} */ kind) => (/** @type {number} */ frame) =>
+    new Promise((resolve, fail) => {
+      asked.push({ kind, frame, come: () => resolve({ frame, width: kind === 'preview' ? 0 : 1280, bitmap: {} }), fail });
+    });
+  const cache = /** @type {any} */ ({
+    peek: () => null,
+    load: ask('load'),
+    preview: ask('preview'),
+    want: () => {},
+    setWidth: () => {},
+    clear: () => {},
   });
-  const cache = /** @type {any} */ ({ peek: () => null, load: ask('load'), preview: ask('preview'), want: () => {}, setWidth: () => {}, clear: () => {} });
   let clock = 0;
   const player = createPlayer(store, cache, { now: () => clock, tick: () => 1, untick: () => {}, again: 1 });
   player.onShot((shot, passing) => painted.push([shot.frame, passing]));
@@ -46,19 +54,31 @@ test('the first leap of all asks for what comes soonest', async () => {
   const { asked, go } = create();
   await turn();
   await go(4000);
-  assert.deepEqual(asked.map(({ kind, frame }) => [kind, frame]), [['load', 0], ['preview', 4000]]);
+  assert.deepEqual(
+    asked.map(({ kind, frame }) => [kind, frame]),
+    [
+      ['load', 0],
+      ['preview', 4000],
+    ],
+  );
 });
 
 test('who scrubs sees pictures on the way: one is asked for at a time, and none is given up', async () => {
   const { asked, painted, store, go } = create();
   await turn();
   for (const frame of [1000, 2000, 3000]) await go(frame);
-  assert.deepEqual(asked.slice(1).map(({ frame }) => frame), [1000]);
+  assert.deepEqual(
+    asked.slice(1).map(({ frame }) => frame),
+    [1000],
+  );
   asked[1].come();
   await turn();
   assert.deepEqual(painted.at(-1), [1000, true]);
   assert.equal(store.get().review?.shown, 1000); // nobody draws the boxes of 3000 on it
-  assert.deepEqual(asked.slice(2).map(({ kind, frame }) => [kind, frame]), [['preview', 3000]]);
+  assert.deepEqual(
+    asked.slice(2).map(({ kind, frame }) => [kind, frame]),
+    [['preview', 3000]],
+  );
   asked[2].come();
   await turn();
   assert.deepEqual(painted.at(-1), [3000, true]);
@@ -74,7 +94,10 @@ test('a picture that the server could not send for being away comes by itself wh
   await turn();
   await turn();
   assert.match(store.get().banners[0].text, /Frame 1 cannot be shown. The server cannot be reached/);
-  assert.deepEqual(asked.slice(2).map(({ kind, frame }) => [kind, frame]), [['load', 1]]);
+  assert.deepEqual(
+    asked.slice(2).map(({ kind, frame }) => [kind, frame]),
+    [['load', 1]],
+  );
   asked[2].fail(gone);
   await turn();
   await turn();
@@ -94,7 +117,10 @@ test('a picture that takes too long does not hold up the next', async () => {
   await go(1000);
   wait(500);
   await go(2000);
-  assert.deepEqual(asked.slice(1).map(({ frame }) => frame), [1000, 2000]);
+  assert.deepEqual(
+    asked.slice(1).map(({ frame }) => frame),
+    [1000, 2000],
+  );
   asked[2].come();
   await turn();
   asked[1].come();

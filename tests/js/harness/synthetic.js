@@ -21,7 +21,26 @@ export function drive(frames, count) {
   const next = random(7);
   /** @type {any} */
   const tracks = { tau: 15, complete: true };
-  for (const name of ['id', 'first', 'last', 'frames', 'detected', 'clearest', 'class_id', 'share', 'runner_up', 'runner_up_share', 'score', 'side', 'rejected', 'relocalised', 'uncertainty', 'rank', 'reasons']) tracks[name] = [];
+  for (const name of [
+    'id',
+    'first',
+    'last',
+    'frames',
+    'detected',
+    'clearest',
+    'class_id',
+    'share',
+    'runner_up',
+    'runner_up_share',
+    'score',
+    'side',
+    'rejected',
+    'relocalised',
+    'uncertainty',
+    'rank',
+    'reasons',
+  ])
+    tracks[name] = [];
   /** @type {any} */
   const lanes = { track: [], first: [], last: [], source: [] };
   for (let i = 0; i < count; i += 1) {
@@ -29,7 +48,28 @@ export function drive(frames, count) {
     const last = Math.min(frames - 1, first + 12 + Math.floor(next() ** 3 * 400));
     const uncertainty = next() ** 3;
     const cls = Math.floor(next() * 43);
-    const values = { id: i + 1, first, last, frames: last - first + 1, detected: last - first, clearest: last, class_id: cls, share: 0.95 - uncertainty * 0.5, runner_up: (cls + 1) % 43, runner_up_share: 0.03 + uncertainty * 0.4, score: 1 + next() * 8, side: 20 + next() * 80, rejected: 1, relocalised: 1, uncertainty, rank: uncertainty, reasons: uncertainty > 0.2 ? [`Its class leads by ${(100 - uncertainty * 90).toFixed(0)} % of the votes only.`, `It is short: ${last - first + 1} frames.`] : [] };
+    const values = {
+      id: i + 1,
+      first,
+      last,
+      frames: last - first + 1,
+      detected: last - first,
+      clearest: last,
+      class_id: cls,
+      share: 0.95 - uncertainty * 0.5,
+      runner_up: (cls + 1) % 43,
+      runner_up_share: 0.03 + uncertainty * 0.4,
+      score: 1 + next() * 8,
+      side: 20 + next() * 80,
+      rejected: 1,
+      relocalised: 1,
+      uncertainty,
+      rank: uncertainty,
+      reasons:
+        uncertainty > 0.2
+          ? [`Its class leads by ${(100 - uncertainty * 90).toFixed(0)} % of the votes only.`, `It is short: ${last - first + 1} frames.`]
+          : [],
+    };
     for (const [name, value] of Object.entries(values)) tracks[name].push(value);
     let at = first;
     while (at <= last) {
@@ -54,7 +94,31 @@ export function laneOf(tracks, i, last = tracks.last[i]) {
   const next = random(i + 99);
   /** @type {any} */
   const lane = { id: tracks.id[i], classes: [tracks.class_id[i], tracks.runner_up[i], 20], events: [], tau: 15, symmetry_floor: 0.6 };
-  for (const name of ['frame', 'source', 'box', 'score', 'raw_score', 'prior', 'l_positive', 'symmetry', 'symmetry_magnitude', 'hash_distance', 'position_distance', 'confident', 'decision', 'probability', 'scale', 'weight', 'votes', 'probabilities', 'top', 'top_probability', 'learned', 'unlearned']) lane[name] = [];
+  for (const name of [
+    'frame',
+    'source',
+    'box',
+    'score',
+    'raw_score',
+    'prior',
+    'l_positive',
+    'symmetry',
+    'symmetry_magnitude',
+    'hash_distance',
+    'position_distance',
+    'confident',
+    'decision',
+    'probability',
+    'scale',
+    'weight',
+    'votes',
+    'probabilities',
+    'top',
+    'top_probability',
+    'learned',
+    'unlearned',
+  ])
+    lane[name] = [];
   for (let frame = tracks.first[i]; frame <= last; frame += 1) {
     const step = frame - tracks.first[i];
     const symmetry = 1 + next() * 2;
@@ -64,9 +128,37 @@ export function laneOf(tracks, i, last = tracks.last[i]) {
     const confident = value === null ? null : value < 15;
     const source = confident === false ? (next() < 0.6 ? 2 : 1) : next() < 0.7 ? 0 : 1;
     const a = Math.min(0.92, 0.45 + step * 0.012);
-    const row = { frame, source, box: [10, 10, 50, 50], score: source === 0 ? 3 + next() * 3 : null, raw_score: source === 0 ? 2 + next() * 3 : null, prior: source === 0 ? 0.7 : null, l_positive: value, symmetry: value && symmetry, symmetry_magnitude: value && 1 / symmetry, hash_distance: value && bits, position_distance: value && place, confident, decision: source === 2 ? next() * 2 : null, probability: source === 2 ? 0.6 + next() * 0.3 : null, scale: 40, weight: step + next(), votes: [a, (1 - a) * 0.7, (1 - a) * 0.2], probabilities: [a, 0.1, 0.1], top: lane.classes[0], top_probability: a, learned: 1, unlearned: 0 };
+    const row = {
+      frame,
+      source,
+      box: [10, 10, 50, 50],
+      score: source === 0 ? 3 + next() * 3 : null,
+      raw_score: source === 0 ? 2 + next() * 3 : null,
+      prior: source === 0 ? 0.7 : null,
+      l_positive: value,
+      symmetry: value && symmetry,
+      symmetry_magnitude: value && 1 / symmetry,
+      hash_distance: value && bits,
+      position_distance: value && place,
+      confident,
+      decision: source === 2 ? next() * 2 : null,
+      probability: source === 2 ? 0.6 + next() * 0.3 : null,
+      scale: 40,
+      weight: step + next(),
+      votes: [a, (1 - a) * 0.7, (1 - a) * 0.2],
+      probabilities: [a, 0.1, 0.1],
+      top: lane.classes[0],
+      top_probability: a,
+      learned: 1,
+      unlearned: 0,
+    };
     for (const [name, cell] of Object.entries(row)) lane[name].push(cell);
-    if (source === 2) lane.events.push({ frame, kind: 'relocalised', text: `Prediction of track ${lane.id} rejected, L = ${value?.toFixed(1)} > 15, symmetry ${(1 / symmetry).toFixed(2)} is low; relocalised 6 px left.` });
+    if (source === 2)
+      lane.events.push({
+        frame,
+        kind: 'relocalised',
+        text: `Prediction of track ${lane.id} rejected, L = ${value?.toFixed(1)} > 15, symmetry ${(1 / symmetry).toFixed(2)} is low; relocalised 6 px left.`,
+      });
   }
   return lane;
 }

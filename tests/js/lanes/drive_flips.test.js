@@ -4,21 +4,45 @@ import { test } from 'node:test';
 
 import { flippedPlaces, nextPlace } from '../../../static/js/model/drive_flips.js';
 
-const flips = { tau: 20, run_tau: 15, verdicts: 90, to_confident: 3, to_rejected: 1, tracks: [{ id: 2, flips: 1, frame: 40 }, { id: 5, flips: 1, frame: 12 }, { id: 9, flips: 2, frame: 70 }] };
+const flips = {
+  tau: 20,
+  run_tau: 15,
+  verdicts: 90,
+  to_confident: 3,
+  to_rejected: 1,
+  tracks: [
+    { id: 2, flips: 1, frame: 40 },
+    { id: 5, flips: 1, frame: 12 },
+    { id: 9, flips: 2, frame: 70 },
+  ],
+};
 /** @param {string} key @param {Partial<import('../../../static/js/types.js').TrackDoc>} more @returns {import('../../../static/js/types.js').TrackDoc} */
-const doc = (key, more) => /** @type {import('../../../static/js/types.js').TrackDoc} */ (/** @type {unknown} */ ({ key, gone: false, segments: [], ...more }));
+const doc = (key, more) =>
+  /** @type {import('../../../static/js/types.js').TrackDoc} */ (/** @type {unknown} */ ({ key, gone: false, segments: [], ...more }));
 
 test('places lie in the order of the drive', () => {
-  assert.deepEqual(flippedPlaces(flips, {}), [{ key: 'm5', frame: 12, flips: 1 }, { key: 'm2', frame: 40, flips: 1 }, { key: 'm9', frame: 70, flips: 2 }]);
+  assert.deepEqual(flippedPlaces(flips, {}), [
+    { key: 'm5', frame: 12, flips: 1 },
+    { key: 'm2', frame: 40, flips: 1 },
+    { key: 'm9', frame: 70, flips: 2 },
+  ]);
 });
 
 test('a track that was taken away has no place, one that was joined to another has its place there', () => {
   const docs = {
     m5: doc('m5', { gone: true }),
     m9: doc('m9', { gone: true }),
-    m2: doc('m2', { segments: [{ track: 2, first: 30, last: 50 }, { track: 9, first: 60, last: 90 }] }),
+    m2: doc('m2', {
+      segments: [
+        { track: 2, first: 30, last: 50 },
+        { track: 9, first: 60, last: 90 },
+      ],
+    }),
   };
-  assert.deepEqual(flippedPlaces(flips, docs), [{ key: 'm2', frame: 40, flips: 1 }, { key: 'm2', frame: 70, flips: 2 }]);
+  assert.deepEqual(flippedPlaces(flips, docs), [
+    { key: 'm2', frame: 40, flips: 1 },
+    { key: 'm2', frame: 70, flips: 2 },
+  ]);
 });
 
 test('from place to place, and round', () => {
@@ -28,7 +52,11 @@ test('from place to place, and round', () => {
   assert.equal(nextPlace(places, null, 41)?.key, 'm9', 'without a selection the next in time');
   assert.equal(nextPlace(places, 'm4', 71)?.key, 'm5');
   assert.equal(nextPlace([], 'm4', 71), null);
-  const joined = [{ key: 'm2', frame: 40, flips: 1 }, { key: 'm2', frame: 70, flips: 2 }, { key: 'm3', frame: 70, flips: 1 }];
+  const joined = [
+    { key: 'm2', frame: 40, flips: 1 },
+    { key: 'm2', frame: 70, flips: 2 },
+    { key: 'm3', frame: 70, flips: 1 },
+  ];
   assert.equal(nextPlace(joined, 'm2', 40)?.frame, 70, 'a track that was joined has two');
   assert.equal(nextPlace(joined, 'm2', 70)?.key, 'm3');
   assert.equal(nextPlace(joined, 'm2', 30)?.frame, 40);

@@ -50,15 +50,26 @@ test('pieces of a bar cover it without a gap', () => {
 });
 
 test('key frames of a document are diamonds, and their boxes corrected pieces up to the next', () => {
-  const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
+  const key = {
+    box: /** @type {any} */ ([0, 0, 9, 9]),
+    occluded: false,
+    outside: false,
+    interpolate: true,
+    class_id: null,
+    followed: false,
+  };
   const first = tracks.first[0];
   const doc = { ...emptyDoc({ track: 1, first, last: tracks.last[0] }), keys: { [first + 2]: key, [first + 8]: key } };
   const edited = buildLaneIndex(trackEntries(tracks, { m1: doc }), lanes, { m1: doc });
   const bar = edited.barOf.get('m1') ?? -1;
   assert.deepEqual([...edited.keyFrame.slice(edited.keyStart[bar], edited.keyStart[bar + 1])], [first + 2, first + 8]);
   const corrected = [];
-  for (let p = edited.pieceStart[bar]; p < edited.pieceStart[bar + 1]; p += 1) if (edited.pieceSource[p] === CORRECTED) corrected.push([edited.pieceFirst[p], edited.pieceLast[p]]);
-  assert.deepEqual(corrected, [[first + 2, first + 7], [first + 8, first + 8]]);
+  for (let p = edited.pieceStart[bar]; p < edited.pieceStart[bar + 1]; p += 1)
+    if (edited.pieceSource[p] === CORRECTED) corrected.push([edited.pieceFirst[p], edited.pieceLast[p]]);
+  assert.deepEqual(corrected, [
+    [first + 2, first + 7],
+    [first + 8, first + 8],
+  ]);
 });
 
 test('a verdict or a label leaves the bars where they are: the index is the one that would be built anew', () => {
@@ -70,26 +81,40 @@ test('a verdict or a label leaves the bars where they are: the index is the one 
   assert.deepEqual(once, buildLaneIndex(entriesOf(accepted), lanes, accepted));
   assert.ok(once);
   assert.notDeepEqual(once.review, index.review); // the old one is not written to
-  assert.deepEqual(judgedLaneIndex(once, entriesOf(relabelled), accepted, relabelled), buildLaneIndex(entriesOf(relabelled), lanes, relabelled));
+  assert.deepEqual(
+    judgedLaneIndex(once, entriesOf(relabelled), accepted, relabelled),
+    buildLaneIndex(entriesOf(relabelled), lanes, relabelled),
+  );
 
   const none = { m1: { ...accepted.m1, not_a_sign: true } };
   const refused = judgedLaneIndex(once, entriesOf(none), accepted, none);
   assert.equal(refused?.review[refused.barOf.get('m1') ?? -1], 2, 'as a false positive');
   assert.deepEqual(refused, buildLaneIndex(entriesOf(none), lanes, none));
 
-  const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
+  const key = {
+    box: /** @type {any} */ ([0, 0, 9, 9]),
+    occluded: false,
+    outside: false,
+    interpolate: true,
+    class_id: null,
+    followed: false,
+  };
   for (const other of /** @type {any[]} */ ([
     { m1: { ...accepted.m1, keys: { [span.first]: key } } },
     { m1: { ...accepted.m1, gone: true } },
     { m1: { ...accepted.m1, segments: [{ ...span, last: span.last - 3 }] } },
     { ...accepted, h1: emptyDoc({ track: 2, first: 3, last: 9 }) },
     {},
-  ])) assert.equal(judgedLaneIndex(once, entriesOf(other), accepted, other), null);
+  ]))
+    assert.equal(judgedLaneIndex(once, entriesOf(other), accepted, other), null);
 });
 
 test('every bar is named, also one without a class', () => {
   const labels = [label({ id: 14, name: 'stop' }), label({ id: 40_000, merged_into: 14 })];
-  assert.deepEqual([14, 3, -1, 40_000].map((id) => barName(labels, id)), ['stop', 'label 3', 'unlabelled', 'stop']);
+  assert.deepEqual(
+    [14, 3, -1, 40_000].map((id) => barName(labels, id)),
+    ['stop', 'label 3', 'unlabelled', 'stop'],
+  );
 });
 
 test('queue, lanes and inspector share one list of tracks', () => {
@@ -151,28 +176,59 @@ test('columns: a step that did not take place is NaN, votes are cumulative', () 
 });
 
 test('votes are painted in the frames of the track only, not in the gap of a merged one', () => {
-  const [before, after] = [laneOf({ ...tracks, id: [2], first: [83], last: [111] }, 0), laneOf({ ...tracks, id: [6], first: [175], last: [193] }, 0)];
-  const doc = { ...blankDoc('m2'), segments: [{ track: 2, first: 83, last: 111 }, { track: 6, first: 175, last: 193 }] };
+  const [before, after] = [
+    laneOf({ ...tracks, id: [2], first: [83], last: [111] }, 0),
+    laneOf({ ...tracks, id: [6], first: [175], last: [193] }, 0),
+  ];
+  const doc = {
+    ...blankDoc('m2'),
+    segments: [
+      { track: 2, first: 83, last: 111 },
+      { track: 6, first: 175, last: 193 },
+    ],
+  };
   const merged = documentLane('m2', doc, { 2: before, 6: after });
   assert.ok(merged);
   /** @type {[number, number][]} */
   const painted = [];
-  const ctx = new Proxy({}, {
-    get: (_, name) => (name === 'rect' ? (/** @type {number} */ x, /** @type {number} */ __, /** @type {number} */ w) => painted.push([x, x + w]) : () => {}),
-    set: () => true,
-  });
+  const ctx = new Proxy(
+    {},
+    {
+      get: (_, name) =>
+        name === 'rect'
+          ? (/** @type {number} */ x, /** @type {number} */ __, /** @type {number} */ w) => painted.push([x, x + w])
+          : () => {},
+      set: () => true,
+    },
+  );
   const palette = { unit: 1, colour: {}, series: ['#000'], smallFont: '' };
   // ten px a frame
-  paintDetail(/** @type {any} */ (ctx), detailColumns(merged.lane), { width: 2000, span: { first: 0, last: 200 }, tau: 15, lanes: SUB_LANES }, /** @type {any} */ (palette));
+  paintDetail(
+    /** @type {any} */ (ctx),
+    detailColumns(merged.lane),
+    { width: 2000, span: { first: 0, last: 200 }, tau: 15, lanes: SUB_LANES },
+    /** @type {any} */ (palette),
+  );
   const frames = new Set(painted.flatMap(([left, right]) => [Math.floor(left / 10), Math.floor((right - 1) / 10)]));
-  assert.deepEqual([...frames].sort((a, b) => a - b), merged.lane.frame);
+  assert.deepEqual(
+    [...frames].sort((a, b) => a - b),
+    merged.lane.frame,
+  );
 });
 
 test('events are sentences without the track that the inspector names already', () => {
   const lane = laneOf(tracks, 2);
   lane.events = [
-    { frame: lane.frame[5], kind: 'relocalised', text: `Prediction of track ${lane.id} rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left.` },
-    { frame: lane.frame[6], kind: 'relocalised', text: `Track ${lane.id} has had no detection for 3 frames; a window like it is 6 px left.` },
+    {
+      frame: lane.frame[5],
+      kind: 'relocalised',
+      text: `Prediction of track ${lane.id} rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left.`,
+    },
+    {
+      frame: lane.frame[6],
+      kind: 'relocalised',
+      text: `Track ${lane.id} has had no detection for 3 frames; a window like it is 6 px left.`,
+    },
     { frame: lane.frame[8], kind: 'relabelled', text: `Track ${lane.id} is now 'yield' with 60% of the votes, no longer 'stop'.` },
   ];
   lane.confident.fill(true);
@@ -185,7 +241,10 @@ test('events are sentences without the track that the inspector names already', 
   lane.position_distance[7] = 2;
   lane.source[7] = 1;
   const told = sentencesOf(lane);
-  assert.deepEqual(told.map((one) => one.kind), ['born', 'relocalised', 'relocalised', 'rejected', 'relabelled', 'ended']);
+  assert.deepEqual(
+    told.map((one) => one.kind),
+    ['born', 'relocalised', 'relocalised', 'rejected', 'relabelled', 'ended'],
+  );
   assert.equal(told[1].text, 'prediction rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left');
   assert.equal(told[2].text, 'no detection for 3 frames; a window like it is 6 px left');
   assert.equal(told[4].text, "now 'yield' with 60% of the votes, no longer 'stop'");
@@ -203,28 +262,53 @@ test('the end and the beginning are reported once, and no sentence names the tra
     { frame: lane.frame[2], kind: 'confirmed', text: `Track ${lane.id} is confirmed by 3 detections in its last 8 frames.` },
     { frame: end + 1, kind: 'died', text: `Track ${lane.id} ended: only 27% of its box is in view.` },
   ];
-  assert.deepEqual(sentencesOf(lane).filter(({ kind }) => kind !== 'unlearned').map(({ text }) => text), [
-    'starts from a detection with score 2.04', 'confirmed by 3 detections in its last 8 frames', 'ended: only 27% of its box is in view',
-  ]);
+  assert.deepEqual(
+    sentencesOf(lane)
+      .filter(({ kind }) => kind !== 'unlearned')
+      .map(({ text }) => text),
+    ['starts from a detection with score 2.04', 'confirmed by 3 detections in its last 8 frames', 'ended: only 27% of its box is in view'],
+  );
 });
 
 test('a frame says where its box comes from, and its verdict with all factors', () => {
   const lane = laneOf(tracks, 2);
-  Object.assign(lane, { tau: 15, score: [3.86, null, 4], raw_score: [3, null, 4.5], source: [0, 2, 0], decision: [null, 0.5, null], probability: [null, 0.63, null] });
-  Object.assign(lane, { confident: [null, false, true], l_positive: [null, 18.22, 9], symmetry: [null, 1.6667, 2], hash_distance: [null, 20, 4], position_distance: [null, 0.5466, 0.5] });
+  Object.assign(lane, {
+    tau: 15,
+    score: [3.86, null, 4],
+    raw_score: [3, null, 4.5],
+    source: [0, 2, 0],
+    decision: [null, 0.5, null],
+    probability: [null, 0.63, null],
+  });
+  Object.assign(lane, {
+    confident: [null, false, true],
+    l_positive: [null, 18.22, 9],
+    symmetry: [null, 1.6667, 2],
+    hash_distance: [null, 20, 4],
+    position_distance: [null, 0.5466, 0.5],
+  });
   assert.equal(sourceAt(lane, 0), 'Score 3.86 = detector 3 + prior 0.86.');
   assert.equal(sourceAt(lane, 2), 'Score 4 = detector 4.5 - prior 0.5.');
   assert.equal(sourceAt(lane, 1), 'Re-detected by the online detector: f = 0.5, probability 0.63.');
   assert.equal(verdictAt(lane, 0), null);
-  assert.equal(verdictAt(lane, 1), 'Prediction rejected: gate score 18.2 = 1.67 (symmetry) × 20 (appearance distance, bits) × 0.547 (position), > tau 15.');
-  assert.equal(verdictAt(lane, 2), 'Prediction confident: gate score 9 < tau 15, from 2 (symmetry), 4 (appearance distance, bits), 0.5 (position).');
+  assert.equal(
+    verdictAt(lane, 1),
+    'Prediction rejected: gate score 18.2 = 1.67 (symmetry) × 20 (appearance distance, bits) × 0.547 (position), > tau 15.',
+  );
+  assert.equal(
+    verdictAt(lane, 2),
+    'Prediction confident: gate score 9 < tau 15, from 2 (symmetry), 4 (appearance distance, bits), 0.5 (position).',
+  );
 });
 
 test('the first factor is explained with the run’s own floor', () => {
   const lane = laneOf(tracks, 2);
   Object.assign(lane, { symmetry_floor: 0.6, symmetry: [null, 1.6667, 1.4085], symmetry_magnitude: [null, 0.239, 0.71] });
   assert.equal(symmetryAt(lane, 0), null);
-  assert.equal(symmetryAt(lane, 1), 'The crop’s mirror symmetry is 0.239, which counts as 0.6 (symmetry_floor): the factor is 1 / 0.6 = 1.67.');
+  assert.equal(
+    symmetryAt(lane, 1),
+    'The crop’s mirror symmetry is 0.239, which counts as 0.6 (symmetry_floor): the factor is 1 / 0.6 = 1.67.',
+  );
   assert.equal(symmetryAt(lane, 2), 'The crop’s mirror symmetry is 0.71: the factor is 1 / 0.71 = 1.41.');
   lane.symmetry_floor = 0.2;
   lane.symmetry[1] = 1 / 0.239;
@@ -235,12 +319,21 @@ test('the first factor is explained with the run’s own floor', () => {
 });
 
 test('hash bits, the highest first', () => {
-  assert.deepEqual([...hashBits('8000000000000001')].flatMap((bit, i) => (bit ? [i] : [])), [0, 63]);
+  assert.deepEqual(
+    [...hashBits('8000000000000001')].flatMap((bit, i) => (bit ? [i] : [])),
+    [0, 63],
+  );
   assert.throws(() => hashBits('12'), RangeError);
 });
 
 test('folded lanes are the chosen one; of a name that no lane has any more the gate', () => {
-  assert.deepEqual(shownLanes({ folded: true, lane: 'votes' }).map(({ id }) => id), ['votes']);
-  assert.deepEqual(shownLanes({ folded: true, lane: 'gone' }).map(({ id }) => id), ['gate']);
+  assert.deepEqual(
+    shownLanes({ folded: true, lane: 'votes' }).map(({ id }) => id),
+    ['votes'],
+  );
+  assert.deepEqual(
+    shownLanes({ folded: true, lane: 'gone' }).map(({ id }) => id),
+    ['gate'],
+  );
   assert.equal(shownLanes({ folded: false, lane: 'votes' }).length, SUB_LANES.length);
 });

@@ -10,9 +10,12 @@ import { label } from '../labels.js';
 /** @param {Partial<import('../../../static/js/types.js').Attribute> & {name: string}} fields @returns {import('../../../static/js/types.js').Attribute} */
 const attribute = (fields) => ({ kind: 'checkbox', mutable: false, values: [], low: null, high: null, default: null, ...fields });
 const stop = label({
-  id: 14, attributes: [
-    attribute({ name: 'temporary', mutable: true, default: false }), attribute({ name: 'lit', kind: 'select', values: ['day', 'night'] }),
-    attribute({ name: 'metres', kind: 'number', low: 0, high: 90 }), attribute({ name: '__proto__' }),
+  id: 14,
+  attributes: [
+    attribute({ name: 'temporary', mutable: true, default: false }),
+    attribute({ name: 'lit', kind: 'select', values: ['day', 'night'] }),
+    attribute({ name: 'metres', kind: 'number', low: 0, high: 90 }),
+    attribute({ name: '__proto__' }),
   ],
 });
 const doc = emptyDoc({ track: 1, first: 0, last: 99 });
@@ -20,23 +23,45 @@ const doc = emptyDoc({ track: 1, first: 0, last: 99 });
 test('the form has the attributes of the label in its order, with what holds in the frame', () => {
   const said = withAttribute(withAttribute(doc, 'temporary', true, 10), 'lit', 'night', null);
   const rows = attributeRows(stop, said, 12);
-  assert.deepEqual(rows.map(({ name, value, given, changes, digit }) => [name, value, given, changes, digit]), [
-    ['temporary', true, true, true, 1], ['lit', 'night', true, false, 0], ['metres', null, false, false, 0], ['__proto__', null, false, false, 2],
-  ]);
-  assert.deepEqual(attributeRows(stop, said, 9)[0], { name: 'temporary', attribute: stop.attributes[0], value: false, given: false, changes: true, digit: 1 });
+  assert.deepEqual(
+    rows.map(({ name, value, given, changes, digit }) => [name, value, given, changes, digit]),
+    [
+      ['temporary', true, true, true, 1],
+      ['lit', 'night', true, false, 0],
+      ['metres', null, false, false, 0],
+      ['__proto__', null, false, false, 2],
+    ],
+  );
+  assert.deepEqual(attributeRows(stop, said, 9)[0], {
+    name: 'temporary',
+    attribute: stop.attributes[0],
+    value: false,
+    given: false,
+    changes: true,
+    digit: 1,
+  });
   assert.equal(attributeRows(stop, null, 0).length, 4);
 });
 
 test('a value that an earlier label has left stays in sight, and can be taken away', () => {
   const said = withAttribute(doc, 'colour', 'red', null);
-  assert.deepEqual(attributeRows(label({ id: 3 }), said, 0), [{ name: 'colour', attribute: null, value: 'red', given: true, changes: false, digit: 0 }]);
+  assert.deepEqual(attributeRows(label({ id: 3 }), said, 0), [
+    { name: 'colour', attribute: null, value: 'red', given: true, changes: false, digit: 0 },
+  ]);
   assert.deepEqual(attributeRows(undefined, withAttribute(said, 'colour', null, null), 0), []);
 });
 
 test('values that are none, in the words of the form', () => {
   const [temporary, lit, metres] = stop.attributes;
   const text = attribute({ name: 'note', kind: 'text' });
-  for (const [one, value] of /** @type {[typeof lit, any][]} */ ([[temporary, true], [lit, 'day'], [metres, 0], [metres, 90], [text, '<b> é 🚸']])) assert.equal(attributeProblem(one, value), null);
+  for (const [one, value] of /** @type {[typeof lit, any][]} */ ([
+    [temporary, true],
+    [lit, 'day'],
+    [metres, 0],
+    [metres, 90],
+    [text, '<b> é 🚸'],
+  ]))
+    assert.equal(attributeProblem(one, value), null);
   assert.equal(attributeProblem(metres, 91), 'metres must be within 0 and 90.');
   assert.equal(attributeProblem({ ...metres, low: null }, 91), 'metres must be at most 90.');
   assert.equal(attributeProblem({ ...metres, high: null }, -1), 'metres must be at least 0.');
@@ -49,9 +74,16 @@ test('values that are none, in the words of the form', () => {
 test('filters: what can be chosen, and which tracks have it in any frame', () => {
   const said = withAttribute(withAttribute(doc, 'temporary', true, 10), 'metres', 4, null);
   const left = withAttribute(emptyDoc({ track: 2, first: 0, last: 9 }), 'colour', 'red', null);
-  assert.deepEqual(attributeChoices([stop], [said, left]).map(({ name, values }) => [name, values]), [
-    ['__proto__', [true, false]], ['colour', ['red']], ['lit', ['day', 'night']], ['metres', [4]], ['temporary', [true, false]],
-  ]);
+  assert.deepEqual(
+    attributeChoices([stop], [said, left]).map(({ name, values }) => [name, values]),
+    [
+      ['__proto__', [true, false]],
+      ['colour', ['red']],
+      ['lit', ['day', 'night']],
+      ['metres', [4]],
+      ['temporary', [true, false]],
+    ],
+  );
   assert.ok(hasAttribute(stop, said, 'temporary', true));
   assert.ok(hasAttribute(stop, said, 'temporary', false), 'before frame 10 the default counts');
   assert.ok(hasAttribute(stop, undefined, 'temporary', false));

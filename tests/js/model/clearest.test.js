@@ -29,7 +29,15 @@ test('merged tracks: the part that was larger, wherever it lies', () => {
 });
 
 test('a drawn track: the largest of its boxes that the picture does not cut', () => {
-  const doc = /** @type {any} */ ({ ...blankDoc('hab'), keys: { 5: { ...key, box: [10, 10, 19, 19] }, 8: { ...key, box: [10, 10, 22, 22] }, 9: { ...key, box: [80, 10, 100, 40] }, 12: { ...key, outside: true } } });
+  const doc = /** @type {any} */ ({
+    ...blankDoc('hab'),
+    keys: {
+      5: { ...key, box: [10, 10, 19, 19] },
+      8: { ...key, box: [10, 10, 22, 22] },
+      9: { ...key, box: [80, 10, 100, 40] },
+      12: { ...key, outside: true },
+    },
+  });
   assert.equal(clearestFrame(doc, tracks), 9);
   assert.equal(clearestFrame(doc, tracks, { width: 100, height: 60 }), 8);
   assert.equal(clearestFrame(doc, tracks, { width: 22, height: 22 }), 5, 'the one that the picture does not cut');

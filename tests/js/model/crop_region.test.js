@@ -7,7 +7,16 @@ import { cropRegion, placeIn } from '../../../static/js/model/crop_region.js';
 const PICTURE = { width: 1280, height: 720 };
 
 test('the part is a square around both boxes', () => {
-  assert.deepEqual(cropRegion([[100, 100, 140, 140], [120, 100, 160, 130]], PICTURE), [76, 66, 184, 174]);
+  assert.deepEqual(
+    cropRegion(
+      [
+        [100, 100, 140, 140],
+        [120, 100, 160, 130],
+      ],
+      PICTURE,
+    ),
+    [76, 66, 184, 174],
+  );
 });
 
 test('it is moved into the picture and no larger than that', () => {

@@ -12,21 +12,42 @@ const piece = (first, last) => [{ track: 1, first, last }];
 
 test('deleted tracks are listed by their first frame, with what they showed', () => {
   const box = { box: [0, 0, 9, 9], occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
-  const found = deletedTracks({
-    m3: doc('m3', { gone: true, segments: piece(40, 60) }),
-    m1: doc('m1', { gone: true, segments: piece(10, OPEN_END) }),
-    h00000001: doc('h00000001', { gone: true, keys: { 3: box, 30: box } }),
-    m2: doc('m2', { segments: piece(0, 5) }),
-    m4: doc('m4', { gone: true, merged_into: 'm2', segments: piece(0, 5) }),
-    h00000002: doc('h00000002', { gone: true }),
-  }, () => 25);
-  assert.deepEqual(found.map(({ doc: { key }, first, last }) => [key, first, last]), [['h00000001', 3, 30], ['m1', 10, 25], ['m3', 40, 60]]);
+  const found = deletedTracks(
+    {
+      m3: doc('m3', { gone: true, segments: piece(40, 60) }),
+      m1: doc('m1', { gone: true, segments: piece(10, OPEN_END) }),
+      h00000001: doc('h00000001', { gone: true, keys: { 3: box, 30: box } }),
+      m2: doc('m2', { segments: piece(0, 5) }),
+      m4: doc('m4', { gone: true, merged_into: 'm2', segments: piece(0, 5) }),
+      h00000002: doc('h00000002', { gone: true }),
+    },
+    () => 25,
+  );
+  assert.deepEqual(
+    found.map(({ doc: { key }, first, last }) => [key, first, last]),
+    [
+      ['h00000001', 3, 30],
+      ['m1', 10, 25],
+      ['m3', 40, 60],
+    ],
+  );
 });
 
 test('who spoke last of a track deleted it, however many pages the log has', () => {
-  const row = (/** @type {number} */ seq, /** @type {string} */ author, /** @type {string[]} */ ...keys) => ({ seq, author, time: `t${seq}`, keys });
+  const row = (/** @type {number} */ seq, /** @type {string} */ author, /** @type {string[]} */ ...keys) => ({
+    seq,
+    author,
+    time: `t${seq}`,
+    keys,
+  });
   const first = lastWords(new Map(), [row(1, 'Ann', 'm1', 'm2'), row(2, 'Bob', 'm1')]);
-  assert.deepEqual([...first], [['m1', { author: 'Bob', time: 't2' }], ['m2', { author: 'Ann', time: 't1' }]]);
+  assert.deepEqual(
+    [...first],
+    [
+      ['m1', { author: 'Bob', time: 't2' }],
+      ['m2', { author: 'Ann', time: 't1' }],
+    ],
+  );
   assert.deepEqual(lastWords(first, [row(3, 'Cleo', 'm2')]).get('m2'), { author: 'Cleo', time: 't3' });
   assert.equal(first.get('m2')?.author, 'Ann');
 });

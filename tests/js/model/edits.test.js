@@ -55,9 +55,22 @@ test('a command for a track that is not there is refused with a sentence', () =>
 test('span, key frames and neighbours', () => {
   const open = emptyDoc({ track: 4, first: 2, last: 9 }, true);
   assert.equal(open.segments[0].last, OPEN_END);
-  assert.deepEqual(spanOf(open, () => 30), { first: 2, last: 30 });
-  const key = { box: /** @type {[number, number, number, number]} */ ([0, 0, 1, 1]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
-  const doc = { ...emptyDoc({ track: 4, first: 2, last: 9 }), keys: { 20: { ...key, box: /** @type {[number, number, number, number]} */ ([10, 0, 11, 1]) }, 10: key } };
+  assert.deepEqual(
+    spanOf(open, () => 30),
+    { first: 2, last: 30 },
+  );
+  const key = {
+    box: /** @type {[number, number, number, number]} */ ([0, 0, 1, 1]),
+    occluded: false,
+    outside: false,
+    interpolate: true,
+    class_id: null,
+    followed: false,
+  };
+  const doc = {
+    ...emptyDoc({ track: 4, first: 2, last: 9 }),
+    keys: { 20: { ...key, box: /** @type {[number, number, number, number]} */ ([10, 0, 11, 1]) }, 10: key },
+  };
   assert.deepEqual(spanOf(doc), { first: 2, last: 20 });
   assert.deepEqual(keyFramesOf(doc), [10, 20]);
   assert.equal(nextKey(doc, 10), 20);

@@ -35,18 +35,38 @@ test('in queue and picture, until a person gives a label', () => {
   let docs = {};
   assert.deepEqual(words(), ['Bus stop', null]);
   const filter = { ...NO_FILTER, text: 'bus' };
-  assert.deepEqual(queueOf(trackEntries(own, docs), filter, labels).map((entry) => entry.key), [key]);
-  const review = () => /** @type {any} */ ({
-    frame: own.first[0], docs, tracks: own, following: null,
-    overlays: { [own.first[0]]: { tracks: [{ id: first, state: 'confirmed', box: [0, 0, 9, 9], class_id: -1, word: 'Bus stop' }, { id: second, state: 'confirmed', box: [20, 0, 29, 9], class_id: 3, word: null }] } },
-  });
-  assert.deepEqual(shownTracks(review()).map(({ word }) => word), ['Bus stop', null]);
+  assert.deepEqual(
+    queueOf(trackEntries(own, docs), filter, labels).map((entry) => entry.key),
+    [key],
+  );
+  const review = () =>
+    /** @type {any} */ ({
+      frame: own.first[0],
+      docs,
+      tracks: own,
+      following: null,
+      overlays: {
+        [own.first[0]]: {
+          tracks: [
+            { id: first, state: 'confirmed', box: [0, 0, 9, 9], class_id: -1, word: 'Bus stop' },
+            { id: second, state: 'confirmed', box: [20, 0, 29, 9], class_id: 3, word: null },
+          ],
+        },
+      },
+    });
+  assert.deepEqual(
+    shownTracks(review()).map(({ word }) => word),
+    ['Bus stop', null],
+  );
   const spans = [{ track: first, first: own.first[0], last: own.last[0] }];
   ({ docs } = applyCommand(docs, { name: 'set_occluded', key, frame: own.first[0], value: true, spans }, person));
   assert.equal(shownTracks(review()).find((one) => one.key === key)?.word, 'Bus stop', 'its label is the engine’s still');
   ({ docs } = applyCommand(docs, { name: 'relabel_track', key, frame: 0, class_id: -1 }, person));
   assert.deepEqual([words(), shownTracks(review()).find((one) => one.key === key)?.word], [[null, null], null]);
-  assert.equal(whoseLabel(docs[key], -1, () => 'not in the set', 'Bus stop'), 'Label set by a person; the engine says Bus stop.');
+  assert.equal(
+    whoseLabel(docs[key], -1, () => 'not in the set', 'Bus stop'),
+    'Label set by a person; the engine says Bus stop.',
+  );
 });
 
 test('two of the engine’s words are two lines of a joined lane', () => {
@@ -54,10 +74,29 @@ test('two of the engine’s words are two lines of a joined lane', () => {
   const made = laneOf({ ...tracks, id: [7], first: [10], last: [11] }, 0);
   /** @type {import('../../../static/js/types.js').TrackLane} */
   const lane = {
-    ...made, classes: [-1, -1, 3], words: ['bus stop', 'tram stop', null], probabilities: [[0.6, 0.3, 0.1], [0.2, 0.7, 0.1]], votes: [[0.6, 0.3, 0.1], [0.4, 0.5, 0.1]],
-    top: [-1, -1], top_word: ['bus stop', 'tram stop'], top_probability: [0.6, 0.7], weight: [1, 1],
+    ...made,
+    classes: [-1, -1, 3],
+    words: ['bus stop', 'tram stop', null],
+    probabilities: [
+      [0.6, 0.3, 0.1],
+      [0.2, 0.7, 0.1],
+    ],
+    votes: [
+      [0.6, 0.3, 0.1],
+      [0.4, 0.5, 0.1],
+    ],
+    top: [-1, -1],
+    top_word: ['bus stop', 'tram stop'],
+    top_probability: [0.6, 0.7],
+    weight: [1, 1],
   };
   const found = documentLane('m7', { ...blankDoc('m7'), segments: [{ track: 7, first: 11, last: 11 }] }, { 7: lane });
-  assert.deepEqual([found?.lane.words, found?.lane.classes], [['tram stop', 'bus stop', null], [-1, -1, 3]]);
+  assert.deepEqual(
+    [found?.lane.words, found?.lane.classes],
+    [
+      ['tram stop', 'bus stop', null],
+      [-1, -1, 3],
+    ],
+  );
   assert.deepEqual([found?.reading?.word, found?.reading?.runner_up_word, found?.reading?.share], ['tram stop', 'bus stop', 0.7]);
 });

@@ -7,25 +7,56 @@ import { stretchesOf } from '../../../static/js/model/event_stretches.js';
 const at = (frame, kind) => ({ frame, kind, text: `${kind} ${frame}` });
 
 test('what repeats in neighbouring frames is one line, whatever else happens there', () => {
-  const found = stretchesOf([at(3, 'born'), at(10, 'relocalised'), at(11, 'relocalised'), at(11, 'unlearned'), at(12, 'relocalised'), at(14, 'died')]);
-  assert.deepEqual(found.map((one) => [one.kind, one.frame, one.last, one.sentences.length]), [
-    ['born', 3, 3, 1], ['relocalised', 10, 12, 3], ['unlearned', 11, 11, 1], ['died', 14, 14, 1],
+  const found = stretchesOf([
+    at(3, 'born'),
+    at(10, 'relocalised'),
+    at(11, 'relocalised'),
+    at(11, 'unlearned'),
+    at(12, 'relocalised'),
+    at(14, 'died'),
   ]);
+  assert.deepEqual(
+    found.map((one) => [one.kind, one.frame, one.last, one.sentences.length]),
+    [
+      ['born', 3, 3, 1],
+      ['relocalised', 10, 12, 3],
+      ['unlearned', 11, 11, 1],
+      ['died', 14, 14, 1],
+    ],
+  );
   assert.equal(found[1].sentences[2].text, 'relocalised 12');
 });
 
 test('two stay apart, a gap of a frame ends a stretch, and what happens once is never joined', () => {
-  const found = stretchesOf([at(1, 'rejected'), at(2, 'rejected'), at(4, 'rejected'), at(5, 'relabelled'), at(6, 'relabelled'), at(7, 'relabelled')]);
-  assert.deepEqual(found.map((one) => [one.kind, one.frame, one.last]), [
-    ['rejected', 1, 1], ['rejected', 2, 2], ['rejected', 4, 4], ['relabelled', 5, 5], ['relabelled', 6, 6], ['relabelled', 7, 7],
+  const found = stretchesOf([
+    at(1, 'rejected'),
+    at(2, 'rejected'),
+    at(4, 'rejected'),
+    at(5, 'relabelled'),
+    at(6, 'relabelled'),
+    at(7, 'relabelled'),
   ]);
+  assert.deepEqual(
+    found.map((one) => [one.kind, one.frame, one.last]),
+    [
+      ['rejected', 1, 1],
+      ['rejected', 2, 2],
+      ['rejected', 4, 4],
+      ['relabelled', 5, 5],
+      ['relabelled', 6, 6],
+      ['relabelled', 7, 7],
+    ],
+  );
   assert.deepEqual(stretchesOf([]), []);
 });
 
 test('nothing is lost and the order is that of the first frames', () => {
   const given = Array.from({ length: 40 }, (_, i) => at(Math.floor(i / 2), ['rejected', 'unlearned', 'relocalised'][(i * 7) % 3]));
   const found = stretchesOf(given);
-  assert.equal(found.reduce((all, one) => all + one.sentences.length, 0), given.length);
+  assert.equal(
+    found.reduce((all, one) => all + one.sentences.length, 0),
+    given.length,
+  );
   assert.ok(found.every((one, i) => i === 0 || found[i - 1].frame <= one.frame));
   assert.ok(found.every((one) => one.sentences.every((s) => s.kind === one.kind && one.frame <= s.frame && s.frame <= one.last)));
 });

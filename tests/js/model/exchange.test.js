@@ -4,9 +4,22 @@ import { test } from 'node:test';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { countOut, DEFAULT_STATES, FIRST_CHOICE, isVideoFile, numberIn, restoreChoice } from '../../../static/js/model/exchange.js';
 
-const tracks = /** @type {any} */ ({ id: [1, 2, 3], first: [0, 50, 90], last: [19, 99, 99], frames: [20, 25, 10], class_id: [14, 2, null] });
+const tracks = /** @type {any} */ ({
+  id: [1, 2, 3],
+  first: [0, 50, 90],
+  last: [19, 99, 99],
+  frames: [20, 25, 10],
+  class_id: [14, 2, null],
+});
 /** @param {object} [more] */
-const rule = (more = {}) => ({ states: ['open', 'edited', 'accepted', 'needs_work', 'rejected'], labels: null, notInSet: 'class', first: 0, last: 2 ** 31 - 2, ...more });
+const rule = (more = {}) => ({
+  states: ['open', 'edited', 'accepted', 'needs_work', 'rejected'],
+  labels: null,
+  notInSet: 'class',
+  first: 0,
+  last: 2 ** 31 - 2,
+  ...more,
+});
 /** @param {any[]} docs @param {any} asked */
 const out = (docs, asked) => {
   const { tracks: signs, boxes, rejected } = countOut(tracks, docs, asked);
@@ -30,25 +43,56 @@ test('what people said about a track counts instead of the engine', () => {
   const merged = { ...emptyDoc({ track: 3, first: 90, last: 99 }), gone: true };
   assert.deepEqual(out([rejected, nothing, merged], rule()), { tracks: 0, boxes: 0, rejected: 2 });
   assert.deepEqual(out([rejected, nothing, merged], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
-  const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false } } };
+  const own = {
+    ...blankDoc('hx'),
+    class_id: 5,
+    keys: {
+      10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
+    },
+  };
   assert.deepEqual(out([own], rule({ labels: new Set([5]), notInSet: 'leave-out' })), { tracks: 1, boxes: 1, rejected: 0 });
 });
 
 test('what was remembered comes back; nonsense is as if nothing was', () => {
-  const kept = { ...FIRST_CHOICE, format: 'yolo', states: ['accepted'], labels: ['stop', 'C,3a'], not_in_set: /** @type {const} */ ('ignore'), balance: true, switches: { yolo: { image: 'png' } } };
+  const kept = {
+    ...FIRST_CHOICE,
+    format: 'yolo',
+    states: ['accepted'],
+    labels: ['stop', 'C,3a'],
+    not_in_set: /** @type {const} */ ('ignore'),
+    balance: true,
+    switches: { yolo: { image: 'png' } },
+  };
   assert.deepEqual(restoreChoice(JSON.stringify(kept)), kept);
   for (const text of [null, '', '{', '3', 'null', '[]']) assert.deepEqual(restoreChoice(text), FIRST_CHOICE, String(text));
-  const odd = restoreChoice('{"format": 3, "states": [], "labels": [3], "not_in_set": "x", "shares": ["1"], "pictures": "many", "switches": []}');
+  const odd = restoreChoice(
+    '{"format": 3, "states": [], "labels": [3], "not_in_set": "x", "shares": ["1"], "pictures": "many", "switches": []}',
+  );
   assert.deepEqual(odd, FIRST_CHOICE);
 });
 
 test('what stays behind is counted: open, and without a label of the set', () => {
-  const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false } } };
+  const own = {
+    ...blankDoc('hx'),
+    class_id: 5,
+    keys: {
+      10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
+    },
+  };
   const relabelled = { ...emptyDoc({ track: 2, first: 50, last: 99 }), class_id: 9 };
   const noted = { ...emptyDoc({ track: 1, first: 0, last: 19 }), notes: [{ id: 'n', frame: 3, text: 'x', author: 'A', time: '' }] };
-  const found = countOut(tracks, [own, relabelled, noted], rule({ states: [...DEFAULT_STATES], notInSet: 'leave-out' }), (id) => (id === 9 ? 5 : id));
-  assert.deepEqual([found.tracks, found.open, found.unlabelled, [...found.byLabel]], [2, 2, 0, [[5, 2]]], 'a note is no edit; a merged label counts as the other');
-  assert.deepEqual([countOut(tracks, [], rule({ notInSet: 'leave-out' })).unlabelled, countOut(tracks, [], rule({ notInSet: 'ignore' })).tracks], [1, 3]);
+  const found = countOut(tracks, [own, relabelled, noted], rule({ states: [...DEFAULT_STATES], notInSet: 'leave-out' }), (id) =>
+    id === 9 ? 5 : id,
+  );
+  assert.deepEqual(
+    [found.tracks, found.open, found.unlabelled, [...found.byLabel]],
+    [2, 2, 0, [[5, 2]]],
+    'a note is no edit; a merged label counts as the other',
+  );
+  assert.deepEqual(
+    [countOut(tracks, [], rule({ notInSet: 'leave-out' })).unlabelled, countOut(tracks, [], rule({ notInSet: 'ignore' })).tracks],
+    [1, 3],
+  );
 });
 
 test('a choice of before label sets keeps what it can', () => {
@@ -66,5 +110,8 @@ test('typed numbers are numbers in their range', () => {
 });
 
 test('videos are distinguished from annotations by name', () => {
-  assert.deepEqual(['a.MP4', 'b.mkv', 'c.xml', 'd.zip', 'mp4.json'].map((name) => isVideoFile({ name })), [true, true, false, false, false]);
+  assert.deepEqual(
+    ['a.MP4', 'b.mkv', 'c.xml', 'd.zip', 'mp4.json'].map((name) => isVideoFile({ name })),
+    [true, true, false, false, false],
+  );
 });

@@ -6,7 +6,19 @@ import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { boxAt } from '../../../static/js/model/effective.js';
 import { applyCommand } from '../../../static/js/model/commands.js';
 import {
-  acceptCommand, followingWords, framesFollowed, neighbours, newFollowing, proposalAt, reachOf, requestFrom, requestWith, takenSpan, thinned, withAnswer, withCut,
+  acceptCommand,
+  followingWords,
+  framesFollowed,
+  neighbours,
+  newFollowing,
+  proposalAt,
+  reachOf,
+  requestFrom,
+  requestWith,
+  takenSpan,
+  thinned,
+  withAnswer,
+  withCut,
 } from '../../../static/js/model/following.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
@@ -18,9 +30,31 @@ const at = (frame) => {
   return [100 + side, 50, 100 + 2 * side, 50 + side];
 };
 /** @param {object} [change] */
-const key = (change) => ({ box: /** @type {Box|null} */ (at(0)), occluded: false, outside: false, interpolate: true, class_id: null, followed: false, ...change });
+const key = (change) => ({
+  box: /** @type {Box|null} */ (at(0)),
+  occluded: false,
+  outside: false,
+  interpolate: true,
+  class_id: null,
+  followed: false,
+  ...change,
+});
 /** @param {Partial<Follow>} change @returns {Follow} */
-const answer = (change) => ({ id: 'f1', run_id: 'r', key: 'h1', anchors: [], only: null, first: 0, last: null, state: 'running', error: null, proposals: [], endings: [], next: 1, ...change });
+const answer = (change) => ({
+  id: 'f1',
+  run_id: 'r',
+  key: 'h1',
+  anchors: [],
+  only: null,
+  first: 0,
+  last: null,
+  state: 'running',
+  error: null,
+  proposals: [],
+  endings: [],
+  next: 1,
+  ...change,
+});
 /** @param {number} frame @param {number} [confidence] @returns {Follow['proposals'][number]} */
 const row = (frame, confidence = 0.9) => [frame, ...at(frame), confidence, 'matched'];
 const asked = () => newFollowing({ key: 'h1', anchors: [{ frame: 50, box: at(50) }], only: null, first: 0, last: null });
@@ -30,7 +64,10 @@ test('proposals are added, replaced and withdrawn; what would be taken has no ga
   assert.deepEqual(takenSpan(now), { first: 49, last: 52 });
   now = withAnswer(now, answer({ proposals: [row(53), row(51, 0.4)], next: 2 }));
   assert.deepEqual([takenSpan(now), now.proposals[51].confidence, framesFollowed(now)], [{ first: 49, last: 54 }, 0.4, 5]);
-  now = withAnswer(now, answer({ state: 'complete', endings: [{ direction: 'forward', frame: 52, reason: 'gone', sentence: 'It is gone.' }] }));
+  now = withAnswer(
+    now,
+    answer({ state: 'complete', endings: [{ direction: 'forward', frame: 52, reason: 'gone', sentence: 'It is gone.' }] }),
+  );
   assert.deepEqual(takenSpan(now), { first: 49, last: 52 });
   assert.equal(proposalAt(now, 53), null);
   assert.equal(followingWords(now, '#1'), 'Proposal for track #1: frames 49 to 52, 3 new. It is gone.');
@@ -57,20 +94,30 @@ test('few boxes stand for many, within half a pixel at each edge', () => {
 });
 
 test('what is accepted shows the proposed boxes, and the engine’s beyond them', () => {
-  const following = withAnswer(newFollowing({ key: 'm1', anchors: [{ frame: 50, box: at(50) }], only: 'backward', first: 0, last: null }), answer({ key: 'm1', proposals: Array.from({ length: 30 }, (_, i) => row(49 - i)) }));
+  const following = withAnswer(
+    newFollowing({ key: 'm1', anchors: [{ frame: 50, box: at(50) }], only: 'backward', first: 0, last: null }),
+    answer({ key: 'm1', proposals: Array.from({ length: 30 }, (_, i) => row(49 - i)) }),
+  );
   const command = acceptCommand(following, 50);
   assert.ok(command);
   const { docs } = applyCommand({ m1: emptyDoc({ track: 1, first: 50, last: 90 }) }, command, { author: 'a', time: '' });
   /** @param {number} frame */
   const shown = (frame) => boxAt(docs.m1, frame, () => [0, 0, 9, 9]);
   assert.equal(shown(19), null);
-  for (let frame = 20; frame <= 50; frame += 1) assert.ok(shown(frame)?.box.every((edge, i) => Math.abs(edge - at(frame)[i]) <= 0.5), `frame ${frame}`);
+  for (let frame = 20; frame <= 50; frame += 1)
+    assert.ok(
+      shown(frame)?.box.every((edge, i) => Math.abs(edge - at(frame)[i]) <= 0.5),
+      `frame ${frame}`,
+    );
   assert.deepEqual(shown(51), { box: [0, 0, 9, 9], origin: 'engine', occluded: false, class_id: null });
   assert.deepEqual([docs.m1.keys[50].followed, docs.m1.keys[20].followed], [false, true]);
 });
 
 test('a correction is followed between its neighbours by hand, never into what a person took out of sight', () => {
-  const doc = { ...blankDoc('h1'), keys: { 10: key(), 20: key({ followed: true }), 40: key(), 70: key({ outside: true, box: null }), 80: key() } };
+  const doc = {
+    ...blankDoc('h1'),
+    keys: { 10: key(), 20: key({ followed: true }), 40: key(), 70: key({ outside: true, box: null }), 80: key() },
+  };
   assert.deepEqual(neighbours(doc, 30), { before: { frame: 10, box: at(0) }, after: { frame: 40, box: at(0) } });
   assert.deepEqual(reachOf(doc, 30), { first: 0, last: 69 });
   assert.deepEqual(reachOf(doc, 85), { first: 80, last: null });
@@ -78,13 +125,19 @@ test('a correction is followed between its neighbours by hand, never into what a
   assert.deepEqual([request.anchors.map(({ frame }) => frame), request.first, request.last], [[10, 30, 40], 10, 40]);
   const late = requestFrom(doc, 'h1', { frame: 60, box: at(60) }, null);
   assert.deepEqual([late.anchors.map(({ frame }) => frame), late.first, late.last], [[40, 60], 40, 69]);
-  assert.deepEqual(requestFrom(doc, 'h1', { frame: 60, box: at(60) }, 'forward').anchors.map(({ frame }) => frame), [60]);
+  assert.deepEqual(
+    requestFrom(doc, 'h1', { frame: 60, box: at(60) }, 'forward').anchors.map(({ frame }) => frame),
+    [60],
+  );
   const more = requestWith({ ...asked(), first: 40, last: 60 }, { frame: 55, box: at(55) });
   assert.deepEqual([more.anchors.map(({ frame }) => frame), more.first, more.last], [[50, 55], 40, 60]);
 });
 
 test('what goes on, what failed and what found nothing is said', () => {
   assert.equal(followingWords(asked(), '#1'), 'Following track #1');
-  assert.equal(followingWords(withAnswer(asked(), answer({ state: 'failed', error: 'The file is gone.' })), '#1'), 'Track #1 could not be followed: The file is gone.');
+  assert.equal(
+    followingWords(withAnswer(asked(), answer({ state: 'failed', error: 'The file is gone.' })), '#1'),
+    'Track #1 could not be followed: The file is gone.',
+  );
   assert.equal(followingWords(withAnswer(asked(), answer({ state: 'complete' })), '#1'), 'Track #1 is not found in another frame.');
 });

@@ -8,8 +8,18 @@ import { short } from '../../../static/js/model/plain_words.js';
 
 test('a number never has an exponent, and keeps its significant digits', () => {
   const cases = /** @type {[number, number|undefined, string][]} */ ([
-    [4.189, undefined, '4.19'], [1234.5, undefined, '1,230'], [1234.5, 6, '1,234.5'], [132400, undefined, '132,400'], [0, undefined, '0'], [-0, undefined, '0'],
-    [9.02e-7, undefined, '<0.0001'], [-9.02e-7, 2, '>-0.0001'], [1e-6, 6, '0.000001'], [1.5e21, undefined, '1,500,000,000,000,000,000,000'], [0.00021, 2, '0.00021'], [-3.14159, 3, '-3.14'],
+    [4.189, undefined, '4.19'],
+    [1234.5, undefined, '1,230'],
+    [1234.5, 6, '1,234.5'],
+    [132400, undefined, '132,400'],
+    [0, undefined, '0'],
+    [-0, undefined, '0'],
+    [9.02e-7, undefined, '<0.0001'],
+    [-9.02e-7, 2, '>-0.0001'],
+    [1e-6, 6, '0.000001'],
+    [1.5e21, undefined, '1,500,000,000,000,000,000,000'],
+    [0.00021, 2, '0.00021'],
+    [-3.14159, 3, '-3.14'],
   ]);
   for (const [value, digits, text] of cases) assert.equal(figure(value, digits), text);
   assert.deepEqual([figure(null), figure(Number.NaN), figure(Infinity), count(undefined)], ['–', '–', '–', '–']);
@@ -17,7 +27,10 @@ test('a number never has an exponent, and keeps its significant digits', () => {
 });
 
 test('one thing is one thing', () => {
-  assert.deepEqual([plural(1, 'group'), plural(0, 'group'), plural(1200, 'group'), plural(1, 'class', 'classes')], ['1 group', '0 groups', '1,200 groups', '1 class']);
+  assert.deepEqual(
+    [plural(1, 'group'), plural(0, 'group'), plural(1200, 'group'), plural(1, 'class', 'classes')],
+    ['1 group', '0 groups', '1,200 groups', '1 class'],
+  );
 });
 
 test('a share that is not quite none or all does not say so', () => {
@@ -25,26 +38,46 @@ test('a share that is not quite none or all does not say so', () => {
 });
 
 /** The texts of the whole page, by file. */
-const sources = readdirSync('static/js', { recursive: true }).map(String).filter((name) => name.endsWith('.js'))
+const sources = readdirSync('static/js', { recursive: true })
+  .map(String)
+  .filter((name) => name.endsWith('.js'))
   .map((name) => /** @type {const} */ ([name, readFileSync(`static/js/${name}`, 'utf8').split('\n')]));
 
 /** @param {RegExp} wrong @param {(line: string, name: string) => boolean} [allowed] */
-const found = (wrong, allowed = () => false) => sources.flatMap(([name, lines]) => lines
-  .filter((line) => wrong.test(line) && !/^\s*(\*|\/\/|\/\*)/.test(line) && !allowed(line, name)).map((line) => `${name}: ${line.trim()}`));
+const found = (wrong, allowed = () => false) =>
+  sources.flatMap(([name, lines]) =>
+    lines
+      .filter((line) => wrong.test(line) && !/^\s*(\*|\/\/|\/\*)/.test(line) && !allowed(line, name))
+      .map((line) => `${name}: ${line.trim()}`),
+  );
 
 test('on every screen a count and its word agree: plural() writes them', () => {
   // a number of something and a plural in one text; where a line tells 1 from more by itself, or counts what is never one, it may
   const number = String.raw`\$\{(?:count\()?[^{}]*(?:length|size|total|_done|frames|tracks|corrections|pictures)\)?\} (?!is\b|was\b|has\b|does\b)[a-z-]+s\b`;
-  assert.deepEqual(found(new RegExp(number), (line) => /=== 1 \?|plural\(|parts\.length\} parts|coming\} (?:of \$\{added\.length\} )?videos/.test(line)), []);
-  assert.deepEqual(found(/\$\{count\([^{}]*\)\} (?!is\b|was\b|has\b)[a-z-]+s\b/, (line) => /=== 1 \?/.test(line)), []);
+  assert.deepEqual(
+    found(new RegExp(number), (line) => /=== 1 \?|plural\(|parts\.length\} parts|coming\} (?:of \$\{added\.length\} )?videos/.test(line)),
+    [],
+  );
+  assert.deepEqual(
+    found(/\$\{count\([^{}]*\)\} (?!is\b|was\b|has\b)[a-z-]+s\b/, (line) => /=== 1 \?/.test(line)),
+    [],
+  );
 });
 
 test('on every screen figure() writes numbers of unknown size', () => {
   const read = ['model/gate_lane.js', 'views/lanes/tau_slider.js'];
-  assert.deepEqual(found(/toPrecision|toExponential/, (_, name) => read.includes(name.replaceAll('\\', '/'))), [], 'these two round a number and write none');
+  assert.deepEqual(
+    found(/toPrecision|toExponential/, (_, name) => read.includes(name.replaceAll('\\', '/'))),
+    [],
+    'these two round a number and write none',
+  );
 });
 
 test('on every screen a picture of a label or a crop can be missing', () => {
   const own = ['views/library-card.js', 'views/library-welcome.js', 'views/topbar.js', 'views/pictures.js'];
-  assert.deepEqual(found(/h\('img'/, (_, name) => own.includes(name.replaceAll('\\', '/'))), [], 'the others hide theirs, or ship with the page');
+  assert.deepEqual(
+    found(/h\('img'/, (_, name) => own.includes(name.replaceAll('\\', '/'))),
+    [],
+    'the others hide theirs, or ship with the page',
+  );
 });

@@ -2,12 +2,26 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { bounded, dragged, fit, handleAt, iou, nudged, revealed, settled, sizeOf, toPicture, toScreen, zoomAt, zoomedTo } from '../../../static/js/model/geometry.js';
+import {
+  bounded,
+  dragged,
+  fit,
+  handleAt,
+  iou,
+  nudged,
+  revealed,
+  settled,
+  sizeOf,
+  toPicture,
+  toScreen,
+  zoomAt,
+  zoomedTo,
+} from '../../../static/js/model/geometry.js';
 
 const PICTURE = { width: 960, height: 540 };
 const SCREEN = { width: 640, height: 480 };
 
-test('screen and picture points are each other\'s inverse', () => {
+test("screen and picture points are each other's inverse", () => {
   const view = { zoom: 3.7, x: 100, y: 50 };
   const [x, y] = toPicture(view, SCREEN, ...toScreen(view, SCREEN, 12.5, 99));
   assert.ok(Math.abs(x - 12.5) < 1e-9 && Math.abs(y - 99) < 1e-9);
@@ -47,7 +61,11 @@ test('a handle dragged over the other side turns the box, not inside out', () =>
 });
 
 test('a settled box lies in the picture and is never empty', () => {
-  for (const box of /** @type {import('../../../static/js/types.js').Box[]} */ ([[-50, -50, -40, -40], [959.9, 539.9, 2000, 2000], [5, 5, 5, 5]])) {
+  for (const box of /** @type {import('../../../static/js/types.js').Box[]} */ ([
+    [-50, -50, -40, -40],
+    [959.9, 539.9, 2000, 2000],
+    [5, 5, 5, 5],
+  ])) {
     const [x1, y1, x2, y2] = settled(box, PICTURE);
     assert.ok(0 <= x1 && x1 + 2 <= x2 && x2 <= 960 && 0 <= y1 && y1 + 2 <= y2 && y2 <= 540, String([x1, y1, x2, y2]));
   }
@@ -89,7 +107,20 @@ test('a small box is zoomed to the asked side, a tiny one not without end', () =
 test('pixels that are not square are shown at their true shape, and every point is still its own', () => {
   const picture = sizeOf(/** @type {any} */ ({ width: 480, height: 360, pixel_ratio: 4 / 3 }));
   const view = fit(picture, { width: 640, height: 360 });
-  for (const [point, place] of [[[0, 0], [0, 0]], [[480, 360], [640, 360]], [[120, 90], [160, 90]]]) {
+  for (const [point, place] of [
+    [
+      [0, 0],
+      [0, 0],
+    ],
+    [
+      [480, 360],
+      [640, 360],
+    ],
+    [
+      [120, 90],
+      [160, 90],
+    ],
+  ]) {
     const shown = toScreen(view, { width: 640, height: 360 }, point[0], point[1]);
     assert.ok(Math.hypot(shown[0] - place[0], shown[1] - place[1]) < 1e-9);
     const back = toPicture(view, { width: 640, height: 360 }, shown[0], shown[1]);

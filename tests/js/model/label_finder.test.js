@@ -25,17 +25,29 @@ test('a word names the label that the server finds for it', () => {
 });
 
 test('a label that was merged is the one that stands for it, also by way of others', () => {
-  assert.deepEqual([44, 47, 46, NO_CLASS, 999].map((id) => resolved(SET, id)), [43, 45, 46, NO_CLASS, 999]);
+  assert.deepEqual(
+    [44, 47, 46, NO_CLASS, 999].map((id) => resolved(SET, id)),
+    [43, 45, 46, NO_CLASS, 999],
+  );
   assert.equal(resolved(SET, null), null);
   assert.equal(labelFor(SET, 44)?.name, 'no parking');
-  assert.deepEqual([44, NO_CLASS, null, 999].map((id) => className(SET, id)), ['no parking', 'not in the set', 'unlabelled', 'label 999']);
-  assert.deepEqual(offeredLabels(SET).map(({ id }) => id), [0, 14, 13, 40, 43, 46, 48]);
+  assert.deepEqual(
+    [44, NO_CLASS, null, 999].map((id) => className(SET, id)),
+    ['no parking', 'not in the set', 'unlabelled', 'label 999'],
+  );
+  assert.deepEqual(
+    offeredLabels(SET).map(({ id }) => id),
+    [0, 14, 13, 40, 43, 46, 48],
+  );
   const circle = [label({ id: 1, merged_into: 2 }), label({ id: 2, merged_into: 1 }), label({ id: 3, merged_into: 9 })];
   assert.equal(circle.map(({ id }) => resolved(circle, id)).length, 3);
 });
 
 /** @param {import('../../../static/js/types.js').Label[]} labels @param {string} text */
-const found = (labels, text) => finderOf(labels).search(text, offeredLabels(labels)).map(({ id }) => id);
+const found = (labels, text) =>
+  finderOf(labels)
+    .search(text, offeredLabels(labels))
+    .map(({ id }) => id);
 
 test('a search finds by name, alias, key, short name and number', () => {
   assert.deepEqual(found(SET, '#40'), [40]);
@@ -60,14 +72,22 @@ test('what names a label as a whole comes before what begins so', () => {
 });
 
 test('names of labels are text, whatever is written in them', () => {
-  const labels = [label({ id: 0, name: '<img src=x onerror=alert(1)>' }), label({ id: 1, name: 'a'.repeat(200) }), label({ id: 2, name: '.*(' })];
+  const labels = [
+    label({ id: 0, name: '<img src=x onerror=alert(1)>' }),
+    label({ id: 1, name: 'a'.repeat(200) }),
+    label({ id: 2, name: '.*(' }),
+  ];
   assert.deepEqual([found(labels, '<img'), found(labels, 'aaaa'), found(labels, '.*(')], [[0], [1], [2]]);
 });
 
 test('a keystroke in 400 labels takes less than 50 ms', () => {
-  const labels = named(Array.from({ length: 400 }, (_, i) => `sign of the road number ${i} with a long name`)).map((one) => ({ ...one, aliases: [`alias ${one.id}`, `Zeichen ${one.id}`, `tábla ${one.id}`] }));
+  const labels = named(Array.from({ length: 400 }, (_, i) => `sign of the road number ${i} with a long name`)).map((one) => ({
+    ...one,
+    aliases: [`alias ${one.id}`, `Zeichen ${one.id}`, `tábla ${one.id}`],
+  }));
   found(labels, 'warm');
   const start = performance.now();
-  for (const text of ['s', 'si', 'sign', 'zeich', 'tábla 3', '39', '#12', 'nothing of the kind', 'long name', 'road 2']) found(labels, text);
+  for (const text of ['s', 'si', 'sign', 'zeich', 'tábla 3', '39', '#12', 'nothing of the kind', 'long name', 'road 2'])
+    found(labels, text);
   assert.ok((performance.now() - start) / 10 < 50);
 });

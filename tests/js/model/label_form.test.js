@@ -4,18 +4,35 @@ import { test } from 'node:test';
 import { NEW_ATTRIBUTE, changeOf, formOf } from '../../../static/js/model/label_form.js';
 import { label } from '../labels.js';
 
-const stop = label({ id: 14, key: 'stop', name: 'stop', aliases: ['halt'], size_mm: 900, pinned: 2, colour: '#aa0000',
-  attributes: [{ name: 'dirty', kind: 'checkbox', mutable: true, values: [], low: null, high: null, default: false }, { name: 'ground', kind: 'select', mutable: false, values: ['red', 'yellow'], low: null, high: null, default: 'red' }] });
+const stop = label({
+  id: 14,
+  key: 'stop',
+  name: 'stop',
+  aliases: ['halt'],
+  size_mm: 900,
+  pinned: 2,
+  colour: '#aa0000',
+  attributes: [
+    { name: 'dirty', kind: 'checkbox', mutable: true, values: [], low: null, high: null, default: false },
+    { name: 'ground', kind: 'select', mutable: false, values: ['red', 'yellow'], low: null, high: null, default: 'red' },
+  ],
+});
 
 test('what nobody has changed changes nothing', () => assert.deepEqual(changeOf(stop, formOf(stop)), { change: null }));
 
 test('only what is different is sent', () => {
   const form = { ...formOf(stop), name: ' Stop! ', aliases: 'halt\n\n  B2a \nhalt', pinned: '', size_mm: '' };
-  assert.deepEqual(changeOf(stop, form), { change: { type: 'update', id: 14, name: 'Stop!', aliases: ['halt', 'B2a'], pinned: null, size_mm: null } });
+  assert.deepEqual(changeOf(stop, form), {
+    change: { type: 'update', id: 14, name: 'Stop!', aliases: ['halt', 'B2a'], pinned: null, size_mm: null },
+  });
 });
 
 test('a new label has what was typed, and a key of its own only where one was given', () => {
-  const form = { ...formOf(null), name: 'no parking', attributes: [{ ...NEW_ATTRIBUTE, name: 'width', kind: /** @type {const} */ ('number'), low: '0', high: '2.5', start: '1' }] };
+  const form = {
+    ...formOf(null),
+    name: 'no parking',
+    attributes: [{ ...NEW_ATTRIBUTE, name: 'width', kind: /** @type {const} */ ('number'), low: '0', high: '2.5', start: '1' }],
+  };
   const found = changeOf(null, form);
   assert.ok('change' in found && found.change);
   assert.equal(found.change.type, 'add');
@@ -29,8 +46,11 @@ test('a new label has what was typed, and a key of its own only where one was gi
 test('what cannot be is said in a sentence', () => {
   const attribute = (/** @type {object} */ more) => ({ ...formOf(stop), attributes: [{ ...NEW_ATTRIBUTE, name: 'a', ...more }] });
   for (const [form, words] of /** @type {[any, RegExp][]} */ ([
-    [{ ...formOf(stop), name: ' ' }, /name/], [{ ...formOf(stop), size_mm: '1e3' }, /width must be a number/], [attribute({ name: ' ' }), /every attribute a name/],
-    [attribute({ kind: 'select', values: ' \n' }), /one a line/], [attribute({ kind: 'select', values: 'x\ny', start: 'z' }), /one of its answers/],
+    [{ ...formOf(stop), name: ' ' }, /name/],
+    [{ ...formOf(stop), size_mm: '1e3' }, /width must be a number/],
+    [attribute({ name: ' ' }), /every attribute a name/],
+    [attribute({ kind: 'select', values: ' \n' }), /one a line/],
+    [attribute({ kind: 'select', values: 'x\ny', start: 'z' }), /one of its answers/],
     [attribute({ kind: 'number', low: 'few' }), /the least must be a number, not “few”/],
   ])) {
     const found = changeOf(stop, form);

@@ -4,26 +4,60 @@ import { test } from 'node:test';
 import { mappingOf, parseLabelMap, proposed } from '../../../static/js/model/label_mapping.js';
 import { label } from '../labels.js';
 
-const LABELS = [label({ id: 13, key: 'give-way', name: 'give way', aliases: ['yield'] }), label({ id: 14, key: 'stop', name: 'stop' }), label({ id: 15, key: 'halt', name: 'halt', merged_into: 14 })];
-const name = (/** @type {string} */ text, /** @type {any[]} */ suggestions = []) => ({ name: text, tracks: 1, boxes: 9, suggestions, example: null });
+const LABELS = [
+  label({ id: 13, key: 'give-way', name: 'give way', aliases: ['yield'] }),
+  label({ id: 14, key: 'stop', name: 'stop' }),
+  label({ id: 15, key: 'halt', name: 'halt', merged_into: 14 }),
+];
+const name = (/** @type {string} */ text, /** @type {any[]} */ suggestions = []) => ({
+  name: text,
+  tracks: 1,
+  boxes: 9,
+  suggestions,
+  example: null,
+});
 
 test('what is like a label is proposed as that, anything else as a new one', () => {
-  assert.deepEqual(proposed(name('giveway', [{ id: 13, key: 'give-way', name: 'give way' }, { id: 14, key: 'stop', name: 'stop' }])), { kind: 'label', word: 'give way' });
+  assert.deepEqual(
+    proposed(
+      name('giveway', [
+        { id: 13, key: 'give-way', name: 'give way' },
+        { id: 14, key: 'stop', name: 'stop' },
+      ]),
+    ),
+    { kind: 'label', word: 'give way' },
+  );
   assert.deepEqual(proposed(name('pedestrian_crossing')), { kind: 'add', word: '' });
 });
 
 test('answers become labels by key, names to add and names to leave out', () => {
   const unknown = ['a', 'b', 'c', 'd', 'e'].map((one) => name(one));
-  const answers = /** @type {any[]} */ ([{ kind: 'label', word: 'YIELD' }, { kind: 'label', word: 'halt' }, { kind: 'none', word: 'x' }, { kind: 'add', word: 'x' }, { kind: 'skip', word: '' }]);
+  const answers = /** @type {any[]} */ ([
+    { kind: 'label', word: 'YIELD' },
+    { kind: 'label', word: 'halt' },
+    { kind: 'none', word: 'x' },
+    { kind: 'add', word: 'x' },
+    { kind: 'skip', word: '' },
+  ]);
   assert.deepEqual(mappingOf(unknown, answers, LABELS), { map: { a: 'give-way', b: 'stop', c: -1 }, add: ['d'], skip: ['e'] });
-  assert.deepEqual(mappingOf(unknown.slice(0, 2), [answers[0], { kind: 'label', word: ' boar ' }], LABELS), { error: 'No label is called “boar”.', at: 1 });
+  assert.deepEqual(mappingOf(unknown.slice(0, 2), [answers[0], { kind: 'label', word: ' boar ' }], LABELS), {
+    error: 'No label is called “boar”.',
+    at: 1,
+  });
   assert.deepEqual(mappingOf([name('<b>')], [{ kind: 'label', word: ' ' }], LABELS), { error: 'Say which label “<b>” is.', at: 0 });
 });
 
 test('a bare number that may be a name or the number of a label is asked about', () => {
-  const many = [label({ id: 2, key: 'limit-50', name: 'speed limit 50 km/h' }), label({ id: 50, key: 'hump', name: 'hump bridge' }), label({ id: 150, key: 'heavy', name: 'over 3.5 t' })];
+  const many = [
+    label({ id: 2, key: 'limit-50', name: 'speed limit 50 km/h' }),
+    label({ id: 50, key: 'hump', name: 'hump bridge' }),
+    label({ id: 150, key: 'heavy', name: 'over 3.5 t' }),
+  ];
   const answer = (/** @type {string} */ word) => mappingOf([name('a')], [{ kind: 'label', word }], many);
-  assert.deepEqual(answer('50'), { error: '“50” can be “speed limit 50 km/h”, or “hump bridge”, which has that number. Write the name, or #50.', at: 0 });
+  assert.deepEqual(answer('50'), {
+    error: '“50” can be “speed limit 50 km/h”, or “hump bridge”, which has that number. Write the name, or #50.',
+    at: 0,
+  });
   assert.deepEqual(answer('#50'), { map: { a: 'hump' }, add: [], skip: [] });
   assert.deepEqual(answer('2'), { map: { a: 'limit-50' }, add: [], skip: [] });
   const typed = parseLabelMap('x = 50', many);
@@ -31,7 +65,9 @@ test('a bare number that may be a name or the number of a label is asked about',
 });
 
 test('names of another tool are typed one a line', () => {
-  assert.deepEqual(parseLabelMap('stop sign = 14\n\n a = b=yield \nc=#13', LABELS), { map: { 'stop sign': 'stop', 'a = b': 'give-way', c: 'give-way' } });
+  assert.deepEqual(parseLabelMap('stop sign = 14\n\n a = b=yield \nc=#13', LABELS), {
+    map: { 'stop sign': 'stop', 'a = b': 'give-way', c: 'give-way' },
+  });
   for (const text of ['b', '= 3', 'b =', 'b = boar']) {
     const found = parseLabelMap(`a = 14\n${text}`, LABELS);
     assert.match('error' in found ? found.error : '', /^Line 2/, text);

@@ -22,7 +22,11 @@ test('a sign alone has its label above it, at the upper edge below it', () => {
 
 test('signs on one post: no label lies on a sign or on another label', () => {
   /** @type {Box[]} */
-  const post = [[640, 220, 668, 250], [642, 252, 670, 280], [644, 282, 670, 306]];
+  const post = [
+    [640, 220, 668, 250],
+    [642, 252, 670, 280],
+    [644, 282, 670, 306],
+  ];
   const wanted = [...post.map((box) => label(box)), ...post.map((box) => label(box, 'below'))];
   const places = placeLabels(wanted, SCREEN).map(areaOf);
   for (const place of places) for (const box of post) assert.ok(!meet(place, box), `${place} lies on ${box}`);
@@ -47,20 +51,41 @@ test('what is out of sight has no label', () => {
 
 test('where every side is taken a label stands some lines away and says so', () => {
   // three layers' boxes of one sign, between two others of which each has a label
-  const boxes = /** @type {Box[]} */ ([[400, 200, 430, 230], [401, 201, 431, 231], [399, 199, 429, 229], [402, 200, 432, 230], [400, 201, 430, 231], [401, 199, 431, 229], [400, 200, 431, 231], [399, 200, 430, 231]]);
-  const places = placeLabels(boxes.map((box) => label(box)), SCREEN);
+  const boxes = /** @type {Box[]} */ ([
+    [400, 200, 430, 230],
+    [401, 201, 431, 231],
+    [399, 199, 429, 229],
+    [402, 200, 432, 230],
+    [400, 201, 430, 231],
+    [401, 199, 431, 229],
+    [400, 200, 431, 231],
+    [399, 200, 430, 231],
+  ]);
+  const places = placeLabels(
+    boxes.map((box) => label(box)),
+    SCREEN,
+  );
   const areas = places.map(areaOf);
   areas.forEach((a, i) => areas.slice(i + 1).forEach((b) => assert.ok(!meet(a, b), `${a} lies on ${b}`)));
   assert.equal(places[0]?.apart, undefined);
-  assert.ok(places.some((at) => at?.apart), 'some are not beside it');
+  assert.ok(
+    places.some((at) => at?.apart),
+    'some are not beside it',
+  );
 });
 
 test('from near, a label does not stand in the box of another sign', () => {
   /** @type {Box[]} */
-  const boxes = [[300, -50, 500, 200], [280, 203, 520, 440]];  // the upper one is cut: its label would go below it
+  const boxes = [
+    [300, -50, 500, 200],
+    [280, 203, 520, 440],
+  ]; // the upper one is cut: its label would go below it
   for (const shift of [0, 6]) {
     const layers = /** @type {Box[]} */ (boxes.map((box) => box.map((edge) => edge + shift)));
-    const [upper] = placeLabels([...boxes, ...layers].map((box) => label(box)), SCREEN);
+    const [upper] = placeLabels(
+      [...boxes, ...layers].map((box) => label(box)),
+      SCREEN,
+    );
     assert.ok(!meet(areaOf(upper), boxes[1]), `${areaOf(upper)} lies in ${boxes[1]}`);
   }
 });

@@ -5,17 +5,27 @@ import { test } from 'node:test';
 import { leftElsewhere, reviewedWords } from '../../../static/js/model/left_elsewhere.js';
 
 /** @param {string} id @param {number} tracks @param {number} reviewed @param {object} [rest] */
-const reviewed = (id, tracks, reviewed, rest = {}) => /** @type {any} */ ({ id, state: 'ready', missing: false, latest_run: 'r', review: { tracks, reviewed }, ...rest });
+const reviewed = (id, tracks, reviewed, rest = {}) =>
+  /** @type {any} */ ({ id, state: 'ready', missing: false, latest_run: 'r', review: { tracks, reviewed }, ...rest });
 
 test('the next video is the next one below that has open tracks, then from the top', () => {
   const videos = [reviewed('a', 5, 2), reviewed('b', 9, 0), reviewed('c', 3, 3), reviewed('d', 8, 4)];
-  assert.deepEqual([leftElsewhere(videos, 'b').next?.id, leftElsewhere(videos, 'd').next?.id, leftElsewhere(videos, undefined).next?.id], ['d', 'a', 'a']);
+  assert.deepEqual(
+    [leftElsewhere(videos, 'b').next?.id, leftElsewhere(videos, 'd').next?.id, leftElsewhere(videos, undefined).next?.id],
+    ['d', 'a', 'a'],
+  );
   const { videos: count, tracks } = leftElsewhere(videos, 'b');
   assert.deepEqual([count, tracks], [2, 7]);
 });
 
 test('what cannot be reviewed is not offered: no run, no file, an import that failed or goes on', () => {
-  const videos = [reviewed('a', 5, 2, { latest_run: null }), reviewed('b', 5, 2, { missing: true }), reviewed('c', 5, 2, { state: 'failed' }), reviewed('d', 5, 2, { state: 'importing' }), reviewed('e', 2, 3)];
+  const videos = [
+    reviewed('a', 5, 2, { latest_run: null }),
+    reviewed('b', 5, 2, { missing: true }),
+    reviewed('c', 5, 2, { state: 'failed' }),
+    reviewed('d', 5, 2, { state: 'importing' }),
+    reviewed('e', 2, 3),
+  ];
   assert.deepEqual(leftElsewhere(videos, 'x'), { videos: 0, tracks: 0, next: null });
   assert.deepEqual(leftElsewhere(null, 'x'), { videos: 0, tracks: 0, next: null });
 });
@@ -24,5 +34,8 @@ test('the words count and agree', () => {
   const next = reviewed('a', 1, 0);
   assert.equal(reviewedWords({ videos: 0, tracks: 0, next: null }, 4), 'All tracks reviewed: nothing is left in the library.');
   assert.equal(reviewedWords({ videos: 1, tracks: 1, next }, 4), 'All tracks of this video are reviewed. 1 other video has 1 open track.');
-  assert.equal(reviewedWords({ videos: 2, tracks: 1200, next }, 0), 'This video has no track to review. 2 other videos have 1,200 open tracks.');
+  assert.equal(
+    reviewedWords({ videos: 2, tracks: 1200, next }, 0),
+    'This video has no track to review. 2 other videos have 1,200 open tracks.',
+  );
 });

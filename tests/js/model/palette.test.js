@@ -5,8 +5,12 @@ import { test } from 'node:test';
 import { findItems, prepared } from '../../../static/js/model/palette.js';
 
 const ITEMS = prepared([
-  { text: 'Delete the whole track' }, { text: 'Deleted tracks', also: 'What was deleted' }, { text: 'Track #7 · stop', also: '7' },
-  { text: 'Track #17 · no stopping', also: '17' }, { text: 'Überholverbot', also: '276 no_overtaking' }, { text: '禁止停车' },
+  { text: 'Delete the whole track' },
+  { text: 'Deleted tracks', also: 'What was deleted' },
+  { text: 'Track #7 · stop', also: '7' },
+  { text: 'Track #17 · no stopping', also: '17' },
+  { text: 'Überholverbot', also: '276 no_overtaking' },
+  { text: '禁止停车' },
 ]);
 /** @param {string} typed */
 const find = (typed) => findItems(ITEMS, typed, 10).found.map(({ text }) => text);

@@ -14,7 +14,10 @@ const bare = emptyDoc({ track: 7, first: 0, last: 99 });
 const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
 
 test('no word, not in the set and a number that no label has are distinguished', () => {
-  assert.deepEqual([null, NO_CLASS, 1, 40].map((id) => className(labels, id)), ['unlabelled', 'not in the set', 'yield', 'label 40']);
+  assert.deepEqual(
+    [null, NO_CLASS, 1, 40].map((id) => className(labels, id)),
+    ['unlabelled', 'not in the set', 'yield', 'label 40'],
+  );
 });
 
 test('whose label it is, and what the engine says', () => {
@@ -29,6 +32,9 @@ test('boxes that are called otherwise than their track are named, a few of many'
   const one = { ...bare, keys: { 5: { ...key, class_id: 1 }, 9: { ...key, class_id: 0 }, 12: key } };
   assert.equal(whoseLabel(one, 0, nameOf), 'Single boxes are called otherwise: yield in frame 5.');
   const many = { ...bare, class_id: 0, keys: Object.fromEntries([1, 2, 3, 4, 5].map((frame) => [frame, { ...key, class_id: NO_CLASS }])) };
-  assert.equal(whoseLabel(many, 0, nameOf), 'Label set by a person; the engine says the same. Single boxes are called otherwise: '
-    + 'not in the set in frame 1, not in the set in frame 2, not in the set in frame 3 and 2 more.');
+  assert.equal(
+    whoseLabel(many, 0, nameOf),
+    'Label set by a person; the engine says the same. Single boxes are called otherwise: ' +
+      'not in the set in frame 1, not in the set in frame 2, not in the set in frame 3 and 2 more.',
+  );
 });

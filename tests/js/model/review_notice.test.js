@@ -5,7 +5,13 @@ import { test } from 'node:test';
 import { reviewNotice } from '../../../static/js/model/review_notice.js';
 
 /** @param {object} more @returns {any} */
-const state = (more) => ({ route: { screen: 'review', video: 'v', run: null }, videos: [{ id: 'v' }], runs: { v: [{ id: 'a' }] }, review: null, ...more });
+const state = (more) => ({
+  route: { screen: 'review', video: 'v', run: null },
+  videos: [{ id: 'v' }],
+  runs: { v: [{ id: 'a' }] },
+  review: null,
+  ...more,
+});
 const review = (/** @type {string|null} */ run, timebase = {}) => ({ video: { id: 'v' }, timebase, run: run && { id: run } });
 const to = (/** @type {string} */ run) => ({ screen: 'review', video: 'v', run });
 

@@ -14,7 +14,11 @@ test('the next run begins with preset and parameters of the last one', () => {
 
 test('what another version has remembered is taken as far as it is known', () => {
   const usual = { preset: 'default', parameters: {} };
-  for (const text of [null, '', 'nonsense', '3', 'null', '{"preset": "gone", "parameters": {"tau": 3}}', '{"parameters": {"tau": 3}}']) assert.deepEqual(restoredChoice(text, PRESETS, PARAMETERS), usual);
-  assert.deepEqual(restoredChoice('{"preset": "paper", "parameters": {"tau": 3, "gone": 1}}', PRESETS, PARAMETERS), { preset: 'paper', parameters: { tau: 3 } });
+  for (const text of [null, '', 'nonsense', '3', 'null', '{"preset": "gone", "parameters": {"tau": 3}}', '{"parameters": {"tau": 3}}'])
+    assert.deepEqual(restoredChoice(text, PRESETS, PARAMETERS), usual);
+  assert.deepEqual(restoredChoice('{"preset": "paper", "parameters": {"tau": 3, "gone": 1}}', PRESETS, PARAMETERS), {
+    preset: 'paper',
+    parameters: { tau: 3 },
+  });
   assert.deepEqual(restoredChoice('{"preset": "paper", "parameters": null}', PRESETS, PARAMETERS), { preset: 'paper', parameters: {} });
 });

@@ -21,11 +21,21 @@ for (const [what, fields, part, percent] of /** @type {[string, Parameters<typeo
 
 test('every frame of a hundred is one per cent', () => {
   const every = Array.from({ length: 101 }, (_, frames_done) => frames_done);
-  assert.deepEqual(every.map((frames_done) => runPercent(run({ frames_done, frames_total: 100 }))), every.map((k) => `${k} %`));
+  assert.deepEqual(
+    every.map((frames_done) => runPercent(run({ frames_done, frames_total: 100 }))),
+    every.map((k) => `${k} %`),
+  );
 });
 
 test('only a run of the engine that has stopped early can go on', () => {
   const states = /** @type {const} */ (['queued', 'running', 'complete', 'failed', 'cancelled', 'interrupted']);
-  assert.deepEqual(states.filter((state) => resumable(run({ state }))), ['failed', 'cancelled', 'interrupted']);
-  for (const kind of /** @type {const} */ (['whatif', 'imported'])) assert.deepEqual(states.filter((state) => resumable(run({ kind, state }))), []);
+  assert.deepEqual(
+    states.filter((state) => resumable(run({ state }))),
+    ['failed', 'cancelled', 'interrupted'],
+  );
+  for (const kind of /** @type {const} */ (['whatif', 'imported']))
+    assert.deepEqual(
+      states.filter((state) => resumable(run({ kind, state }))),
+      [],
+    );
 });

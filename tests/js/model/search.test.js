@@ -45,5 +45,11 @@ test('click, toggle and range select', () => {
 test('what an action has changed stays in its place', () => {
   const tracks = [track('a'), track('b')];
   const now = withChanged(tracks, [track('b', { state: 'accepted' }), track('z')]);
-  assert.deepEqual(now.map(({ key, state }) => [key, state]), [['a', 'open'], ['b', 'accepted']]);
+  assert.deepEqual(
+    now.map(({ key, state }) => [key, state]),
+    [
+      ['a', 'open'],
+      ['b', 'accepted'],
+    ],
+  );
 });

@@ -6,9 +6,23 @@ import { switchLayer } from '../../../static/js/operations/view.js';
 import { initialReview, initialState } from '../../../static/js/store/initial.js';
 
 test('every other run that has results can lie over the open one', () => {
-  const runs = /** @type {any[]} */ ([['a', 'complete', 9], ['b', 'queued', 0], ['c', 'running', 3], ['d', 'failed', 0], ['e', 'cancelled', 2]].map(([id, state, frames_done]) => ({ id, state, frames_done })));
-  assert.deepEqual(layable(runs, 'a').map(({ id }) => id), ['c', 'e']);
-  assert.deepEqual(layable(runs, null).map(({ id }) => id), ['a', 'c', 'e']);
+  const runs = /** @type {any[]} */ (
+    [
+      ['a', 'complete', 9],
+      ['b', 'queued', 0],
+      ['c', 'running', 3],
+      ['d', 'failed', 0],
+      ['e', 'cancelled', 2],
+    ].map(([id, state, frames_done]) => ({ id, state, frames_done }))
+  );
+  assert.deepEqual(
+    layable(runs, 'a').map(({ id }) => id),
+    ['c', 'e'],
+  );
+  assert.deepEqual(
+    layable(runs, null).map(({ id }) => id),
+    ['a', 'c', 'e'],
+  );
 });
 
 test('the layer of the second run asks which, until there is one; other layers just switch', () => {

@@ -13,10 +13,14 @@ test('a click chooses a video, another one lets it go', () => {
 });
 
 test('one that fails keeps no other back, and is named', async () => {
-  const found = await oneByOne(['a', 'b', 'c'], async (path) => {
-    if (path === 'b') throw new Error('b is no video.');
-    return video(path);
-  }, (thrown) => /** @type {Error} */ (thrown).message);
+  const found = await oneByOne(
+    ['a', 'b', 'c'],
+    async (path) => {
+      if (path === 'b') throw new Error('b is no video.');
+      return video(path);
+    },
+    (thrown) => /** @type {Error} */ (thrown).message,
+  );
   assert.deepEqual(found, { done: [video('a'), video('c')], left: ['b'], errors: ['b is no video.'] });
 });
 
@@ -30,5 +34,8 @@ test('what has come of them is said in one sentence', () => {
 
 test('the engine can run on videos that are ready and there, and has not yet', () => {
   const ready = { ...video('a', 'ready'), missing: false, runs: 0 };
-  assert.deepEqual(notRunYet([ready, { ...ready, id: 'b', runs: 1 }, { ...ready, id: 'c', missing: true }, { ...ready, id: 'd', state: 'failed' }]), [ready]);
+  assert.deepEqual(
+    notRunYet([ready, { ...ready, id: 'b', runs: 1 }, { ...ready, id: 'c', missing: true }, { ...ready, id: 'd', state: 'failed' }]),
+    [ready],
+  );
 });

@@ -10,27 +10,73 @@ import { random } from '../harness/synthetic.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 const BOX = /** @type {Box} */ ([0, 0, 9, 9]);
-const key = (/** @type {object} */ change) => ({ box: /** @type {Box|null} */ (null), occluded: false, outside: false, interpolate: false, class_id: null, followed: false, ...change });
+const key = (/** @type {object} */ change) => ({
+  box: /** @type {Box|null} */ (null),
+  occluded: false,
+  outside: false,
+  interpolate: false,
+  class_id: null,
+  followed: false,
+  ...change,
+});
 /** @param {[number, number][]} pieces @param {Record<string, object>} keys */
-const doc = (pieces, keys) => ({ ...blankDoc('m7'), segments: pieces.map(([first, last]) => ({ track: 7, first, last })), keys: Object.fromEntries(Object.entries(keys).map(([frame, change]) => [frame, key(change)])) });
+const doc = (pieces, keys) => ({
+  ...blankDoc('m7'),
+  segments: pieces.map(([first, last]) => ({ track: 7, first, last })),
+  keys: Object.fromEntries(Object.entries(keys).map(([frame, change]) => [frame, key(change)])),
+});
 
 /** @type {[string, ReturnType<typeof doc>, [number, number][]][]} */
 const CASES = [
   ['an engine’s track', doc([[10, 20]], {}), [[10, 20]]],
   ['out of sight to the end', doc([[10, 20]], { 15: { outside: true } }), [[10, 14]]],
-  ['out of sight for a while', doc([[10, 20]], { 12: { outside: true }, 15: {} }), [[10, 11], [15, 20]]],
-  ['a box beyond its end', doc([[10, 20]], { 25: { box: BOX } }), [[10, 20], [25, 25]]],
+  [
+    'out of sight for a while',
+    doc([[10, 20]], { 12: { outside: true }, 15: {} }),
+    [
+      [10, 11],
+      [15, 20],
+    ],
+  ],
+  [
+    'a box beyond its end',
+    doc([[10, 20]], { 25: { box: BOX } }),
+    [
+      [10, 20],
+      [25, 25],
+    ],
+  ],
   ['a line beyond its end', doc([[10, 20]], { 18: { box: BOX, interpolate: true }, 25: { box: BOX } }), [[10, 25]]],
-  ['a line that ends out of sight', doc([], { 3: { box: BOX, interpolate: true }, 6: { box: BOX, interpolate: true }, 9: { outside: true } }), [[3, 6]]],
+  [
+    'a line that ends out of sight',
+    doc([], { 3: { box: BOX, interpolate: true }, 6: { box: BOX, interpolate: true }, 9: { outside: true } }),
+    [[3, 6]],
+  ],
   ['all of it out of sight', doc([[10, 20]], { 10: { outside: true } }), []],
-  ['two pieces', doc([[10, 12], [15, 20]], {}), [[10, 12], [15, 20]]],
+  [
+    'two pieces',
+    doc(
+      [
+        [10, 12],
+        [15, 20],
+      ],
+      {},
+    ),
+    [
+      [10, 12],
+      [15, 20],
+    ],
+  ],
 ];
 for (const [name, given, runs] of CASES) {
   test(`shown: ${name}`, () => {
     assert.deepEqual(shownRuns(given), runs);
     // the same as asking for each frame
     const frames = Array.from({ length: 40 }, (_, frame) => frame).filter((frame) => boxAt(given, frame, () => BOX) !== null);
-    assert.deepEqual(runs.flatMap(([first, last]) => Array.from({ length: last - first + 1 }, (_, i) => first + i)), frames);
+    assert.deepEqual(
+      runs.flatMap(([first, last]) => Array.from({ length: last - first + 1 }, (_, i) => first + i)),
+      frames,
+    );
     assert.equal(framesIn(runs), frames.length);
     assert.equal(framesIn(runs, 12, 15), frames.filter((frame) => frame >= 12 && frame <= 15).length);
   });
@@ -44,23 +90,47 @@ test('shown: whatever people have said, the same as asking for each frame', () =
     for (let frame = 0; frame < 30; frame += 1) {
       if (next() < 0.25) keys[frame] = { box: next() < 0.6 ? BOX : null, outside: next() < 0.25, interpolate: next() < 0.6 };
     }
-    const given = doc(next() < 0.5 ? [[5, 12], [15, 22]] : [], keys);
+    const given = doc(
+      next() < 0.5
+        ? [
+            [5, 12],
+            [15, 22],
+          ]
+        : [],
+      keys,
+    );
     const frames = Array.from({ length: 40 }, (_, frame) => frame).filter((frame) => boxAt(given, frame, () => BOX) !== null);
     const runs = shownRuns(given);
-    assert.deepEqual(runs.flatMap(([first, last]) => Array.from({ length: last - first + 1 }, (_, i) => first + i)), frames, JSON.stringify(given));
+    assert.deepEqual(
+      runs.flatMap(([first, last]) => Array.from({ length: last - first + 1 }, (_, i) => first + i)),
+      frames,
+      JSON.stringify(given),
+    );
     assert.equal(shownRuns(given), runs, 'the same list for the same document');
   }
 });
 
 test('a track that may still grow is shown as far as it has come', () => {
   const growing = doc([[10, OPEN_END]], { 30: { outside: true } });
-  assert.deepEqual(shownRuns(growing, () => 24), [[10, 24]]);
-  assert.deepEqual(shownRuns(growing, () => 99), [[10, 29]]);
+  assert.deepEqual(
+    shownRuns(growing, () => 24),
+    [[10, 24]],
+  );
+  assert.deepEqual(
+    shownRuns(growing, () => 99),
+    [[10, 29]],
+  );
   assert.deepEqual(shownRuns({ ...growing, gone: true }), []);
 });
 
 test('what people said of a frame is reported', () => {
-  const given = doc([[0, 60]], { 10: { box: BOX, interpolate: true }, 20: { box: BOX, occluded: true }, 30: { outside: true }, 40: { occluded: true }, 50: {} });
+  const given = doc([[0, 60]], {
+    10: { box: BOX, interpolate: true },
+    20: { box: BOX, occluded: true },
+    30: { outside: true },
+    40: { occluded: true },
+    50: {},
+  });
   for (const [frame, text] of /** @type {[number, string|null][]} */ ([
     [5, null],
     [10, 'A person put the box here.'],
@@ -71,11 +141,23 @@ test('what people said of a frame is reported', () => {
     [33, 'A person says that it is outside since frame 30.'],
     [45, 'A person says that it is partly hidden.'],
     [55, null],
-  ])) assert.equal(personAt(given, frame), text, `frame ${frame}`);
+  ]))
+    assert.equal(personAt(given, frame), text, `frame ${frame}`);
 });
 
 test('frames in which two tracks show something', () => {
-  assert.equal(framesIn(commonRuns([[0, 9], [20, 29]], [[5, 24]])), 10);
+  assert.equal(
+    framesIn(
+      commonRuns(
+        [
+          [0, 9],
+          [20, 29],
+        ],
+        [[5, 24]],
+      ),
+    ),
+    10,
+  );
   assert.deepEqual(commonRuns([[0, 9]], [[10, 19]]), []);
   assert.deepEqual(commonRuns([], [[0, 5]]), []);
 });

@@ -8,12 +8,28 @@ import { initialState } from '../../../static/js/store/initial.js';
 import { named } from '../labels.js';
 
 /** @param {any} fields @returns {import('../../../static/js/types.js').Assignment} */
-const work = (fields) => ({ video_id: 'v', video_name: 'drive.mp4', person: 'ann', first: 0, stop: null, state: 'assigned', comment: '', changed_by: 'rolf', revision: 1, created: '', changed: '', ...fields });
+const work = (fields) => ({
+  video_id: 'v',
+  video_name: 'drive.mp4',
+  person: 'ann',
+  first: 0,
+  stop: null,
+  state: 'assigned',
+  comment: '',
+  changed_by: 'rolf',
+  revision: 1,
+  created: '',
+  changed: '',
+  ...fields,
+});
 /** @param {any} role @param {string} [name] @returns {any} */
 const session = (role, name = 'ann') => ({ person: { name, role, can_sign_out: true } });
 
 test('a role may what those below it may, and without people everybody may everything', () => {
-  assert.deepEqual(['viewer', 'annotator', 'reviewer', 'admin'].map((role) => may(session(role), 'reviewer')), [false, false, true, true]);
+  assert.deepEqual(
+    ['viewer', 'annotator', 'reviewer', 'admin'].map((role) => may(session(role), 'reviewer')),
+    [false, false, true, true],
+  );
   assert.equal(may(/** @type {any} */ ({ person: null }), 'admin'), true);
   assert.equal(may(null, 'admin'), true);
   assert.match(readOnly(session('viewer')) ?? '', /change nothing/);
@@ -21,22 +37,46 @@ test('a role may what those below it may, and without people everybody may every
 });
 
 test('what was returned comes first, then the oldest; others see what was handed in', () => {
-  const all = [work({ id: 3 }), work({ id: 2, state: 'in_review' }), work({ id: 5, state: 'returned' }), work({ id: 1 }), work({ id: 4, person: 'bob', state: 'in_review' }), work({ id: 6, state: 'done' })];
-  assert.deepEqual(workOf(all, 'ann').map(({ id }) => id), [5, 1, 3]);
-  assert.deepEqual(toReview(all, 'ann').map(({ id }) => id), [4]);
+  const all = [
+    work({ id: 3 }),
+    work({ id: 2, state: 'in_review' }),
+    work({ id: 5, state: 'returned' }),
+    work({ id: 1 }),
+    work({ id: 4, person: 'bob', state: 'in_review' }),
+    work({ id: 6, state: 'done' }),
+  ];
+  assert.deepEqual(
+    workOf(all, 'ann').map(({ id }) => id),
+    [5, 1, 3],
+  );
+  assert.deepEqual(
+    toReview(all, 'ann').map(({ id }) => id),
+    [4],
+  );
 });
 
 test('the next work is what follows, and begins anew at the end', () => {
   const all = [work({ id: 1 }), work({ id: 2 }), work({ id: 3, person: 'bob', state: 'in_review' })];
   const next = (/** @type {any} */ who, /** @type {number|null} */ open) => nextWork(all, who, open)?.id ?? null;
-  assert.deepEqual([null, 1, 2, 9].map((open) => next(session('annotator'), open)), [1, 2, 1, 1]);
-  assert.deepEqual([2, 3].map((open) => next(session('reviewer'), open)), [3, 1]);
+  assert.deepEqual(
+    [null, 1, 2, 9].map((open) => next(session('annotator'), open)),
+    [1, 2, 1, 1],
+  );
+  assert.deepEqual(
+    [2, 3].map((open) => next(session('reviewer'), open)),
+    [3, 1],
+  );
   assert.equal(nextWork([work({ id: 1 })], session('annotator'), 1), null);
   assert.equal(nextWork(all, /** @type {any} */ ({ person: null }), null), null);
 });
 
 test('of several assignments of a video the one that holds the frame is shown, one’s own first', () => {
-  const all = [work({ id: 1, first: 0, stop: 10 }), work({ id: 2, first: 10 }), work({ id: 3, person: 'bob', state: 'in_review' }), work({ id: 4, person: 'bob' })];
+  const all = [
+    work({ id: 1, first: 0, stop: 10 }),
+    work({ id: 2, first: 10 }),
+    work({ id: 3, person: 'bob', state: 'in_review' }),
+    work({ id: 4, person: 'bob' }),
+  ];
   const here = (/** @type {any} */ who, /** @type {number} */ frame) => workHere(all, who, 'v', frame)?.id ?? null;
   assert.deepEqual([here(session('annotator'), 9), here(session('annotator'), 10)], [1, 2]);
   assert.equal(here(session('reviewer', 'rolf'), 5), 3);
@@ -45,8 +85,18 @@ test('of several assignments of a video the one that holds the frame is shown, o
 });
 
 test('frames and speed in words', () => {
-  assert.deepEqual([[0, null], [7, null], [3, 9]].map(([first, stop]) => framesOf(/** @type {any} */ ({ first, stop }))), ['all frames', 'from frame 7', 'frames 3 to 8']);
-  assert.deepEqual([anHour({ decided: 30, hours: 0.5 }), anHour({ decided: 3, hours: 0.01 }), anHour({ decided: 0, hours: 2 })], [60, null, null]);
+  assert.deepEqual(
+    [
+      [0, null],
+      [7, null],
+      [3, 9],
+    ].map(([first, stop]) => framesOf(/** @type {any} */ ({ first, stop }))),
+    ['all frames', 'from frame 7', 'frames 3 to 8'],
+  );
+  assert.deepEqual(
+    [anHour({ decided: 30, hours: 0.5 }), anHour({ decided: 3, hours: 0.01 }), anHour({ decided: 0, hours: 2 })],
+    [60, null, null],
+  );
 });
 
 test('a difference is one line', () => {
@@ -60,7 +110,10 @@ test('a difference is one line', () => {
   assert.equal(words('merged into', null, 'm7'), 'Merged into track #7');
   assert.equal(words('boxes', {}, { 5: [1, 2, 3.25, 4] }), 'Box in frame 5: 1, 2, 3.3, 4');
   assert.equal(words('boxes', { 5: [0, 0, 1, 1] }, { 5: [1, 2, 3, 4] }), 'Box in frame 5: 0, 0, 1, 1 → 1, 2, 3, 4');
-  assert.equal(words('boxes', { 7: [0, 0, 1, 1] }, { 5: [1, 2, 3, 4], 6: [1, 2, 3, 4] }, 4), 'Boxes: set in frames 5, 6, removed in frames 7 and 4 more');
+  assert.equal(
+    words('boxes', { 7: [0, 0, 1, 1] }, { 5: [1, 2, 3, 4], 6: [1, 2, 3, 4] }, 4),
+    'Boxes: set in frames 5, 6, removed in frames 7 and 4 more',
+  );
   assert.equal(words('notes', {}, { n: 'ann, frame 5: bent' }), 'Note: “ann, frame 5: bent”');
   assert.equal(words('attributes', { bent: true }, { bent: false }), 'Attributes: bent “true” → “false”');
   assert.equal(words('occluded', [1, 2], [2, 9]), 'Occluded: set at 9, removed at 1');
@@ -76,6 +129,9 @@ test('events change assignments, and an older answer does not bring back what wa
   const event = (/** @type {string} */ kind, /** @type {any} */ data) => /** @type {any} */ ({ seq: 1, kind, subject: '1', data });
   let state = afterEvent(initialState(), event('assignment', work({ id: 1, revision: 2, state: 'in_review' })));
   state = afterEvent(state, event('assignment', work({ id: 1, revision: 1 })));
-  assert.deepEqual(state.assignments.map(({ state: now }) => now), ['in_review']);
+  assert.deepEqual(
+    state.assignments.map(({ state: now }) => now),
+    ['in_review'],
+  );
   assert.deepEqual(afterEvent(state, event('removed', { kind: 'assignment', id: 1 })).assignments, []);
 });

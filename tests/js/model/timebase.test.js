@@ -5,7 +5,11 @@ import { test } from 'node:test';
 import { createTimebase } from '../../../static/js/model/timebase.js';
 
 /** @type {[number, number][]} */
-const STEPS = [[512, 4], [1024, 2], [256, 3]];
+const STEPS = [
+  [512, 4],
+  [1024, 2],
+  [256, 3],
+];
 const base = createTimebase({ frames: 10, time_base: [1, 12800], first_pts: 77, steps: STEPS, keys: [0, 4, 8], corrupt: [5] });
 const seconds = [0];
 for (const [step, count] of STEPS) for (let k = 0; k < count; k++) seconds.push(/** @type {number} */ (seconds.at(-1)) + step / 12800);

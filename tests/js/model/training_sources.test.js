@@ -5,12 +5,27 @@ import test from 'node:test';
 import { ageWords, firstChoice, isChosen, reviewWords } from '../../../static/js/model/training_sources.js';
 
 /** @param {number} accepted @param {number} rejected @param {number} left */
-const source = (accepted, rejected, left) => ({ run: 'r', run_name: '', video: 'v', video_name: 'drive.mp4', edit_revision: 41, accepted, rejected, left });
+const source = (accepted, rejected, left) => ({
+  run: 'r',
+  run_name: '',
+  video: 'v',
+  video_name: 'drive.mp4',
+  edit_revision: 41,
+  accepted,
+  rejected,
+  left,
+});
 
 test('videos are chosen by how far their review is', () => {
   const [done, begun, open] = [source(3, 1, 0), source(2, 0, 5), source(0, 0, 7)];
-  assert.deepEqual([done, begun, open].map((one) => isChosen(one, 'finished')), [true, false, false]);
-  assert.deepEqual([done, begun, open].map((one) => isChosen(one, 'begun')), [true, true, false]);
+  assert.deepEqual(
+    [done, begun, open].map((one) => isChosen(one, 'finished')),
+    [true, false, false],
+  );
+  assert.deepEqual(
+    [done, begun, open].map((one) => isChosen(one, 'begun')),
+    [true, true, false],
+  );
   assert.deepEqual([[done, open], [begun, open], [open], []].map(firstChoice), ['finished', 'begun', 'all', 'all']);
   assert.equal(isChosen(source(0, 0, 0), 'finished'), false, 'of nothing nothing is finished');
 });
@@ -23,6 +38,9 @@ test('a review says what it teaches and up to which edit', () => {
 test('a file says what was edited and undone since, and whether its run is gone', () => {
   assert.equal(ageWords(undefined), '');
   assert.equal(ageWords({ id: 'e', edits: 0, undone: 0, gone: [] }), '');
-  assert.equal(ageWords({ id: 'e', edits: 3, undone: 1, gone: [] }), 'Out of date: 3 edits were made since. 1 edit that it holds was undone, and would be learned from.');
+  assert.equal(
+    ageWords({ id: 'e', edits: 3, undone: 1, gone: [] }),
+    'Out of date: 3 edits were made since. 1 edit that it holds was undone, and would be learned from.',
+  );
   assert.match(ageWords({ id: 'e', edits: 0, undone: 0, gone: ['a.mp4'] }), /^The run of a\.mp4 is not there any more/);
 });

@@ -8,7 +8,15 @@ import { MOST, differences, partAround } from '../../../static/js/model/two_vers
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 
 /** @param {number} at @param {object} [more] */
-const key = (at, more = {}) => ({ box: /** @type {Box} */ ([at, at, at + 10, at + 10]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false, ...more });
+const key = (at, more = {}) => ({
+  box: /** @type {Box} */ ([at, at, at + 10, at + 10]),
+  occluded: false,
+  outside: false,
+  interpolate: true,
+  class_id: null,
+  followed: false,
+  ...more,
+});
 /** @param {Record<number, ReturnType<typeof key>>} keys @param {object} [more] */
 const doc = (keys, more = {}) => ({ ...blankDoc('m1'), segments: [{ track: 1, first: 0, last: 50 }], keys, ...more });
 /** The engine's box of the frames that are loaded. @param {number} _ @param {number} frame @returns {Box|null} */
@@ -23,8 +31,12 @@ test('frames in which the boxes differ, with what each version shows there', () 
 });
 
 test('the engine’s box stands where only one has a key frame, and nothing where a track is gone or hidden', () => {
-  assert.deepEqual(differences(doc({}), doc({ 7: key(2, { interpolate: false }) }), machine, 0), [{ frame: 7, saved: [7, 0, 12, 5], mine: [2, 2, 12, 12] }]);
-  assert.deepEqual(differences(doc({ 30: key(4) }, { gone: true }), doc({ 30: key(4) }), machine, 0), [{ frame: 30, saved: null, mine: [4, 4, 14, 14] }]);
+  assert.deepEqual(differences(doc({}), doc({ 7: key(2, { interpolate: false }) }), machine, 0), [
+    { frame: 7, saved: [7, 0, 12, 5], mine: [2, 2, 12, 12] },
+  ]);
+  assert.deepEqual(differences(doc({ 30: key(4) }, { gone: true }), doc({ 30: key(4) }), machine, 0), [
+    { frame: 30, saved: null, mine: [4, 4, 14, 14] },
+  ]);
   assert.deepEqual(differences(doc({ 30: key(4, { box: null, outside: true }) }), doc({ 30: key(4) }), machine, 0)[0].saved, null);
   assert.deepEqual(differences(undefined, doc({ 9: key(1) }), machine, 0), [{ frame: 9, saved: null, mine: [1, 1, 11, 11] }]);
   assert.deepEqual(differences(doc({ 30: key(0, { box: null }) }), doc({}), machine, 0), [], 'neither is known here');
@@ -33,13 +45,23 @@ test('the engine’s box stands where only one has a key frame, and nothing wher
 test('of many frames those nearest to the cursor, in order', () => {
   const saved = doc(Object.fromEntries([2, 10, 14, 18, 40].map((frame) => [frame, key(1)])));
   const mine = doc(Object.fromEntries([2, 10, 14, 18, 40].map((frame) => [frame, key(3)])));
-  assert.deepEqual(differences(saved, mine, machine, 15).map(({ frame }) => frame), [10, 14, 18]);
+  assert.deepEqual(
+    differences(saved, mine, machine, 15).map(({ frame }) => frame),
+    [10, 14, 18],
+  );
   assert.equal(MOST, 3);
 });
 
 test('the part of the picture holds both boxes, is not too small and stays within', () => {
-  const part = partAround([[100, 100, 140, 140], [120, 110, 160, 150]], 1280, 720);
-  assert.deepEqual(part, { x: 130 - part.width / 2, y: 125 - part.height / 2, width: part.height * 4 / 3, height: 125 });
+  const part = partAround(
+    [
+      [100, 100, 140, 140],
+      [120, 110, 160, 150],
+    ],
+    1280,
+    720,
+  );
+  assert.deepEqual(part, { x: 130 - part.width / 2, y: 125 - part.height / 2, width: (part.height * 4) / 3, height: 125 });
   assert.equal(partAround([[600, 300, 604, 304]], 1280, 720).height, 60);
   const corner = partAround([[1260, 700, 1280, 720]], 1280, 720);
   assert.deepEqual([corner.x + corner.width, corner.y + corner.height], [1280, 720]);

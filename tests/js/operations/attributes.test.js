@@ -11,8 +11,10 @@ import { label } from '../labels.js';
 
 const base = { values: [], low: null, high: null, default: null };
 const stop = label({
-  id: 14, attributes: [
-    { ...base, name: 'lit', kind: 'select', mutable: false, values: ['day', 'night'] }, { ...base, name: 'damaged', kind: 'checkbox', mutable: false },
+  id: 14,
+  attributes: [
+    { ...base, name: 'lit', kind: 'select', mutable: false, values: ['day', 'night'] },
+    { ...base, name: 'damaged', kind: 'checkbox', mutable: false },
     { ...base, name: 'temporary', kind: 'checkbox', mutable: true },
   ],
 });
@@ -36,13 +38,26 @@ test('keys tick the checkboxes of the label in their order; those that may chang
   toggle(2);
   giveAttribute(app, 'lit', 'night', false);
   await editor.settled();
-  assert.deepEqual([29, 30].map((frame) => attributesAt(review().docs.m1, frame).temporary), [true, false]);
-  assert.deepEqual(selectedAttributes(store.get()).map(({ name, value }) => [name, value]), [['lit', 'night'], ['damaged', true], ['temporary', false]]);
+  assert.deepEqual(
+    [29, 30].map((frame) => attributesAt(review().docs.m1, frame).temporary),
+    [true, false],
+  );
+  assert.deepEqual(
+    selectedAttributes(store.get()).map(({ name, value }) => [name, value]),
+    [
+      ['lit', 'night'],
+      ['damaged', true],
+      ['temporary', false],
+    ],
+  );
   await editor.undo();
   assert.deepEqual(review().docs.m1.attributes, { damaged: true });
   assert.deepEqual(said, [
-    'The label has no checkbox 1. Add attributes to it on the Labels page.', 'damaged: yes', 'temporary: yes, from this frame on',
-    'The label has no checkbox 3. Add attributes to it on the Labels page.', 'temporary: no, from this frame on',
+    'The label has no checkbox 1. Add attributes to it on the Labels page.',
+    'damaged: yes',
+    'temporary: yes, from this frame on',
+    'The label has no checkbox 3. Add attributes to it on the Labels page.',
+    'temporary: no, from this frame on',
   ]);
   assert.equal(server.log.filter((name) => name === 'attribute').length, 4);
   end();

@@ -18,9 +18,14 @@ function waiting(frame) {
 }
 
 /** The boxes of the frame have come. @param {ReturnType<typeof waiting>} state @param {boolean} there   whether the track has one */
-const came = (state, there) => putOverlays(state, 'overlays', /** @type {any} */ ([
-  { frame: state.review?.frame, detections: [], tracks: there ? [{ id: 1, box, state: 'confirmed', class_id: 14 }] : [] },
-]));
+const came = (state, there) =>
+  putOverlays(
+    state,
+    'overlays',
+    /** @type {any} */ ([
+      { frame: state.review?.frame, detections: [], tracks: there ? [{ id: 1, box, state: 'confirmed', class_id: 14 }] : [] },
+    ]),
+  );
 
 /** Why a key does nothing now. @param {string} id @param {ReturnType<typeof waiting>} state */
 const why = (id, state) => boxes.find((one) => one.id === id)?.disabled(state);

@@ -9,7 +9,6 @@ import { closeDialog } from '../../../static/js/store/actions/page.js';
 import { askForClass, changeReview, draftOf, setMode } from '../../../static/js/store/actions/review.js';
 import { createWorld } from '../editing/world.js';
 
-
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 
 /** @type {Box} */
@@ -64,7 +63,10 @@ test('after a split the later half is selected, which has the box at the cursor;
   await editor.settled();
   const later = review().selected ?? '';
   assert.notEqual(later, 'm1');
-  assert.deepEqual([review().docs.m1.segments, review().docs[later].segments], [[{ track: 1, first: 0, last: 39 }], [{ track: 1, first: 40, last: 99 }]]);
+  assert.deepEqual(
+    [review().docs.m1.segments, review().docs[later].segments],
+    [[{ track: 1, first: 0, last: 39 }], [{ track: 1, first: 40, last: 99 }]],
+  );
   await editor.undo();
   assert.equal(review().selected, 'm1');
   end();
@@ -88,14 +90,24 @@ test('asking for a class changes no document', () => {
   assert.equal(draftOf({ ...asked, dialog: { kind: 'relabel', data: { key: 'm1' } } }), null);
 });
 
-for (const [id, what] of /** @type {const} */ ([['occluded', 'occluded'], ['outside', 'outside']])) {
+for (const [id, what] of /** @type {const} */ ([
+  ['occluded', 'occluded'],
+  ['outside', 'outside'],
+])) {
   test(`a box of the engine stays the engine's when it is marked ${what}; one on a line of people's is pinned`, async () => {
     const { store, editor, review, end } = await createWorld();
     const mark = boxes.find((one) => one.id === id);
     const app = /** @type {any} */ ({ store, edit: editor.edit });
     const track = /** @type {any} */ ({ id: 1, state: 'confirmed', source: 0, box: BOX, class_id: 14 });
     const overlays = Object.fromEntries([40, 45, 50].map((frame) => [frame, { frame, detections: [], tracks: [track] }]));
-    store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 40, tracks: state.review?.tracks && { ...state.review.tracks, class_id: [14, 14] }, overlays: /** @type {any} */ (overlays) }));
+    store.dispatch((state) =>
+      changeReview(state, {
+        selected: 'm1',
+        frame: 40,
+        tracks: state.review?.tracks && { ...state.review.tracks, class_id: [14, 14] },
+        overlays: /** @type {any} */ (overlays),
+      }),
+    );
     mark?.run(app);
     await editor.settled();
     assert.deepEqual(review().docs.m1.keys[40].box, null);
@@ -113,12 +125,16 @@ for (const [id, what] of /** @type {const} */ ([['occluded', 'occluded'], ['outs
 
 test('behind a track’s end there is nothing to delete and nothing to take out of sight: it is refused, and nothing is to be undone', async () => {
   const { store, editor, server, toasts, review, end } = await createWorld();
-  store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 120, tracks: state.review?.tracks && { ...state.review.tracks, class_id: [14, 14] } }));
-  for (const id of ['delete-from', 'outside', 'split']) boxes.find((one) => one.id === id)?.run(/** @type {any} */ ({ store, edit: editor.edit }));
+  store.dispatch((state) =>
+    changeReview(state, { selected: 'm1', frame: 120, tracks: state.review?.tracks && { ...state.review.tracks, class_id: [14, 14] } }),
+  );
+  for (const id of ['delete-from', 'outside', 'split'])
+    boxes.find((one) => one.id === id)?.run(/** @type {any} */ ({ store, edit: editor.edit }));
   await editor.settled();
   assert.deepEqual([server.log, review().unsaved, review().docs], [[], [], {}]);
   assert.deepEqual(toasts.slice(0, 2), [
-    'Track #1 shows nothing from frame 120 on. There is nothing to delete.', 'Track #1 shows nothing from frame 120 on. It is outside already.',
+    'Track #1 shows nothing from frame 120 on. There is nothing to delete.',
+    'Track #1 shows nothing from frame 120 on. It is outside already.',
   ]);
   assert.match(toasts[2], /nothing on one side of frame 120/);
   end();
@@ -173,7 +189,9 @@ test('a line that lacks a key frame offers to set one, here or at the other end 
   const app = /** @type {any} */ ({ store, edit: editor.edit });
   const line = boxes.find(({ id }) => id === 'interpolate');
   const tracks = /** @type {any} */ ({ ...review().tracks, class_id: [14, 14] });
-  const overlays = Object.fromEntries([40, 99].map((frame) => [frame, { frame, detections: [], tracks: [{ id: 1, state: 'confirmed', source: 0, box: BOX, class_id: 14 }] }]));
+  const overlays = Object.fromEntries(
+    [40, 99].map((frame) => [frame, { frame, detections: [], tracks: [{ id: 1, state: 'confirmed', source: 0, box: BOX, class_id: 14 }] }]),
+  );
   store.dispatch((state) => changeReview(state, { tracks, selected: 'm1', frame: 40, overlays: /** @type {any} */ (overlays) }));
   assert.equal(line?.disabled(store.get()), 'Needs a key frame before and after. Set one at frame 40?');
   const remedy = line?.remedy?.(app);

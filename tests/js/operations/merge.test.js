@@ -18,15 +18,33 @@ const review = /** @type {any} */ ({ tracks: null, docs });
 test('tracks that are seen at once share frames, also with what was added before', () => {
   assert.deepEqual(sharedFrames(review, 'ha', ['hc']), []);
   assert.deepEqual(sharedFrames(review, 'ha', ['hc', 'hb', 'hd']), [
-    { key: 'hb', stays: ['ha'], runs: [[19, 20]] }, { key: 'hd', stays: ['ha', 'hb'], runs: [[20, 20], [21, 22]] },
+    { key: 'hb', stays: ['ha'], runs: [[19, 20]] },
+    {
+      key: 'hd',
+      stays: ['ha', 'hb'],
+      runs: [
+        [20, 20],
+        [21, 22],
+      ],
+    },
   ]);
-  assert.deepEqual(sharedFrames(review, 'hc', ['ha', 'hd']).map(({ stays }) => stays), [['ha']], 'two that were added, not the first one');
+  assert.deepEqual(
+    sharedFrames(review, 'hc', ['ha', 'hd']).map(({ stays }) => stays),
+    [['ha']],
+    'two that were added, not the first one',
+  );
 });
 
 test('the words say how many frames, which, and whose box stays', () => {
   const [one, several] = sharedFrames(review, 'ha', ['hb', 'hd']).map((shared) => sharedWords(review, shared));
-  assert.equal(one, 'Tracks drawn at 10 and drawn at 19 have boxes in 2 common frames (19–20). One frame of a track has one box: there that of drawn at 10 stays and that of drawn at 19 goes.');
-  assert.match(several, /^Tracks drawn at 10, drawn at 19 and drawn at 20 have boxes in 3 common frames \(20–22\)\. .*there what was marked first stays/);
+  assert.equal(
+    one,
+    'Tracks drawn at 10 and drawn at 19 have boxes in 2 common frames (19–20). One frame of a track has one box: there that of drawn at 10 stays and that of drawn at 19 goes.',
+  );
+  assert.match(
+    several,
+    /^Tracks drawn at 10, drawn at 19 and drawn at 20 have boxes in 3 common frames \(20–22\)\. .*there what was marked first stays/,
+  );
 });
 
 test('a merge of tracks that share frames asks first and changes nothing yet; another is done at once', async () => {
@@ -50,5 +68,16 @@ test('a merge of tracks that share frames asks first and changes nothing yet; an
 });
 
 test('what is shown is the common frame nearest to the cursor', () => {
-  assert.deepEqual([0, 12, 18, 99].map((frame) => nearestIn([[10, 14], [20, 30]], frame)), [10, 12, 20, 30]);
+  assert.deepEqual(
+    [0, 12, 18, 99].map((frame) =>
+      nearestIn(
+        [
+          [10, 14],
+          [20, 30],
+        ],
+        frame,
+      ),
+    ),
+    [10, 12, 20, 30],
+  );
 });

@@ -6,9 +6,13 @@ import { keyStep } from '../../../static/js/operations/navigate.js';
 import { changeReview, seek, select } from '../../../static/js/store/actions/review.js';
 import { createWorld, setBox } from '../editing/world.js';
 
-test('with a track the key frames are the track\'s, and the last one says so; without one they are the video\'s', async () => {
+test("with a track the key frames are the track's, and the last one says so; without one they are the video's", async () => {
   const { store, editor, review, end } = await createWorld();
-  const timebase = /** @type {any} */ ({ frames: 200, nextKey: (/** @type {number} */ at) => at + 30, previousKey: (/** @type {number} */ at) => at - 30 });
+  const timebase = /** @type {any} */ ({
+    frames: 200,
+    nextKey: (/** @type {number} */ at) => at + 30,
+    previousKey: (/** @type {number} */ at) => at - 30,
+  });
   store.dispatch((state) => select(changeReview(state, { timebase }), 'm1'));
   /** @type {string[]} */
   const said = [];

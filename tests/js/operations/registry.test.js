@@ -7,19 +7,77 @@ import { initialState } from '../../../static/js/store/initial.js';
 
 const operations = allOperations();
 /** Keys that the product promises. */
-const PROMISED = ['F', 'D', 'V', 'C', 'Space', 'R', 'E', 'N', 'M', 'Alt+M', 'K', 'O', 'Q', 'Del', 'Shift+Del', 'Ctrl+Z', 'Ctrl+Shift+Z', '1', '2', '3', '4', '5', '6', '7', '8', 'J', 'Shift+J', 'T', 'Shift+T', 'Alt+T', '[', ']', 'A', 'X', 'L', 'Ctrl+S', 'F1', 'Ctrl+K', 'Shift+L', '9', 'Shift+9'];
+const PROMISED = [
+  'F',
+  'D',
+  'V',
+  'C',
+  'Space',
+  'R',
+  'E',
+  'N',
+  'M',
+  'Alt+M',
+  'K',
+  'O',
+  'Q',
+  'Del',
+  'Shift+Del',
+  'Ctrl+Z',
+  'Ctrl+Shift+Z',
+  '1',
+  '2',
+  '3',
+  '4',
+  '5',
+  '6',
+  '7',
+  '8',
+  'J',
+  'Shift+J',
+  'T',
+  'Shift+T',
+  'Alt+T',
+  '[',
+  ']',
+  'A',
+  'X',
+  'L',
+  'Ctrl+S',
+  'F1',
+  'Ctrl+K',
+  'Shift+L',
+  '9',
+  'Shift+9',
+];
 
 test('every promised key does something, and no key does two things but Enter and Escape, which are about proposals while there are any', () => {
   const keys = operations.flatMap((operation) => operation.keys);
-  assert.deepEqual(PROMISED.filter((key) => !keys.includes(key)), []);
+  assert.deepEqual(
+    PROMISED.filter((key) => !keys.includes(key)),
+    [],
+  );
   assert.deepEqual(keys.filter((key, at) => keys.indexOf(key) !== at).sort(), ['Enter', 'Escape']);
-  assert.deepEqual(operations.filter((one) => one.keys.includes('Enter')).map(({ id }) => id), ['accept-follow', 'mark']);
-  assert.deepEqual(operations.filter((one) => one.keys.includes('Escape')).map(({ id }) => id), ['drop-follow', 'select-mode']);
+  assert.deepEqual(
+    operations.filter((one) => one.keys.includes('Enter')).map(({ id }) => id),
+    ['accept-follow', 'mark'],
+  );
+  assert.deepEqual(
+    operations.filter((one) => one.keys.includes('Escape')).map(({ id }) => id),
+    ['drop-follow', 'select-mode'],
+  );
 });
 
 test('frames are stepped with the keys that CVAT has for it', () => {
   const keyOf = (/** @type {string} */ id) => operations.find((operation) => operation.id === id)?.keys[0];
-  assert.deepEqual(['next-frame', 'previous-frame', 'on-10', 'back-10', 'next-key', 'previous-key'].map(keyOf), ['F', 'D', 'V', 'C', 'R', 'E']);
+  assert.deepEqual(['next-frame', 'previous-frame', 'on-10', 'back-10', 'next-key', 'previous-key'].map(keyOf), [
+    'F',
+    'D',
+    'V',
+    'C',
+    'R',
+    'E',
+  ]);
 });
 
 test('names are unique; every operation says what it does', () => {
@@ -28,15 +86,41 @@ test('names are unique; every operation says what it does', () => {
 });
 
 test('outside the review screen only what belongs to the whole page can be had', () => {
-  assert.deepEqual(operations.filter((operation) => operation.available(initialState())).map(({ id }) => id), [
-    'palette', 'help', 'preferences', 'theme-auto', 'theme-light', 'theme-dark', 'screen-library', 'screen-files', 'screen-labels', 'screen-models',
-  ]);
+  assert.deepEqual(
+    operations.filter((operation) => operation.available(initialState())).map(({ id }) => id),
+    [
+      'palette',
+      'help',
+      'preferences',
+      'theme-auto',
+      'theme-light',
+      'theme-dark',
+      'screen-library',
+      'screen-files',
+      'screen-labels',
+      'screen-models',
+    ],
+  );
 });
 
 test('keys that move may be held; one that judges, cuts, marks or opens something happens once for each press', () => {
-  assert.deepEqual(operations.filter(({ repeats }) => repeats).flatMap(({ keys }) => keys), [
-    'D', 'F', 'C', 'V', 'R', 'E', 'J', 'Shift+J', 'Tab', 'Shift+Tab',
-    ...['Left', 'Right', 'Up', 'Down'].flatMap((arrow) => [`Arrow${arrow}`, `Shift+Arrow${arrow}`, `Alt+Arrow${arrow}`]),
-    'Ctrl+Z', 'Ctrl+Shift+Z', 'Ctrl+Y',
-  ]);
+  assert.deepEqual(
+    operations.filter(({ repeats }) => repeats).flatMap(({ keys }) => keys),
+    [
+      'D',
+      'F',
+      'C',
+      'V',
+      'R',
+      'E',
+      'J',
+      'Shift+J',
+      'Tab',
+      'Shift+Tab',
+      ...['Left', 'Right', 'Up', 'Down'].flatMap((arrow) => [`Arrow${arrow}`, `Shift+Arrow${arrow}`, `Alt+Arrow${arrow}`]),
+      'Ctrl+Z',
+      'Ctrl+Shift+Z',
+      'Ctrl+Y',
+    ],
+  );
 });

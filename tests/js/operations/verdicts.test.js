@@ -43,12 +43,22 @@ test('a digit gives the label that is pinned to it, once; no hidden one, and non
   /** @type {string[]} */ const said = [];
   const app = { store, edit: editor.edit };
   const give = (/** @type {string} */ digit) => givePinned(app, digit, (text) => void said.push(text));
-  store.dispatch((state) => setLabels(changeReview(state, { selected: 'm1' }), [label({ id: 7, name: 'stop', pinned: 3 }), label({ id: 8, name: 'old', pinned: 4, hidden: true })]));
+  store.dispatch((state) =>
+    setLabels(changeReview(state, { selected: 'm1' }), [
+      label({ id: 7, name: 'stop', pinned: 3 }),
+      label({ id: 8, name: 'old', pinned: 4, hidden: true }),
+    ]),
+  );
   for (const digit of ['3', '3', '4', '5']) give(digit);
   await editor.settled();
   assert.equal(review().docs.m1.class_id, 7);
   assert.deepEqual(server.log, ['relabel_track']);
-  assert.deepEqual(said, ['Track #1: stop', 'Track #1 is stop already.', 'No label is pinned to 4. Pin one on the Labels page.', 'No label is pinned to 5. Pin one on the Labels page.']);
+  assert.deepEqual(said, [
+    'Track #1: stop',
+    'Track #1 is stop already.',
+    'No label is pinned to 4. Pin one on the Labels page.',
+    'No label is pinned to 5. Pin one on the Labels page.',
+  ]);
   end();
 });
 

@@ -7,27 +7,58 @@ import { changeReview, hover, openReview, toggleFewLabels } from '../../../stati
 import { initialState } from '../../../static/js/store/initial.js';
 
 /** @param {number} id @param {number} x */
-const track = (id, x) => ({ id, state: 'confirmed', source: 0, box: [x, 10, x + 20, 30], class_id: id, share: 1, prediction: null, gate: null, relocalisation: null });
+const track = (id, x) => ({
+  id,
+  state: 'confirmed',
+  source: 0,
+  box: [x, 10, x + 20, 30],
+  class_id: id,
+  share: 1,
+  prediction: null,
+  gate: null,
+  relocalisation: null,
+});
 
 /** A state with three tracks, a detection of each and one of none, and a box of ground truth. */
 function open() {
   const detections = [1, 2, 3, null].map((of, i) => ({ box: [100 * i, 10, 100 * i + 20, 30], raw: i, prior: 0, score: i, track: of }));
   const overlay = { frame: 0, detections, tracks: [track(1, 0), track(2, 100), track(3, 200)] };
-  const layers = { detections: true, predictions: true, search: true, relocalisations: true, results: true, corrected: true, truth: true, second: true };
+  const layers = {
+    detections: true,
+    predictions: true,
+    search: true,
+    relocalisations: true,
+    results: true,
+    corrected: true,
+    truth: true,
+    second: true,
+  };
   const state = openReview(initialState(), /** @type {any} */ ({ id: 'v', width: 640, height: 360, frames: 10 }));
-  return changeReview(state, /** @type {any} */ ({
-    shown: 0, layers, overlays: { 0: overlay }, truth: { 0: [{ box: [300, 10, 320, 30], class_id: 9, track: 1 }] }, viewport: { zoom: 1, x: 320, y: 180 }, selected: 'm2',
-  }));
+  return changeReview(
+    state,
+    /** @type {any} */ ({
+      shown: 0,
+      layers,
+      overlays: { 0: overlay },
+      truth: { 0: [{ box: [300, 10, 320, 30], class_id: 9, track: 1 }] },
+      viewport: { zoom: 1, x: 320, y: 180 },
+      selected: 'm2',
+    }),
+  );
 }
 
 /** What is written into the picture. @param {import('../../../static/js/state-types.js').State} state */
 function written(state) {
   /** @type {string[]} */
   const texts = [];
-  const ctx = new Proxy({}, {
-    get: (_, name) => (name === 'fillText' ? (/** @type {string} */ text) => texts.push(text) : name === 'measureText' ? () => ({ width: 20 }) : () => {}),
-    set: () => true,
-  });
+  const ctx = new Proxy(
+    {},
+    {
+      get: (_, name) =>
+        name === 'fillText' ? (/** @type {string} */ text) => texts.push(text) : name === 'measureText' ? () => ({ width: 20 }) : () => {},
+      set: () => true,
+    },
+  );
   const inks = { colour: () => '#fff', casing: '#000', font: '', unit: 1 };
   const review = /** @type {import('../../../static/js/state-types.js').ReviewState} */ (state.review);
   const counts = paintLayers(/** @type {any} */ (ctx), review, review.viewport, { width: 640, height: 360 }, inks, (id) => `class ${id}`);

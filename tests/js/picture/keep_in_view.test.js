@@ -10,7 +10,21 @@ const SCREEN = { width: 400, height: 300 };
 
 /** @param {number} x */
 const overlay = (x, frame = 0) => ({
-  frame, detections: [], tracks: [{ id: 1, state: 'confirmed', source: 0, box: [x, 100, x + 20, 120], class_id: 1, share: 1, prediction: null, gate: null, relocalisation: null }],
+  frame,
+  detections: [],
+  tracks: [
+    {
+      id: 1,
+      state: 'confirmed',
+      source: 0,
+      box: [x, 100, x + 20, 120],
+      class_id: 1,
+      share: 1,
+      prediction: null,
+      gate: null,
+      relocalisation: null,
+    },
+  ],
 });
 
 /** A track that goes 20 px to the right a frame, and a look at it frame by frame. */

@@ -12,23 +12,49 @@ const BOX = [100, 100, 200, 200];
 function open() {
   const gate = { l_positive: 4.93, confident: true };
   const track = {
-    id: 1, state: 'confirmed', source: 2, box: BOX, class_id: 1, share: 1, gate, prediction: { box: [110, 110, 190, 190], sigma: [10, 10, 1, 1] },
+    id: 1,
+    state: 'confirmed',
+    source: 2,
+    box: BOX,
+    class_id: 1,
+    share: 1,
+    gate,
+    prediction: { box: [110, 110, 190, 190], sigma: [10, 10, 1, 1] },
     relocalisation: { box: [120, 120, 180, 180], search: [105, 105, 195, 195], runner_up: [130, 130, 150, 150], decision: 1 },
   };
   const state = openReview(initialState(), /** @type {any} */ ({ id: 'v', width: 640, height: 360, frames: 10 }));
-  return changeReview(state, /** @type {any} */ ({ shown: 0, overlays: { 0: { frame: 0, detections: [], tracks: [track] } }, viewport: { zoom: 1, x: 320, y: 180 }, selected: 'm1' }));
+  return changeReview(
+    state,
+    /** @type {any} */ ({
+      shown: 0,
+      overlays: { 0: { frame: 0, detections: [], tracks: [track] } },
+      viewport: { zoom: 1, x: 320, y: 180 },
+      selected: 'm1',
+    }),
+  );
 }
 
 /** What is painted, in its order. @param {import('../../../static/js/state-types.js').State} state */
 function painted(state) {
   /** @type {{what: string, at: any[]}[]} */
   const calls = [];
-  const ctx = new Proxy({}, {
-    get: (_, name) => (name === 'measureText' ? () => ({ width: 60 }) : (/** @type {any[]} */ ...at) => void calls.push({ what: String(name), at })),
-    set: () => true,
-  });
+  const ctx = new Proxy(
+    {},
+    {
+      get: (_, name) =>
+        name === 'measureText' ? () => ({ width: 60 }) : (/** @type {any[]} */ ...at) => void calls.push({ what: String(name), at }),
+      set: () => true,
+    },
+  );
   const inks = { colour: () => '#fff', casing: '#000', font: '12px sans', unit: 1 };
-  paintLayers(/** @type {any} */ (ctx), /** @type {any} */ (state.review), { zoom: 1, x: 320, y: 180 }, { width: 640, height: 360 }, inks, () => 'stop');
+  paintLayers(
+    /** @type {any} */ (ctx),
+    /** @type {any} */ (state.review),
+    { zoom: 1, x: 320, y: 180 },
+    { width: 640, height: 360 },
+    inks,
+    () => 'stop',
+  );
   return calls;
 }
 
@@ -39,10 +65,19 @@ test('nothing lies over the sign of the selected box but its own outline and han
   const calls = painted(open());
   const cleared = calls.findIndex(({ what }) => what === 'clearRect');
   assert.deepEqual(corners(calls[cleared]), BOX);
-  const after = calls.slice(cleared + 1).filter(({ what }) => what === 'rect').map(corners);
+  const after = calls
+    .slice(cleared + 1)
+    .filter(({ what }) => what === 'rect')
+    .map(corners);
   assert.deepEqual(after, [BOX, BOX], 'casing and line of the box itself');
-  assert.ok(calls.slice(0, cleared).some((call) => call.what === 'rect' && corners(call)[0] === 110), 'what of the prediction lies outside is left');
-  assert.ok(calls.some(({ what, at }) => what === 'fillText' && at[0] === 'stop'), 'without its gate value');
+  assert.ok(
+    calls.slice(0, cleared).some((call) => call.what === 'rect' && corners(call)[0] === 110),
+    'what of the prediction lies outside is left',
+  );
+  assert.ok(
+    calls.some(({ what, at }) => what === 'fillText' && at[0] === 'stop'),
+    'without its gate value',
+  );
 });
 
 test('the uncertainty box and the gate value are there when they are asked for', () => {

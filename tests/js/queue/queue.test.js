@@ -7,7 +7,11 @@ import { NO_CLASS, blankDoc, emptyDoc } from '../../../static/js/model/documents
 import { drive } from '../harness/synthetic.js';
 import { label } from '../labels.js';
 
-const LABELS = [label({ id: 1, name: 'Yield', aliases: ['give way'] }), label({ id: 2, name: 'Stop' }), label({ id: 9, name: 'Halt', merged_into: 2 })];
+const LABELS = [
+  label({ id: 1, name: 'Yield', aliases: ['give way'] }),
+  label({ id: 2, name: 'Stop' }),
+  label({ id: 9, name: 'Halt', merged_into: 2 }),
+];
 
 /**
  * @param {object} [docs]
@@ -16,7 +20,17 @@ const LABELS = [label({ id: 1, name: 'Yield', aliases: ['give way'] }), label({ 
  * @returns {any} three tracks: uncertainty 0.1, 0.9, 0.5
  */
 function state(docs = {}, filter = {}, selected = null) {
-  const tracks = { ...drive(1000, 3).tracks, id: [1, 2, 3], uncertainty: [0.1, 0.9, 0.5], rank: [0.1, 0.9, 0.5], class_id: [1, 2, 1], first: [30, 20, 10], last: [40, 30, 20], score: [3, 2, 1], reasons: [[], ['It is short: 11 frames.'], []] };
+  const tracks = {
+    ...drive(1000, 3).tracks,
+    id: [1, 2, 3],
+    uncertainty: [0.1, 0.9, 0.5],
+    rank: [0.1, 0.9, 0.5],
+    class_id: [1, 2, 1],
+    first: [30, 20, 10],
+    last: [40, 30, 20],
+    score: [3, 2, 1],
+    reasons: [[], ['It is short: 11 frames.'], []],
+  };
   return { labels: LABELS, review: { tracks, docs, filter: { ...NO_FILTER, ...filter }, selected } };
 }
 const doc = (/** @type {number} */ track, /** @type {object} */ change) => ({ ...emptyDoc({ track, first: 10, last: 40 }), ...change });
@@ -26,18 +40,32 @@ const queueOrder = (state) => shownQueue(state).map(({ key }) => key);
 
 test('the most uncertain track comes first', () => assert.deepEqual(queueOrder(state()), ['m2', 'm3', 'm1']));
 
-for (const [sort, order] of /** @type {const} */ ([['time', ['m3', 'm2', 'm1']], ['class', ['m3', 'm1', 'm2']], ['score', ['m3', 'm2', 'm1']]])) {
+for (const [sort, order] of /** @type {const} */ ([
+  ['time', ['m3', 'm2', 'm1']],
+  ['class', ['m3', 'm1', 'm2']],
+  ['score', ['m3', 'm2', 'm1']],
+])) {
   test(`order by ${sort}`, () => assert.deepEqual(queueOrder(state({}, { sort })), order));
 }
 
-for (const [filter, order] of /** @type {[object, string[]][]} */ ([[{ class_id: 2 }, ['m2']], [{ least_uncertainty: 0.4 }, ['m2', 'm3']], [{ text: 'yield' }, ['m3', 'm1']], [{ text: '#3' }, ['m3']], [{ text: 'short' }, ['m2']], [{ text: 'nothing like it' }, []]])) {
+for (const [filter, order] of /** @type {[object, string[]][]} */ ([
+  [{ class_id: 2 }, ['m2']],
+  [{ least_uncertainty: 0.4 }, ['m2', 'm3']],
+  [{ text: 'yield' }, ['m3', 'm1']],
+  [{ text: '#3' }, ['m3']],
+  [{ text: 'short' }, ['m2']],
+  [{ text: 'nothing like it' }, []],
+])) {
   test(`filter ${JSON.stringify(filter)}`, () => assert.deepEqual(queueOrder(state({}, filter)), order));
 }
 
 test('a track of an imported run has no percentage: it passes no limit of it, and the order is that of the ranks', () => {
   const imported = (/** @type {object} */ filter) => {
     const { labels, review } = state({}, filter);
-    return /** @type {any} */ ({ labels, review: { ...review, tracks: { ...review.tracks, uncertainty: [null, null, null], rank: [0, 0, 1] } } });
+    return /** @type {any} */ ({
+      labels,
+      review: { ...review, tracks: { ...review.tracks, uncertainty: [null, null, null], rank: [0, 0, 1] } },
+    });
   };
   assert.deepEqual(queueOrder(imported({})), ['m3', 'm2', 'm1']);
   assert.deepEqual(queueOrder(imported({ least_uncertainty: 0.1 })), []);
@@ -47,7 +75,12 @@ test('a filter by score has two ends; what has no score passes none of them', ()
   assert.deepEqual(queueOrder(state({}, { least_score: 2 })), ['m2', 'm1']);
   assert.deepEqual(queueOrder(state({}, { most_score: 2 })), ['m2', 'm3']);
   assert.deepEqual(queueOrder(state({}, { least_score: 1.5, most_score: 2.5 })), ['m2']);
-  const drawn = { ...blankDoc('hab'), keys: { 5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false } } };
+  const drawn = {
+    ...blankDoc('hab'),
+    keys: {
+      5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
+    },
+  };
   assert.deepEqual(queueOrder(state({ hab: drawn }, { most_score: 1 })), ['m3']);
   assert.equal(queueOrder(state({ hab: drawn })).length, 4);
   const entries = trackEntries(state({ hab: drawn }).review.tracks, { hab: drawn });
@@ -68,9 +101,19 @@ test('notes are found by their words, and tracks with notes can be shown alone',
 
 test('tracks are filtered by an answer to an attribute, also by the one that their label has where nobody answers', () => {
   const asked = (/** @type {any} */ attribute) => ({ mutable: false, values: [], low: null, high: null, default: null, ...attribute });
-  const labels = [label({ id: 1, name: 'Yield', attributes: [asked({ name: 'dirty', kind: 'checkbox', default: false }), asked({ name: 'lit', kind: 'text' })] }), label({ id: 2, name: 'Stop' })];
+  const labels = [
+    label({
+      id: 1,
+      name: 'Yield',
+      attributes: [asked({ name: 'dirty', kind: 'checkbox', default: false }), asked({ name: 'lit', kind: 'text' })],
+    }),
+    label({ id: 2, name: 'Stop' }),
+  ];
   const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
-  const docs = { m1: doc(1, { attributes: { dirty: true }, keys: { 12: { ...key, attributes: { lit: 'dusk' } } } }), m2: doc(2, { attributes: { lit: 'day' } }) };
+  const docs = {
+    m1: doc(1, { attributes: { dirty: true }, keys: { 12: { ...key, attributes: { lit: 'dusk' } } } }),
+    m2: doc(2, { attributes: { lit: 'day' } }),
+  };
   const order = (/** @type {any} */ attribute) => queueOrder({ ...state(docs, { attribute }), labels });
   assert.deepEqual(order({ name: 'dirty', value: true }), ['m1']);
   assert.deepEqual(order({ name: 'dirty', value: false }), ['m3']);
@@ -96,7 +139,10 @@ test('a merged label counts as the one that stands for it', () => {
 
 test('attributes are found by name and answer, of the whole track and of single frames', () => {
   const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
-  const docs = { m1: doc(1, { attributes: { ground: 'red', dirty: true } }), m2: doc(2, { keys: { 12: { ...key, attributes: { dirty: false } } } }) };
+  const docs = {
+    m1: doc(1, { attributes: { ground: 'red', dirty: true } }),
+    m2: doc(2, { keys: { 12: { ...key, attributes: { dirty: false } } } }),
+  };
   /** @param {string} text */
   const found = (text) => queueOrder(state(docs, { text }));
   assert.deepEqual([found('dirty'), found('dirty=yes'), found('dirty=no ground'), found('ground=red')], [['m2', 'm1'], ['m1'], [], ['m1']]);
@@ -121,7 +167,13 @@ test('none of the classes is an answer of its own: filtered, found and doubted a
 });
 
 test('deleted tracks are not in the queue, people’s own are', () => {
-  const own = { ...blankDoc('hab'), class_id: 1, keys: { 5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false } } };
+  const own = {
+    ...blankDoc('hab'),
+    class_id: 1,
+    keys: {
+      5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
+    },
+  };
   const docs = { m2: doc(2, { gone: true }), hab: own };
   assert.deepEqual(queueOrder(state(docs)), ['m3', 'm1', 'hab']);
   const entry = trackEntries(state(docs).review.tracks, docs).at(-1);
@@ -140,7 +192,10 @@ test('next and previous stop at the ends', () => {
 test('the end of the queue says what was passed over', () => {
   const done = { m2: doc(2, { review: 'accepted' }), m3: doc(3, { review: 'rejected' }) };
   assert.equal(endOfQueue(state({}, {}, 'm1'), 1), 'This is the end of the queue. 2 tracks before this one are still to be decided.');
-  assert.equal(endOfQueue(state({ m2: done.m2 }, {}, 'm1'), 1), 'This is the end of the queue. 1 track before this one is still to be decided.');
+  assert.equal(
+    endOfQueue(state({ m2: done.m2 }, {}, 'm1'), 1),
+    'This is the end of the queue. 1 track before this one is still to be decided.',
+  );
   assert.equal(endOfQueue(state(done, {}, 'm1'), 1), 'This is the end of the queue.');
   assert.equal(endOfQueue(state({}, {}, 'm2'), -1), 'This is the beginning of the queue. 2 tracks after this one are still to be decided.');
 });
@@ -164,7 +219,14 @@ test('a track that the filter hides after accepting keeps its place', () => {
 
 test('open and needs work are left', () => {
   const docs = { m1: doc(1, { review: 'accepted' }), m2: doc(2, { review: 'needs_work' }) };
-  assert.deepEqual(queueCounts(trackEntries(state(docs).review.tracks, docs)), { total: 3, open: 1, accepted: 1, rejected: 0, needs_work: 1, left: 2 });
+  assert.deepEqual(queueCounts(trackEntries(state(docs).review.tracks, docs)), {
+    total: 3,
+    open: 1,
+    accepted: 1,
+    rejected: 0,
+    needs_work: 1,
+    left: 2,
+  });
 });
 
 test('tracks without a score come last, and the order is total', () => {
@@ -198,8 +260,17 @@ test('parts say whose reasons they show', () => {
     const entry = entries.find((one) => one.key === key);
     assert.deepEqual([entry?.whole, entry?.reasons], [false, ['About #2 as the engine made it:', 'It is short: 11 frames.']], key);
   }
-  assert.deepEqual(entries.filter((entry) => entry.whole).map((entry) => entry.key), ['m1', 'm3']);
-  const joined = { ...doc(1, {}), segments: [{ track: 1, first: 30, last: 40 }, { track: 3, first: 10, last: 20 }] };
+  assert.deepEqual(
+    entries.filter((entry) => entry.whole).map((entry) => entry.key),
+    ['m1', 'm3'],
+  );
+  const joined = {
+    ...doc(1, {}),
+    segments: [
+      { track: 1, first: 30, last: 40 },
+      { track: 3, first: 10, last: 20 },
+    ],
+  };
   const entry = trackEntries(state().review.tracks, { m1: joined })[0];
   assert.deepEqual([entry.whole, entry.reasons], [false, []], 'there is nothing to be said about #1');
 });

@@ -1,24 +1,24 @@
 // @ts-check
 import assert from 'node:assert/strict';
-import {test} from 'node:test';
-import {blankDoc, emptyDoc} from '../../../static/js/model/documents.js';
-import {covers, framesOf, rangeAround, recordingFor} from '../../../static/js/views/recording/choice.js';
-import {readMessage} from '../../../static/js/views/recording/messages.js';
-import {seekRequest, selectRequest} from '../../../static/js/views/recording/protocol.js';
-import {recordedKeys, entityOf, trackOf} from '../../../static/js/views/recording/selection.js';
+import { test } from 'node:test';
+import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
+import { covers, framesOf, rangeAround, recordingFor } from '../../../static/js/views/recording/choice.js';
+import { readMessage } from '../../../static/js/views/recording/messages.js';
+import { seekRequest, selectRequest } from '../../../static/js/views/recording/protocol.js';
+import { recordedKeys, entityOf, trackOf } from '../../../static/js/views/recording/selection.js';
 
 /** @param {Uint8Array} data */
 const hex = (data) => Buffer.from(data).toString('hex');
 /** @param {number} id @param {object} [more] */
-const track = (id, more = {}) => /** @type {any} */ ({id, prediction: null, relocalisation: null, ...more});
+const track = (id, more = {}) => /** @type {any} */ ({ id, prediction: null, relocalisation: null, ...more });
 /** @type {import('../../../static/js/types.js').Overlay} */
 const OVERLAY = {
   frame: 4,
-  detections: /** @type {any} */ ([{track: null}, {track: 9}]),
-  tracks: [track(9, {prediction: {}}), track(7, {prediction: {}, relocalisation: {}}), track(8)],
+  detections: /** @type {any} */ ([{ track: null }, { track: 9 }]),
+  tracks: [track(9, { prediction: {} }), track(7, { prediction: {}, relocalisation: {} }), track(8)],
 };
 /** @param {string} id @param {number} first @param {number} stop @param {string} [state] */
-const recording = (id, first, stop, state = 'complete') => /** @type {any} */ ({id, state, options: {first, stop}});
+const recording = (id, first, stop, state = 'complete') => /** @type {any} */ ({ id, state, options: { first, stop } });
 
 test('a seek is the message that the viewer reads', () => {
   // set_time_cursor { timeline { name: "frame" } time { time: 300 } play_state: PAUSED }
@@ -42,12 +42,23 @@ test('a corrected box names its track, also a drawn one, while the recording sho
 
 test('corrected boxes lie in the recording by number, then drawn ones; what is no sign is not there', () => {
   const box = /** @type {const} */ ([0, 0, 9, 9]);
-  const key = {box, occluded: false, outside: false, interpolate: true, class_id: 1, followed: false};
-  const own = (/** @type {string} */ name) => ({...blankDoc(name), class_id: 1, keys: {3: key}});
-  const track = (/** @type {number} */ id) => ({id, box, state: 'confirmed', class_id: 1, prediction: null, relocalisation: null});
-  const whole = (/** @type {number} */ id) => emptyDoc({track: id, first: 0, last: 9});
-  const docs = {hb: own('hb'), ha: own('ha'), m10: {...whole(10), review: 'accepted'}, m4: {...whole(4), review: 'rejected'}, m5: {...whole(5), not_a_sign: true}};
-  const review = /** @type {any} */ ({frame: 3, docs, tracks: null, overlays: {3: {tracks: [track(10), track(4), track(9), track(5)], detections: []}}});
+  const key = { box, occluded: false, outside: false, interpolate: true, class_id: 1, followed: false };
+  const own = (/** @type {string} */ name) => ({ ...blankDoc(name), class_id: 1, keys: { 3: key } });
+  const track = (/** @type {number} */ id) => ({ id, box, state: 'confirmed', class_id: 1, prediction: null, relocalisation: null });
+  const whole = (/** @type {number} */ id) => emptyDoc({ track: id, first: 0, last: 9 });
+  const docs = {
+    hb: own('hb'),
+    ha: own('ha'),
+    m10: { ...whole(10), review: 'accepted' },
+    m4: { ...whole(4), review: 'rejected' },
+    m5: { ...whole(5), not_a_sign: true },
+  };
+  const review = /** @type {any} */ ({
+    frame: 3,
+    docs,
+    tracks: null,
+    overlays: { 3: { tracks: [track(10), track(4), track(9), track(5)], detections: [] } },
+  });
   assert.deepEqual(recordedKeys(review), ['m9', 'm10', 'ha', 'hb']);
 });
 
@@ -72,20 +83,20 @@ test('a track stands for its box, else for its states', () => {
   assert.equal(entityOf('m70', OVERLAY), 'tracks/m70/state');
   assert.equal(entityOf('m7', undefined), 'tracks/m7/state');
   assert.equal(entityOf('h3f2a9c', OVERLAY), null);
-  for (const {id} of OVERLAY.tracks) {
+  for (const { id } of OVERLAY.tracks) {
     const [, place] = /\[#(\d+)\]$/.exec(entityOf(`m${id}`, OVERLAY) ?? '') ?? [];
     assert.equal(trackOf('/video/results', Number(place), OVERLAY), `m${id}`);
   }
 });
 
 test('a new recording lies around the cursor and within the run', () => {
-  assert.deepEqual(rangeAround(500, {first: 0, stop: 1000}), {first: 350, stop: 650});
-  assert.deepEqual(rangeAround(20, {first: 0, stop: 1000}), {first: 0, stop: 300});
-  assert.deepEqual(rangeAround(990, {first: 0, stop: 1000}), {first: 700, stop: 1000});
-  assert.deepEqual(rangeAround(120, {first: 100, stop: 150}), {first: 100, stop: 150});
-  assert.equal(rangeAround(0, {first: 5, stop: 5}), null);
-  for (let frame = 0; frame < 400; frame += 7) assert.ok(covers(/** @type {any} */ (rangeAround(frame, {first: 0, stop: 400})), frame));
-  assert.deepEqual(framesOf(/** @type {any} */ ({first: 10, frames_done: 5})), {first: 10, stop: 15});
+  assert.deepEqual(rangeAround(500, { first: 0, stop: 1000 }), { first: 350, stop: 650 });
+  assert.deepEqual(rangeAround(20, { first: 0, stop: 1000 }), { first: 0, stop: 300 });
+  assert.deepEqual(rangeAround(990, { first: 0, stop: 1000 }), { first: 700, stop: 1000 });
+  assert.deepEqual(rangeAround(120, { first: 100, stop: 150 }), { first: 100, stop: 150 });
+  assert.equal(rangeAround(0, { first: 5, stop: 5 }), null);
+  for (let frame = 0; frame < 400; frame += 7) assert.ok(covers(/** @type {any} */ (rangeAround(frame, { first: 0, stop: 400 })), frame));
+  assert.deepEqual(framesOf(/** @type {any} */ ({ first: 10, frames_done: 5 })), { first: 10, stop: 15 });
 });
 
 test('the newest finished recording that has the frame is shown', () => {
@@ -96,6 +107,6 @@ test('the newest finished recording that has the frame is shown', () => {
 });
 
 test('foreign messages are not taken for ours', () => {
-  for (const data of [null, 'time', 7, {}, {type: 'else'}, {kind: 'time'}]) assert.equal(readMessage(data, ['time']), null);
-  assert.deepEqual(readMessage({type: 'time', frame: 3}, ['time']), {type: 'time', frame: 3});
+  for (const data of [null, 'time', 7, {}, { type: 'else' }, { kind: 'time' }]) assert.equal(readMessage(data, ['time']), null);
+  assert.deepEqual(readMessage({ type: 'time', frame: 3 }, ['time']), { type: 'time', frame: 3 });
 });

@@ -14,11 +14,18 @@ const truth = (track, box) => ({ track, box, class_id: 14 });
 /** @param {Partial<import('../../../static/js/state-types.js').ReviewState>} [more] */
 function review(more = {}) {
   const start = initialReview(VIDEO, initialState().layers, false);
-  const tracks = [{ id: 1, box: [100, 100, 140, 140], state: 'confirmed', class_id: 14 }, { id: 2, box: [300, 100, 340, 140], state: 'confirmed', class_id: 3 }];
+  const tracks = [
+    { id: 1, box: [100, 100, 140, 140], state: 'confirmed', class_id: 14 },
+    { id: 2, box: [300, 100, 340, 140], state: 'confirmed', class_id: 3 },
+  ];
   return {
-    ...start, layers: { ...start.layers, truth: true }, truthId: 't', frame: 5,
+    ...start,
+    layers: { ...start.layers, truth: true },
+    truthId: 't',
+    frame: 5,
     overlays: /** @type {any} */ ({ 5: { frame: 5, detections: [], tracks } }),
-    truth: { 5: [truth(9, [500, 100, 540, 140]), truth(7, [110, 100, 150, 140])] }, ...more,
+    truth: { 5: [truth(9, [500, 100, 540, 140]), truth(7, [110, 100, 150, 140])] },
+    ...more,
   };
 }
 

@@ -11,25 +11,38 @@ import { isPutAway, putAway } from '../../../static/js/core/preferences.js';
 
 /** @type {Map<string, string>} */
 const kept = new Map();
-Object.assign(globalThis, { localStorage: {
-  getItem: (/** @type {string} */ name) => kept.get(name) ?? null,
-  setItem: (/** @type {string} */ name, /** @type {string} */ value) => kept.set(name, value),
-} });
+Object.assign(globalThis, {
+  localStorage: {
+    getItem: (/** @type {string} */ name) => kept.get(name) ?? null,
+    setItem: (/** @type {string} */ name, /** @type {string} */ value) => kept.set(name, value),
+  },
+});
 beforeEach(() => kept.clear());
 
 const signal = new AbortController().signal;
-const OLD = /** @type {any} */ ({ id: 'old', video_id: 'v', kind: 'engine', state: 'complete', name: 'Run 1', created: '2026-01-01T00:00:00Z' });
+const OLD = /** @type {any} */ ({
+  id: 'old',
+  video_id: 'v',
+  kind: 'engine',
+  state: 'complete',
+  name: 'Run 1',
+  created: '2026-01-01T00:00:00Z',
+});
 const NEW = { ...OLD, id: 'new', name: 'Run 2' };
 
 /** A later run on the screen, and what the server says of earlier ones. @param {any} found @param {any} [run] */
 function open(found, run = NEW) {
   const store = createStore(initialState());
-  store.dispatch((state) => changeReview(openReview(setRuns(state, 'v', [run, OLD]), /** @type {any} */ ({ id: 'v', frames: 10 })), { run }));
+  store.dispatch((state) =>
+    changeReview(openReview(setRuns(state, 'v', [run, OLD]), /** @type {any} */ ({ id: 'v', frames: 10 })), { run }),
+  );
   const asked = { count: 0 };
-  const api = /** @type {any} */ ({ earlier: async () => {
-    asked.count += 1;
-    return found;
-  } });
+  const api = /** @type {any} */ ({
+    earlier: async () => {
+      asked.count += 1;
+      return found;
+    },
+  });
   return { store, api, asked, banner: () => store.get().banners.find(({ id }) => id === 'earlier') };
 }
 
@@ -65,7 +78,10 @@ test('once they have come over the offer ends, also where nothing had to be writ
 });
 
 test('a what-if and a run that goes on are not asked about; nothing found is nothing said', async () => {
-  for (const run of [{ ...NEW, kind: 'whatif' }, { ...NEW, state: 'running' }]) {
+  for (const run of [
+    { ...NEW, kind: 'whatif' },
+    { ...NEW, state: 'running' },
+  ]) {
     const page = open({ run_id: 'old', tracks: 4, seq: 9 }, run);
     await offerEarlier(page, run, signal);
     assert.deepEqual([page.asked.count, page.banner()], [0, undefined]);

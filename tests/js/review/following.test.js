@@ -29,7 +29,9 @@ function world(api = {}, edits = true) {
     },
     follow: async (/** @type {string} */ id, /** @type {number} */ after) => {
       log.push(['ask', id, after]);
-      return after > 0 ? { ...BLANK, id, state: 'complete', proposals: [], next: after } : { ...BLANK, id, state: 'running', proposals: [[6, 11, 10, 31, 30, 0.9, 'matched']], next: 1 };
+      return after > 0
+        ? { ...BLANK, id, state: 'complete', proposals: [], next: after }
+        : { ...BLANK, id, state: 'running', proposals: [[6, 11, 10, 31, 30, 0.9, 'matched']], next: 1 };
     },
     findFollow: async () => null,
     dropFollow: async (/** @type {string} */ id) => void log.push(['drop', id]),
@@ -37,14 +39,21 @@ function world(api = {}, edits = true) {
   };
   const ended = new AbortController();
   const control = createFollowing({
-    store, api: /** @type {any} */ (server), signal: ended.signal, author: () => 'ann', toast: (text) => said.push(text),
+    store,
+    api: /** @type {any} */ (server),
+    signal: ended.signal,
+    author: () => 'ann',
+    toast: (text) => said.push(text),
     edit: (command) => edits && commands.push(command) > 0,
-    sleep: (ms, signal) => (ms > 1000 ? new Promise((resolve) => signal.addEventListener('abort', () => resolve(undefined))) : Promise.resolve()),
+    sleep: (ms, signal) =>
+      ms > 1000 ? new Promise((resolve) => signal.addEventListener('abort', () => resolve(undefined))) : Promise.resolve(),
   });
   const now = () => store.get().review?.following ?? null;
   return { control, store, log, commands, said, now, end: () => ended.abort() };
 }
-const settle = async () => { for (let i = 0; i < 60; i += 1) await Promise.resolve(); };
+const settle = async () => {
+  for (let i = 0; i < 60; i += 1) await Promise.resolve();
+};
 
 test('proposals come in, and are taken by one operation', async () => {
   const { control, log, commands, now, end } = world();
@@ -54,7 +63,18 @@ test('proposals come in, and are taken by one operation', async () => {
   assert.equal(now()?.state, 'complete');
   assert.deepEqual(now()?.proposals[6], { box: [11, 10, 31, 30], confidence: 0.9, source: 'matched' });
   assert.ok(control.accept());
-  assert.deepEqual(commands.map(({ name, boxes }) => [name, boxes.map((/** @type {any} */ one) => [one.frame, one.anchor])]), [['follow', [[5, true], [6, false]]]]);
+  assert.deepEqual(
+    commands.map(({ name, boxes }) => [name, boxes.map((/** @type {any} */ one) => [one.frame, one.anchor])]),
+    [
+      [
+        'follow',
+        [
+          [5, true],
+          [6, false],
+        ],
+      ],
+    ],
+  );
   assert.equal(now(), null);
   await settle();
   assert.deepEqual(log.at(-1), ['drop', 'f1']);
@@ -92,13 +112,23 @@ test('a correction is one more anchor, and what was cut off stays so', async () 
   store.dispatch((state) => changeReview(state, ({ following }) => ({ following: following && { ...following, to: 20 } })));
   control.correct({ frame: 9, box: BOX });
   await settle();
-  assert.deepEqual(log.filter(([what]) => what === 'start'), [['start', [5]], ['start', [5, 9]]]);
+  assert.deepEqual(
+    log.filter(([what]) => what === 'start'),
+    [
+      ['start', [5]],
+      ['start', [5, 9]],
+    ],
+  );
   assert.deepEqual([now()?.id, now()?.to, now()?.anchors.length], ['f2', 20, 2]);
   end();
 });
 
 test('what cannot be followed is reported, and nothing is left on the page', async () => {
-  const { control, said, now, end } = world({ startFollow: async () => { throw new ApiError(422, 'no_such_frame', 'The video has frames 0 to 9. Got 50.'); } });
+  const { control, said, now, end } = world({
+    startFollow: async () => {
+      throw new ApiError(422, 'no_such_frame', 'The video has frames 0 to 9. Got 50.');
+    },
+  });
   control.start(ASKED);
   await settle();
   assert.deepEqual([now(), said], [null, ['The video has frames 0 to 9. Got 50.']]);
@@ -106,7 +136,9 @@ test('what cannot be followed is reported, and nothing is left on the page', asy
 });
 
 test('proposals that waited before a reload are there again', async () => {
-  const { control, now, end } = world({ findFollow: async () => ({ ...BLANK, id: 'f9', state: 'complete', proposals: [[6, 11, 10, 31, 30, 0.9, 'matched']], next: 3 }) });
+  const { control, now, end } = world({
+    findFollow: async () => ({ ...BLANK, id: 'f9', state: 'complete', proposals: [[6, 11, 10, 31, 30, 0.9, 'matched']], next: 3 }),
+  });
   control.open('r');
   await settle();
   assert.deepEqual([now()?.id, now()?.proposals[6]?.confidence], ['f9', 0.9]);

@@ -46,9 +46,10 @@ async function create({ answers = {}, track = null } = {}) {
       if (failure.thrown) throw failure.thrown;
       return { id, frame: [lanes.length] };
     },
-    overlays: (/** @type {string} */ _run, /** @type {number} */ first) => new Promise((resolve) => {
-      asked.push({ first, come: () => resolve([{ frame: first, detections: [], tracks: [] }]) });
-    }),
+    overlays: (/** @type {string} */ _run, /** @type {number} */ first) =>
+      new Promise((resolve) => {
+        asked.push({ first, come: () => resolve([{ frame: first, detections: [], tracks: [] }]) });
+      }),
     ...answers,
   });
   const load = async (/** @type {() => Promise<any>} */ get, /** @type {any} */ action) => {
@@ -60,18 +61,32 @@ async function create({ answers = {}, track = null } = {}) {
   store.subscribe(() => loader.sync());
   loader.sync();
   for (let i = 0; i < 5; i++) await turn();
-  return { store, asked, lanes, failure, groundTruths, loader, go: async (/** @type {number} */ frame) => {
-    store.dispatch((state) => seek(state, frame));
-    await turn();
-  } };
+  return {
+    store,
+    asked,
+    lanes,
+    failure,
+    groundTruths,
+    loader,
+    go: async (/** @type {number} */ frame) => {
+      store.dispatch((state) => seek(state, frame));
+      await turn();
+    },
+  };
 }
 
-test('the cursor\'s own overlays come first, its neighbours when they are there', async () => {
+test("the cursor's own overlays come first, its neighbours when they are there", async () => {
   const { asked, go } = await create();
-  assert.deepEqual(asked.map(({ first }) => first), [0]);
+  assert.deepEqual(
+    asked.map(({ first }) => first),
+    [0],
+  );
   asked[0].come();
   await turn();
-  assert.deepEqual(asked.map(({ first }) => first), [0, 128]);
+  assert.deepEqual(
+    asked.map(({ first }) => first),
+    [0, 128],
+  );
   await go(5); // nothing new is needed there
   assert.equal(asked.length, 2);
 });
@@ -82,10 +97,16 @@ test('who scrubs has one request on its way, and the next is for where the curso
   await turn();
   const before = asked.length;
   for (const frame of [1000, 2000, 3000, 4000]) await go(frame);
-  assert.deepEqual(asked.slice(before).map(({ first }) => first), [896]);
+  assert.deepEqual(
+    asked.slice(before).map(({ first }) => first),
+    [896],
+  );
   asked[before].come();
   await turn();
-  assert.deepEqual(asked.slice(before).map(({ first }) => first), [896, 3968]);
+  assert.deepEqual(
+    asked.slice(before).map(({ first }) => first),
+    [896, 3968],
+  );
   assert.ok(store.get().review?.overlays[896]); // what came late is kept
 });
 
@@ -120,7 +141,10 @@ test('all lanes of a track that was joined from many are there, each asked for o
   store.dispatch((state) => select(changeReview(state, { docs: { m1: doc } }), 'm1'));
   for (let i = 0; i < 5; i += 1) await turn();
   assert.equal(Object.keys(store.get().review?.laneOf ?? {}).length, 45);
-  assert.deepEqual([...lanes].sort((a, b) => a - b), tracks);
+  assert.deepEqual(
+    [...lanes].sort((a, b) => a - b),
+    tracks,
+  );
 });
 
 test('a run that goes on brings the lane that is looked at anew, others when they are selected', async () => {
@@ -174,7 +198,10 @@ test('a ground truth that another of its name has replaced is looked up anew, wi
   groundTruths.gone.add('old');
   store.dispatch((state) => seek(state, 1000));
   await settle();
-  assert.ok(groundTruths.asked.some((name) => name.startsWith('new/')), groundTruths.asked.join());
+  assert.ok(
+    groundTruths.asked.some((name) => name.startsWith('new/')),
+    groundTruths.asked.join(),
+  );
   assert.equal(store.get().review?.truthName, 'second pass'); // what the layer's button says
   assert.deepEqual(store.get().banners, []);
 });
@@ -241,10 +268,14 @@ test('tracks that were asked for earlier and come later are not shown', async ()
 test('tracks that could not be read because the server was away are read when it is back', async () => {
   let away = false;
   let id = [1];
-  const { store, loader } = await create({ answers: { tracks: async () => {
-    if (away) throw new ApiError(0, 'offline', 'No answer.');
-    return { id };
-  } } });
+  const { store, loader } = await create({
+    answers: {
+      tracks: async () => {
+        if (away) throw new ApiError(0, 'offline', 'No answer.');
+        return { id };
+      },
+    },
+  });
   away = true;
   id = [1, 2];
   await loader.refresh();

@@ -11,7 +11,15 @@ const doc = { segments: [{ track: 7, first: 10, last: 11 }], keys: { 30: { box: 
 const review = /** @type {any} */ ({ frame: 0, docs: { m7: doc, h1: { segments: [], keys: {} } }, laneOf: { 7: lane, 8: lane } });
 
 test('the nearest box is a corrected one, or one of the engine in the pieces that are left', () => {
-  for (const [key, frame, found] of /** @type {[string, number, number|null][]} */ ([['m7', 0, 10], ['m7', 13, 11], ['m7', 25, 30], ['m7', 90, 30], ['m8', 20, 12], ['m9', 3, null], ['h1', 3, null]])) {
+  for (const [key, frame, found] of /** @type {[string, number, number|null][]} */ ([
+    ['m7', 0, 10],
+    ['m7', 13, 11],
+    ['m7', 25, 30],
+    ['m7', 90, 30],
+    ['m8', 20, 12],
+    ['m9', 3, null],
+    ['h1', 3, null],
+  ])) {
     assert.deepEqual(nearestBox(review, key, frame)?.box ?? null, found === null ? null : box(found), `${key} at ${frame}`);
   }
 });

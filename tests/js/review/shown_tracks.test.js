@@ -33,12 +33,21 @@ test('a verdict or a note leaves a track as the engine has it; a box, a class or
  */
 function edited(commands, frames) {
   const both = { id: [7, 8], first: [0, 60], last: [50, 99], class_id: [14, 13] };
-  const all = [{ track: 7, first: 0, last: 50 }, { track: 8, first: 60, last: 99 }];
+  const all = [
+    { track: 7, first: 0, last: 50 },
+    { track: 8, first: 60, last: 99 },
+  ];
   /** @type {Record<string, any>} */
   let docs = {};
   for (const command of commands) ({ docs } = applyCommand(docs, { key: 'm7', spans: all, ...command }, person));
   /** @param {number} frame */
-  const overlay = (frame) => ({ tracks: both.id.flatMap((id, i) => (both.first[i] <= frame && frame <= both.last[i] ? [{ id, state: 'confirmed', box: [frame, 0, frame + 9, 9], class_id: both.class_id[i] }] : [])) });
+  const overlay = (frame) => ({
+    tracks: both.id.flatMap((id, i) =>
+      both.first[i] <= frame && frame <= both.last[i]
+        ? [{ id, state: 'confirmed', box: [frame, 0, frame + 9, 9], class_id: both.class_id[i] }]
+        : [],
+    ),
+  });
   const review = /** @type {any} */ ({ docs, tracks: both, overlays: Object.fromEntries(frames.map((frame) => [frame, overlay(frame)])) });
   return frames.map((frame) => shownTracks(review, frame).map((shown) => shown.edited));
 }
@@ -46,7 +55,17 @@ function edited(commands, frames) {
 test('one corrected frame leaves the other boxes the engine’s', () => {
   const box = [1, 1, 9, 9];
   assert.deepEqual(edited([{ name: 'add_key', frame: 20, box }], [19, 20, 21]), [[false], [true], [false]]);
-  assert.deepEqual(edited([{ name: 'set_box', frame: 20, box }, { name: 'set_box', frame: 24, box }, { name: 'interpolate', frame: 20, first: 20, last: 24 }], [19, 20, 22, 24, 25]), [[false], [true], [true], [true], [false]]);
+  assert.deepEqual(
+    edited(
+      [
+        { name: 'set_box', frame: 20, box },
+        { name: 'set_box', frame: 24, box },
+        { name: 'interpolate', frame: 20, first: 20, last: 24 },
+      ],
+      [19, 20, 22, 24, 25],
+    ),
+    [[false], [true], [true], [true], [false]],
+  );
   assert.deepEqual(edited([{ name: 'set_review', frame: 20, review: 'accepted' }], [20]), [[false]]);
 });
 

@@ -1,34 +1,53 @@
 // @ts-check
 import assert from 'node:assert/strict';
-import {test} from 'node:test';
-import {formatRoute, parseRoute, placeOf, samePlace} from '../../../static/js/model/route.js';
+import { test } from 'node:test';
+import { formatRoute, parseRoute, placeOf, samePlace } from '../../../static/js/model/route.js';
 import * as actions from '../../../static/js/store/actions/page.js';
-import {initialState} from '../../../static/js/store/initial.js';
+import { initialState } from '../../../static/js/store/initial.js';
 
 /** @param {string} id @param {object} [more] */
-const video = (id, more = {}) => /** @type {any} */ ({id, name: id, ...more});
+const video = (id, more = {}) => /** @type {any} */ ({ id, name: id, ...more });
 /** @param {string} id @param {object} [more] */
-const run = (id, more = {}) => /** @type {any} */ ({id, video_id: 'v', ...more});
+const run = (id, more = {}) => /** @type {any} */ ({ id, video_id: 'v', ...more });
 
 test('a changed video takes its place, a new one comes first, an unloaded list stays unloaded', () => {
   assert.equal(actions.putVideo(initialState(), video('a')).videos, null);
   const state = actions.setVideos(initialState(), [video('a'), video('b')]);
-  assert.deepEqual(actions.putVideo(state, video('b', {state: 'ready'})).videos?.map(({id, state: now}) => [id, now]), [['a', undefined], ['b', 'ready']]);
-  assert.deepEqual(actions.putVideo(state, video('c')).videos?.map(({id}) => id), ['c', 'a', 'b']);
+  assert.deepEqual(
+    actions.putVideo(state, video('b', { state: 'ready' })).videos?.map(({ id, state: now }) => [id, now]),
+    [
+      ['a', undefined],
+      ['b', 'ready'],
+    ],
+  );
+  assert.deepEqual(
+    actions.putVideo(state, video('c')).videos?.map(({ id }) => id),
+    ['c', 'a', 'b'],
+  );
 });
 
 test('runs of a video that is not loaded are not made up from one event', () => {
   const empty = initialState();
   assert.equal(actions.putRun(empty, run('r')), empty);
   const state = actions.setRuns(empty, 'v', [run('r')]);
-  assert.deepEqual(actions.putRun(state, run('s')).runs.v.map(({id}) => id), ['s', 'r']);
+  assert.deepEqual(
+    actions.putRun(state, run('s')).runs.v.map(({ id }) => id),
+    ['s', 'r'],
+  );
   assert.deepEqual(actions.dropRun(state, 'r').runs.v, []);
   assert.deepEqual(actions.dropVideo(actions.setVideos(state, [video('v')]), 'v').runs, {});
 });
 
 test('a banner replaces the one of its id; what changes nothing is the same state', () => {
-  const state = actions.showBanner(actions.showBanner(initialState(), {id: 'x', tone: 'info', text: '1'}), {id: 'x', tone: 'error', text: '2'});
-  assert.deepEqual(state.banners.map(({text}) => text), ['2']);
+  const state = actions.showBanner(actions.showBanner(initialState(), { id: 'x', tone: 'info', text: '1' }), {
+    id: 'x',
+    tone: 'error',
+    text: '2',
+  });
+  assert.deepEqual(
+    state.banners.map(({ text }) => text),
+    ['2'],
+  );
   assert.equal(actions.hideBanner(state, 'y'), state);
   assert.equal(actions.setConnection(state, 'online'), state);
   assert.equal(actions.closeDialog(state), state);
@@ -38,11 +57,16 @@ test('routes survive the way into the address and back', () => {
   const id = 'a'.repeat(64);
   const other = 'b'.repeat(32);
   for (const route of /** @type {import('../../../static/js/state-types.js').Route[]} */ ([
-    {screen: 'library'}, {screen: 'review', video: id, run: null, frame: null, track: null},
-    {screen: 'review', video: id, run: other, frame: 0, track: 'h-1/ä?&'}, {screen: 'compare', a: `run:${other}`, b: `truth:${other}`},
-    {screen: 'models'}, {screen: 'files'},
-  ])) assert.deepEqual(parseRoute(formatRoute(route)), route);
-  for (const hash of ['', '#', '#/review/xyz', '#/compare?a=run:1', '#/review/%', '#/compare?a=%E0%A4%A', '#/nothing', '#/models/x']) assert.deepEqual(parseRoute(hash), {screen: 'library'}, hash);
+    { screen: 'library' },
+    { screen: 'review', video: id, run: null, frame: null, track: null },
+    { screen: 'review', video: id, run: other, frame: 0, track: 'h-1/ä?&' },
+    { screen: 'compare', a: `run:${other}`, b: `truth:${other}` },
+    { screen: 'models' },
+    { screen: 'files' },
+  ]))
+    assert.deepEqual(parseRoute(formatRoute(route)), route);
+  for (const hash of ['', '#', '#/review/xyz', '#/compare?a=run:1', '#/review/%', '#/compare?a=%E0%A4%A', '#/nothing', '#/models/x'])
+    assert.deepEqual(parseRoute(hash), { screen: 'library' }, hash);
 });
 
 test('another video or run is another place, another frame or track of it is not', () => {
@@ -64,31 +88,45 @@ test('another video or run is another place, another frame or track of it is not
 
 test('the address says where one is, and never the run that is being left', () => {
   const [id, mine, next] = ['a'.repeat(64), 'b'.repeat(32), 'c'.repeat(32)];
-  const review = {video: video(id), timebase: {}, run: run(mine), tracks: {}, frame: 7, selected: 'm1', playing: false};
+  const review = { video: video(id), timebase: {}, run: run(mine), tracks: {}, frame: 7, selected: 'm1', playing: false };
   /** @param {string} hash @param {object} [more] */
-  const place = (hash, more = {}) => placeOf({route: parseRoute(hash), review: /** @type {any} */ ({...review, ...more})});
+  const place = (hash, more = {}) => placeOf({ route: parseRoute(hash), review: /** @type {any} */ ({ ...review, ...more }) });
   assert.equal(place(`#/review/${id}/-?frame=3`), `#/review/${id}/${mine}?frame=7&track=m1`);
   assert.equal(place(`#/review/${id}/${next}?frame=3`), null, 'it is being opened');
-  assert.equal(place(`#/review/${id}/${next}?frame=3`, {run: null, selected: null}), `#/review/${id}/${next}?frame=7`, 'it is not there');
-  assert.equal(place(`#/review/${id}/${mine}?frame=3&track=m9`, {tracks: null, selected: null}), `#/review/${id}/${mine}?frame=7&track=m9`);
-  assert.equal(place(`#/review/${id}/${mine}?frame=3&track=m9`, {selected: null}), `#/review/${id}/${mine}?frame=7`);
-  for (const more of [{playing: true}, {timebase: null}, {video: video('other')}]) assert.equal(place(`#/review/${id}/${mine}`, more), null);
+  assert.equal(place(`#/review/${id}/${next}?frame=3`, { run: null, selected: null }), `#/review/${id}/${next}?frame=7`, 'it is not there');
+  assert.equal(
+    place(`#/review/${id}/${mine}?frame=3&track=m9`, { tracks: null, selected: null }),
+    `#/review/${id}/${mine}?frame=7&track=m9`,
+  );
+  assert.equal(place(`#/review/${id}/${mine}?frame=3&track=m9`, { selected: null }), `#/review/${id}/${mine}?frame=7`);
+  for (const more of [{ playing: true }, { timebase: null }, { video: video('other') }])
+    assert.equal(place(`#/review/${id}/${mine}`, more), null);
   assert.equal(place('#/files'), null);
 });
 
 test('files and versions take their place, and leave it', () => {
-  const made = (/** @type {string} */ id, more = {}) => /** @type {any} */ ({id, state: 'queued', active: false, ...more});
+  const made = (/** @type {string} */ id, more = {}) => /** @type {any} */ ({ id, state: 'queued', active: false, ...more });
   assert.equal(actions.putOutput(initialState(), made('a')).outputs, null);
   let state = actions.setOutputs(initialState(), [made('a')]);
-  state = actions.putOutput(actions.putOutput(state, made('b')), made('a', {state: 'complete'}));
-  assert.deepEqual(state.outputs?.map(({id, state: now}) => [id, now]), [['b', 'queued'], ['a', 'complete']]);
-  assert.deepEqual(actions.dropMade(state, 'b').outputs?.map(({id}) => id), ['a']);
+  state = actions.putOutput(actions.putOutput(state, made('b')), made('a', { state: 'complete' }));
+  assert.deepEqual(
+    state.outputs?.map(({ id, state: now }) => [id, now]),
+    [
+      ['b', 'queued'],
+      ['a', 'complete'],
+    ],
+  );
+  assert.deepEqual(
+    actions.dropMade(state, 'b').outputs?.map(({ id }) => id),
+    ['a'],
+  );
   assert.equal(actions.dropMade(state, 'x'), state);
 });
 
 test('exactly one version is in use, the shipped one where no other is', () => {
-  const version = (/** @type {string} */ id, active = false) => /** @type {any} */ ({id, active});
-  const used = (/** @type {any} */ state) => state.models.filter((/** @type {any} */ one) => one.active).map((/** @type {any} */ one) => one.id);
+  const version = (/** @type {string} */ id, active = false) => /** @type {any} */ ({ id, active });
+  const used = (/** @type {any} */ state) =>
+    state.models.filter((/** @type {any} */ one) => one.active).map((/** @type {any} */ one) => one.id);
   let state = actions.setModels(initialState(), [version('b'), version('a'), version('shipped', true)]);
   state = actions.putModel(state, version('a', true));
   assert.deepEqual(used(state), ['a']);

@@ -24,12 +24,23 @@ async function changed(call, signal, received = []) {
   const page = new EventTarget();
   page.addEventListener(TOAST, (event) => reported.push(/** @type {CustomEvent} */ (event).detail.text));
   Object.assign(globalThis, { document: page });
-  const app = createCatchUp(/** @type {any} */ ({ get: () => state, dispatch: (/** @type {any} */ action) => { state = action(state); } }));
-  await changeRun(app, async () => {
-    const run = await call();
-    for (const data of received) app.receive(/** @type {any} */ ({ kind: 'run', subject: 'r', data }));
-    return run;
-  }, signal);
+  const app = createCatchUp(
+    /** @type {any} */ ({
+      get: () => state,
+      dispatch: (/** @type {any} */ action) => {
+        state = action(state);
+      },
+    }),
+  );
+  await changeRun(
+    app,
+    async () => {
+      const run = await call();
+      for (const data of received) app.receive(/** @type {any} */ ({ kind: 'run', subject: 'r', data }));
+      return run;
+    },
+    signal,
+  );
   return { runs: state.runs.v, reported };
 }
 

@@ -1,38 +1,62 @@
 // @ts-check
 import assert from 'node:assert/strict';
-import {test} from 'node:test';
-import {content, facts, partOf, skipped, warnings} from '../../../static/js/views/output-words.js';
-import {expectedWords, goingOnWords} from '../../../static/js/views/dialogs/bundle.js';
-import {rangeAround, rangeWords} from '../../../static/js/views/dialogs/frame-range.js';
-import {madeWords, tellWhenMade} from '../../../static/js/views/made_notice.js';
-import {createStore} from '../../../static/js/store/store.js';
-import {initialState} from '../../../static/js/store/initial.js';
-import {putOutput, setOutputs} from '../../../static/js/store/actions/page.js';
-import {lineage, modelProgress, modelsOf, modelsTag} from '../../../static/js/views/model-words.js';
+import { test } from 'node:test';
+import { content, facts, partOf, skipped, warnings } from '../../../static/js/views/output-words.js';
+import { expectedWords, goingOnWords } from '../../../static/js/views/dialogs/bundle.js';
+import { rangeAround, rangeWords } from '../../../static/js/views/dialogs/frame-range.js';
+import { madeWords, tellWhenMade } from '../../../static/js/views/made_notice.js';
+import { createStore } from '../../../static/js/store/store.js';
+import { initialState } from '../../../static/js/store/initial.js';
+import { putOutput, setOutputs } from '../../../static/js/store/actions/page.js';
+import { lineage, modelProgress, modelsOf, modelsTag } from '../../../static/js/views/model-words.js';
 
 /** @param {object} [more] */
-const output = (more = {}) => /** @type {import('../../../static/js/types.js').Output} */ ({
-  id: 'a', kind: 'export', run_id: null, name: 'x.zip', state: 'complete', error: null, options: {format: 'yolo'}, done: 0, total: null, size: 1500, sha256: '', summary: {}, created: '2026-11-21T09:00:00Z', finished: null, ...more,
-});
+const output = (more = {}) =>
+  /** @type {import('../../../static/js/types.js').Output} */ ({
+    id: 'a',
+    kind: 'export',
+    run_id: null,
+    name: 'x.zip',
+    state: 'complete',
+    error: null,
+    options: { format: 'yolo' },
+    done: 0,
+    total: null,
+    size: 1500,
+    sha256: '',
+    summary: {},
+    created: '2026-11-21T09:00:00Z',
+    finished: null,
+    ...more,
+  });
 
 test('a file is described by what it is, of what, how large', () => {
-  assert.match(facts(output({summary: {title: 'YOLO'}}), 'drive.mp4'), /^Export: YOLO · drive\.mp4 · 1\.5 kB · /);
-  assert.match(facts(output({kind: 'recording', options: {first: 1000, stop: 1300}, size: null}), ''), /^Recording · frames 1,000 to 1,299 · /);
-  assert.equal(content(output({summary: {counts: {videos: 1, tracks: 2, boxes: 1, by: {}}, files: 3}})), '1 video, 2 tracks, 1 box, 3 files');
-  assert.equal(content(output({summary: {counts: {tracks: 1300, boxes: 2}, split: {tracks: {train: 1200, val: 100}}}})), '1,300 tracks (train 1,200, val 100), 2 boxes');
+  assert.match(facts(output({ summary: { title: 'YOLO' } }), 'drive.mp4'), /^Export: YOLO · drive\.mp4 · 1\.5 kB · /);
+  assert.match(
+    facts(output({ kind: 'recording', options: { first: 1000, stop: 1300 }, size: null }), ''),
+    /^Recording · frames 1,000 to 1,299 · /,
+  );
+  assert.equal(
+    content(output({ summary: { counts: { videos: 1, tracks: 2, boxes: 1, by: {} }, files: 3 } })),
+    '1 video, 2 tracks, 1 box, 3 files',
+  );
+  assert.equal(
+    content(output({ summary: { counts: { tracks: 1300, boxes: 2 }, split: { tracks: { train: 1200, val: 100 } } } })),
+    '1,300 tracks (train 1,200, val 100), 2 boxes',
+  );
   assert.equal(content(output()), '');
 });
 
 test('what was skipped may be more than is listed', () => {
-  const items = [{what: 'a', reason: 'b'}];
-  assert.deepEqual(skipped(output({summary: {skipped: items, skipped_count: 7}})), {items, total: 7});
-  assert.deepEqual(skipped(output()), {items: [], total: 0});
+  const items = [{ what: 'a', reason: 'b' }];
+  assert.deepEqual(skipped(output({ summary: { skipped: items, skipped_count: 7 } })), { items, total: 7 });
+  assert.deepEqual(skipped(output()), { items: [], total: 0 });
 });
 
 test('progress is a share, where it is known', () => {
-  assert.equal(partOf({state: 'running', done: 5, total: null}), null);
-  assert.equal(partOf({state: 'running', done: 5, total: 4}), 1);
-  assert.equal(partOf({state: 'complete', done: 0, total: 0}), 1);
+  assert.equal(partOf({ state: 'running', done: 5, total: null }), null);
+  assert.equal(partOf({ state: 'running', done: 5, total: 4 }), 1);
+  assert.equal(partOf({ state: 'complete', done: 0, total: 0 }), 1);
 });
 
 test('a range says why it is offered, and what the replay will be held against', () => {
@@ -49,76 +73,118 @@ test('a range says why it is offered, and what the replay will be held against',
 });
 
 test('a range lies around the track, else around the cursor, and within the run', () => {
-  assert.deepEqual(rangeAround({frame: 100, span: {first: 90, last: 120}, first: 0, last: 299, most: 300}), {first: 75, last: 135});
-  assert.deepEqual(rangeAround({frame: 2, span: {first: 0, last: 10}, first: 0, last: 299, most: 300}), {first: 0, last: 25});
-  const long = rangeAround({frame: 500, span: {first: 0, last: 999}, first: 0, last: 999, most: 100});
+  assert.deepEqual(rangeAround({ frame: 100, span: { first: 90, last: 120 }, first: 0, last: 299, most: 300 }), { first: 75, last: 135 });
+  assert.deepEqual(rangeAround({ frame: 2, span: { first: 0, last: 10 }, first: 0, last: 299, most: 300 }), { first: 0, last: 25 });
+  const long = rangeAround({ frame: 500, span: { first: 0, last: 999 }, first: 0, last: 999, most: 100 });
   assert.equal(long.last - long.first, 99);
   assert.ok(long.first <= 500 && 500 <= long.last);
   for (const frame of [0, 150, 299]) {
-    const around = rangeAround({frame, span: null, first: 0, last: 299, most: 100});
-    assert.ok(around.first >= 0 && around.last <= 299 && around.first <= frame && frame <= around.last && around.last - around.first < 100, JSON.stringify(around));
+    const around = rangeAround({ frame, span: null, first: 0, last: 299, most: 100 });
+    assert.ok(
+      around.first >= 0 && around.last <= 299 && around.first <= frame && frame <= around.last && around.last - around.first < 100,
+      JSON.stringify(around),
+    );
   }
-  const end = rangeAround({frame: 990, span: {first: 500, last: 999}, first: 0, last: 999, most: 100});
-  assert.deepEqual(end, {first: 900, last: 999});
+  const end = rangeAround({ frame: 990, span: { first: 500, last: 999 }, first: 0, last: 999, most: 100 });
+  assert.deepEqual(end, { first: 900, last: 999 });
 });
 
 test('a run says which models made it', () => {
-  const versions = /** @type {any[]} */ ([{name: 'Version 2', models: {detector: 'a', classifier: 'c'}}, {name: 'Shipped', models: {detector: 'a', classifier: 'b'}}]);
-  assert.equal(modelsOf({models: {detector: 'a', classifier: 'b'}}, versions), 'Models: Shipped');
-  assert.equal(modelsOf({models: {detector: 'a', classifier: 'c'}}, versions), 'Models: Version 2');
-  assert.equal(modelsOf({models: {detector: 'z'}}, versions), 'Models that are not here any more');
-  assert.equal(modelsOf({models: {}}, versions), '', 'somebody else’s tracker');
-  assert.equal(modelsOf({models: {detector: 'a'}}, null), '');
-  assert.equal(modelsOf({models: {detector: 'a', classifier: 'b', 'onnx 640x640 yolo': 'd'}}, versions), 'Models: Shipped', 'a network beside them');
+  const versions = /** @type {any[]} */ ([
+    { name: 'Version 2', models: { detector: 'a', classifier: 'c' } },
+    { name: 'Shipped', models: { detector: 'a', classifier: 'b' } },
+  ]);
+  assert.equal(modelsOf({ models: { detector: 'a', classifier: 'b' } }, versions), 'Models: Shipped');
+  assert.equal(modelsOf({ models: { detector: 'a', classifier: 'c' } }, versions), 'Models: Version 2');
+  assert.equal(modelsOf({ models: { detector: 'z' } }, versions), 'Models that are not here any more');
+  assert.equal(modelsOf({ models: {} }, versions), '', 'somebody else’s tracker');
+  assert.equal(modelsOf({ models: { detector: 'a' } }, null), '');
+  assert.equal(
+    modelsOf({ models: { detector: 'a', classifier: 'b', 'onnx 640x640 yolo': 'd' } }, versions),
+    'Models: Shipped',
+    'a network beside them',
+  );
 });
 
 test('a list of runs tells them apart by their models once there are several versions', () => {
-  const [two, shipped] = /** @type {any[]} */ ([{name: 'Version 2', state: 'complete', models: {detector: 'a'}}, {name: 'Shipped', state: 'complete', models: {detector: 'b'}}]);
-  assert.equal(modelsTag({models: {detector: 'a'}}, [two, shipped]), ' · Version 2');
-  assert.equal(modelsTag({models: {detector: 'b'}}, [two, shipped]), ' · Shipped');
-  assert.equal(modelsTag({models: {detector: 'b'}}, [{...two, state: 'running'}, shipped]), '', 'there is but one');
-  assert.equal(modelsTag({models: {}}, [two, shipped]), '');
-  assert.equal(modelsTag({models: {detector: 'z'}}, [two, shipped]), '');
-  assert.equal(modelsTag({models: {detector: 'a'}}, null), '');
+  const [two, shipped] = /** @type {any[]} */ ([
+    { name: 'Version 2', state: 'complete', models: { detector: 'a' } },
+    { name: 'Shipped', state: 'complete', models: { detector: 'b' } },
+  ]);
+  assert.equal(modelsTag({ models: { detector: 'a' } }, [two, shipped]), ' · Version 2');
+  assert.equal(modelsTag({ models: { detector: 'b' } }, [two, shipped]), ' · Shipped');
+  assert.equal(modelsTag({ models: { detector: 'b' } }, [{ ...two, state: 'running' }, shipped]), '', 'there is but one');
+  assert.equal(modelsTag({ models: {} }, [two, shipped]), '');
+  assert.equal(modelsTag({ models: { detector: 'z' } }, [two, shipped]), '');
+  assert.equal(modelsTag({ models: { detector: 'a' } }, null), '');
 });
 
 test('lineage names parent, exports, corrections, data and seed', () => {
-  const version = /** @type {any} */ ({id: 'v2', parent_id: 'v1', state: 'running', stage: 'trial: boosting', done: 3, total: 9, lineage: {
-    asked: {exports: [{output: 'e', name: 'drive.zip'}], folders: {gtsdb: '/d'}, seed: 4, parts: ['detector']},
-    exports: [{names: ['drive.mp4'], videos: ['ab'], runs: [{edit_revision: 12}], edits_since: 2, undone_since: 1}], used: {frames: 30, signs: 2, videos: ['drive.mp4']}, held_out: {by: 'sign', signs: ['s']}, seed: 4, parts: ['detector'],
-  }});
-  const rows = Object.fromEntries(lineage(version, [/** @type {any} */ ({id: 'v1', name: 'First'})]));
-  assert.deepEqual(rows, {'Made from': 'First', Exports: 'drive.zip', Corrections: 'drive.mp4 up to edit 12 (2 edits made since, 1 edit of it undone since)', Data: 'GTSDB in /d', Parts: 'Detector', Seed: '4', 'Learned from': '2 signs in 30 frames of drive.mp4', 'Measured on': '1 sign, chosen by sign, with a trial version that had not learned from it'});
+  const version = /** @type {any} */ ({
+    id: 'v2',
+    parent_id: 'v1',
+    state: 'running',
+    stage: 'trial: boosting',
+    done: 3,
+    total: 9,
+    lineage: {
+      asked: { exports: [{ output: 'e', name: 'drive.zip' }], folders: { gtsdb: '/d' }, seed: 4, parts: ['detector'] },
+      exports: [{ names: ['drive.mp4'], videos: ['ab'], runs: [{ edit_revision: 12 }], edits_since: 2, undone_since: 1 }],
+      used: { frames: 30, signs: 2, videos: ['drive.mp4'] },
+      held_out: { by: 'sign', signs: ['s'] },
+      seed: 4,
+      parts: ['detector'],
+    },
+  });
+  const rows = Object.fromEntries(lineage(version, [/** @type {any} */ ({ id: 'v1', name: 'First' })]));
+  assert.deepEqual(rows, {
+    'Made from': 'First',
+    Exports: 'drive.zip',
+    Corrections: 'drive.mp4 up to edit 12 (2 edits made since, 1 edit of it undone since)',
+    Data: 'GTSDB in /d',
+    Parts: 'Detector',
+    Seed: '4',
+    'Learned from': '2 signs in 30 frames of drive.mp4',
+    'Measured on': '1 sign, chosen by sign, with a trial version that had not learned from it',
+  });
   assert.equal(modelProgress(version), 'trial: boosting · 3 of 9');
-  assert.equal(Object.fromEntries(lineage({...version, parent_id: 'gone'}, []))['Made from'], 'a version that was removed');
+  assert.equal(Object.fromEntries(lineage({ ...version, parent_id: 'gone' }, []))['Made from'], 'a version that was removed');
 });
 
 test('a file that was asked for is informed of once, unless it is in sight or was taken back', () => {
-  assert.deepEqual(madeWords(output(), false), {text: 'x.zip is ready.', tone: 'good', offers: 'download'});
-  assert.deepEqual(madeWords(output({state: 'failed', error: 'The disk is full.'}), false), {text: 'x.zip could not be made: The disk is full.', tone: 'bad', offers: 'files'});
+  assert.deepEqual(madeWords(output(), false), { text: 'x.zip is ready.', tone: 'good', offers: 'download' });
+  assert.deepEqual(madeWords(output({ state: 'failed', error: 'The disk is full.' }), false), {
+    text: 'x.zip could not be made: The disk is full.',
+    tone: 'bad',
+    offers: 'files',
+  });
   assert.equal(madeWords(output(), true), null);
-  assert.equal(madeWords(output({state: 'cancelled'}), false), null);
+  assert.equal(madeWords(output({ state: 'cancelled' }), false), null);
   assert.equal(madeWords(undefined, false), null);
 
   const store = createStore(initialState(), (run) => run());
-  const app = {store, signal: new AbortController().signal, api: /** @type {any} */ ({})};
+  const app = { store, signal: new AbortController().signal, api: /** @type {any} */ ({}) };
   /** @type {string[]} */
   const said = [];
-  tellWhenMade(app, 'a', ({text, action, topic}) => said.push(`${text} ${action?.label} ${topic}`));
-  store.dispatch((state) => ({...state})); // the list of files is not loaded yet
-  store.dispatch((state) => setOutputs(state, [output({state: 'running'})]));
+  tellWhenMade(app, 'a', ({ text, action, topic }) => said.push(`${text} ${action?.label} ${topic}`));
+  store.dispatch((state) => ({ ...state })); // the list of files is not loaded yet
+  store.dispatch((state) => setOutputs(state, [output({ state: 'running' })]));
   assert.deepEqual(said, []);
-  store.dispatch((state) => putOutput(state, output({state: 'complete'})));
-  store.dispatch((state) => putOutput(state, output({state: 'complete', size: 7})));
+  store.dispatch((state) => putOutput(state, output({ state: 'complete' })));
+  store.dispatch((state) => putOutput(state, output({ state: 'complete', size: 7 })));
   assert.deepEqual(said, ['x.zip is ready. Download made-a']);
 });
 
 test('what a side of a split lacks and what stayed behind is reported', () => {
-  const lacks = {val: ['stop', '<b>boar</b>'], test: []};
-  assert.deepEqual(warnings(output({summary: {split: {lacks}, open_left: 1}})), [
-    'The val side has no sign of stop, <b>boar</b>, which others have.', '1 open track stayed behind: nobody has judged or edited it yet.',
+  const lacks = { val: ['stop', '<b>boar</b>'], test: [] };
+  assert.deepEqual(warnings(output({ summary: { split: { lacks }, open_left: 1 } })), [
+    'The val side has no sign of stop, <b>boar</b>, which others have.',
+    '1 open track stayed behind: nobody has judged or edited it yet.',
   ]);
-  assert.match(warnings(output({summary: {split: {lacks: {train: Array.from({length: 9}, (_, i) => `s${i}`)}}}}))[0], /s5 and 3 more/);
-  assert.deepEqual(warnings(output({summary: {open_left: 0}})), []);
+  assert.match(
+    warnings(output({ summary: { split: { lacks: { train: Array.from({ length: 9 }, (_, i) => `s${i}`) } } } }))[0],
+    /s5 and 3 more/,
+  );
+  assert.deepEqual(warnings(output({ summary: { open_left: 0 } })), []);
   assert.deepEqual(warnings(output()), []);
 });

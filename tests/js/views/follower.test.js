@@ -11,10 +11,13 @@ test('while one value is on its way only the newest of those behind it is kept',
   /** @type {number[]} */
   const sent = [];
   const first = held();
-  const follower = createFollower((/** @type {number} */ value) => {
-    sent.push(value);
-    return value === 1 ? first.promise : Promise.resolve();
-  }, { wait: () => Promise.resolve() });
+  const follower = createFollower(
+    (/** @type {number} */ value) => {
+      sent.push(value);
+      return value === 1 ? first.promise : Promise.resolve();
+    },
+    { wait: () => Promise.resolve() },
+  );
   for (const value of [1, 2, 3, 4]) follower.push(value);
   await turn();
   assert.deepEqual(sent, [1]);
@@ -27,9 +30,12 @@ test('there is a pause between two values', async () => {
   /** @type {number[]} */
   const sent = [];
   const pause = held();
-  const follower = createFollower(async (/** @type {number} */ value) => {
-    sent.push(value);
-  }, { wait: () => pause.promise });
+  const follower = createFollower(
+    async (/** @type {number} */ value) => {
+      sent.push(value);
+    },
+    { wait: () => pause.promise },
+  );
   follower.push(1);
   await turn();
   follower.push(2);
@@ -45,10 +51,13 @@ test('a failure is reported and does not end the following', async () => {
   const reported = [];
   /** @type {number[]} */
   const sent = [];
-  const follower = createFollower(async (/** @type {number} */ value) => {
-    sent.push(value);
-    if (value === 1) throw new Error('gone');
-  }, { wait: () => Promise.resolve(), failed: (thrown) => reported.push(thrown) });
+  const follower = createFollower(
+    async (/** @type {number} */ value) => {
+      sent.push(value);
+      if (value === 1) throw new Error('gone');
+    },
+    { wait: () => Promise.resolve(), failed: (thrown) => reported.push(thrown) },
+  );
   follower.push(1);
   await turn();
   follower.push(2);
@@ -60,9 +69,12 @@ test('a failure is reported and does not end the following', async () => {
 test('a stopped one sends nothing any more', async () => {
   /** @type {number[]} */
   const sent = [];
-  const follower = createFollower(async (/** @type {number} */ value) => {
-    sent.push(value);
-  }, { wait: () => Promise.resolve() });
+  const follower = createFollower(
+    async (/** @type {number} */ value) => {
+      sent.push(value);
+    },
+    { wait: () => Promise.resolve() },
+  );
   follower.stop();
   follower.push(1);
   await turn();

@@ -4,7 +4,10 @@ import { test } from 'node:test';
 import { NOTHING_CHOSEN, questionOf } from '../../../static/js/views/library-filters.js';
 import { label } from '../labels.js';
 
-const LABELS = [label({ id: 13, key: 'give-way', name: 'give way', aliases: ['yield'] }), label({ id: 50, key: 'hump', name: 'hump bridge' })];
+const LABELS = [
+  label({ id: 13, key: 'give-way', name: 'give way', aliases: ['yield'] }),
+  label({ id: 50, key: 'hump', name: 'hump bridge' }),
+];
 const asked = (/** @type {object} */ chosen) => questionOf({ ...NOTHING_CHOSEN, ...chosen }, LABELS);
 
 test('what is chosen becomes one question; nothing chosen asks nothing', () => {

@@ -9,22 +9,22 @@
  */
 
 /** @param {State} state @param {import('../../types.js').Session} session @returns {State} */
-export const setSession = (state, session) => ({...state, session});
+export const setSession = (state, session) => ({ ...state, session });
 
 /** @param {State} state @param {import('../../types.js').Label[]} labels @returns {State} */
-export const setLabels = (state, labels) => ({...state, labels});
+export const setLabels = (state, labels) => ({ ...state, labels });
 
 /** @param {State} state @param {import('../../types.js').LabelSetHead[]} labelSets @returns {State} */
-export const setLabelSets = (state, labelSets) => ({...state, labelSets});
+export const setLabelSets = (state, labelSets) => ({ ...state, labelSets });
 
 /** @param {State} state @param {import('../../types.js').Parameter[]} parameters @returns {State} */
-export const setParameters = (state, parameters) => ({...state, parameters});
+export const setParameters = (state, parameters) => ({ ...state, parameters });
 
 /** @param {State} state @param {import('../../state-types.js').Route} route @returns {State} */
-export const setRoute = (state, route) => ({...state, route});
+export const setRoute = (state, route) => ({ ...state, route });
 
 /** @param {State} state @param {Video[]} videos @returns {State} */
-export const setVideos = (state, videos) => ({...state, videos});
+export const setVideos = (state, videos) => ({ ...state, videos });
 
 /**
  * Take over a video that is new or has changed; the newest stand first.
@@ -36,18 +36,18 @@ export function putVideo(state, video) {
   const videos = state.videos ?? [];
   const known = videos.some((other) => other.id === video.id);
   const next = known ? videos.map((other) => (other.id === video.id ? video : other)) : [video, ...videos];
-  const review = state.review?.video.id === video.id ? {...state.review, video} : state.review;
-  return {...state, videos: state.videos === null ? null : next, review};
+  const review = state.review?.video.id === video.id ? { ...state.review, video } : state.review;
+  return { ...state, videos: state.videos === null ? null : next, review };
 }
 
 /** @param {State} state @param {string} id @returns {State} */
 export function dropVideo(state, id) {
-  const {[id]: _, ...runs} = state.runs;
-  return {...state, videos: state.videos?.filter((video) => video.id !== id) ?? null, runs};
+  const { [id]: _, ...runs } = state.runs;
+  return { ...state, videos: state.videos?.filter((video) => video.id !== id) ?? null, runs };
 }
 
 /** @param {State} state @param {string} video @param {Run[]} runs @returns {State} */
-export const setRuns = (state, video, runs) => ({...state, runs: {...state.runs, [video]: runs}});
+export const setRuns = (state, video, runs) => ({ ...state, runs: { ...state.runs, [video]: runs } });
 
 /**
  * Take over a run that is new or has changed. A video whose runs are not loaded yet stays so.
@@ -56,37 +56,37 @@ export const setRuns = (state, video, runs) => ({...state, runs: {...state.runs,
  * @returns {State}
  */
 export function putRun(state, run) {
-  const review = state.review?.run?.id === run.id ? {...state.review, run} : state.review;
+  const review = state.review?.run?.id === run.id ? { ...state.review, run } : state.review;
   const runs = state.runs[run.video_id];
-  if (!runs) return review === state.review ? state : {...state, review};
+  if (!runs) return review === state.review ? state : { ...state, review };
   const known = runs.some((other) => other.id === run.id);
   const next = known ? runs.map((other) => (other.id === run.id ? run : other)) : [run, ...runs];
-  return {...state, runs: {...state.runs, [run.video_id]: next}, review};
+  return { ...state, runs: { ...state.runs, [run.video_id]: next }, review };
 }
 
 /** @param {State} state @param {string} id @returns {State} */
 export function dropRun(state, id) {
   const entries = Object.entries(state.runs).map(([video, runs]) => [video, runs.filter((run) => run.id !== id)]);
-  return {...state, runs: Object.fromEntries(entries)};
+  return { ...state, runs: Object.fromEntries(entries) };
 }
 
 /** @param {State} state @param {import('../../state-types.js').Dialog} dialog @returns {State} */
-export const openDialog = (state, dialog) => ({...state, dialog});
+export const openDialog = (state, dialog) => ({ ...state, dialog });
 
 /** @param {State} state @returns {State} */
-export const closeDialog = (state) => (state.dialog === null ? state : {...state, dialog: null});
+export const closeDialog = (state) => (state.dialog === null ? state : { ...state, dialog: null });
 
 /** @param {State} state @param {'light'|'dark'|'auto'} theme @returns {State} */
-export const setTheme = (state, theme) => ({...state, theme});
+export const setTheme = (state, theme) => ({ ...state, theme });
 
 /** How the lanes are shown. @param {State} state @param {Partial<State['lanesView']>} change @returns {State} */
-export const changeLanesView = (state, change) => ({...state, lanesView: {...state.lanesView, ...change}});
+export const changeLanesView = (state, change) => ({ ...state, lanesView: { ...state.lanesView, ...change } });
 
 /** @param {State} state @param {'online'|'offline'} connection @returns {State} */
-export const setConnection = (state, connection) => (state.connection === connection ? state : {...state, connection});
+export const setConnection = (state, connection) => (state.connection === connection ? state : { ...state, connection });
 
 /** Edits of runs that are not open. @param {State} state @param {State['elsewhere']} elsewhere @returns {State} */
-export const setElsewhere = (state, elsewhere) => (state.elsewhere.length + elsewhere.length === 0 ? state : {...state, elsewhere});
+export const setElsewhere = (state, elsewhere) => (state.elsewhere.length + elsewhere.length === 0 ? state : { ...state, elsewhere });
 
 /**
  * Show a banner, or replace the one of the same id.
@@ -96,16 +96,18 @@ export const setElsewhere = (state, elsewhere) => (state.elsewhere.length + else
  */
 export function showBanner(state, banner) {
   const others = state.banners.filter((other) => other.id !== banner.id);
-  return {...state, banners: [...others, banner]};
+  return { ...state, banners: [...others, banner] };
 }
 
 /** @param {State} state @param {string} id @returns {State} */
 export function hideBanner(state, id) {
-  return state.banners.some((banner) => banner.id === id) ? {...state, banners: state.banners.filter((banner) => banner.id !== id)} : state;
+  return state.banners.some((banner) => banner.id === id)
+    ? { ...state, banners: state.banners.filter((banner) => banner.id !== id) }
+    : state;
 }
 
 /** @param {State} state @param {import('../../types.js').Output[]} outputs @returns {State} */
-export const setOutputs = (state, outputs) => ({...state, outputs});
+export const setOutputs = (state, outputs) => ({ ...state, outputs });
 
 /**
  * Take over a file that is new or has gone on; the newest stand first.
@@ -115,11 +117,11 @@ export const setOutputs = (state, outputs) => ({...state, outputs});
  */
 export function putOutput(state, output) {
   if (state.outputs === null) return state;
-  return {...state, outputs: replaced(state.outputs, output)};
+  return { ...state, outputs: replaced(state.outputs, output) };
 }
 
 /** @param {State} state @param {import('../../types.js').ModelVersion[]} models @returns {State} */
-export const setModels = (state, models) => ({...state, models});
+export const setModels = (state, models) => ({ ...state, models });
 
 /**
  * Take over a version that is new or has changed. At most one is active; where none is said to be, the shipped one is.
@@ -130,8 +132,11 @@ export const setModels = (state, models) => ({...state, models});
 export function putModel(state, version) {
   if (state.models === null) return state;
   const models = replaced(state.models, version);
-  const active = version.active ? version.id : models.find((other) => other.active && other.id !== 'shipped')?.id ?? 'shipped';
-  return {...state, models: models.map((other) => (other.active === (other.id === active) ? other : {...other, active: other.id === active}))};
+  const active = version.active ? version.id : (models.find((other) => other.active && other.id !== 'shipped')?.id ?? 'shipped');
+  return {
+    ...state,
+    models: models.map((other) => (other.active === (other.id === active) ? other : { ...other, active: other.id === active })),
+  };
 }
 
 /**
@@ -143,7 +148,7 @@ export function putModel(state, version) {
 export function dropMade(state, id) {
   const outputs = without(state.outputs, id);
   const models = without(state.models, id);
-  return outputs === state.outputs && models === state.models ? state : {...state, outputs, models};
+  return outputs === state.outputs && models === state.models ? state : { ...state, outputs, models };
 }
 
 /**
@@ -153,7 +158,7 @@ export function dropMade(state, id) {
  * @returns {T[]}
  */
 function replaced(list, item) {
-  return list.some(({id}) => id === item.id) ? list.map((other) => (other.id === item.id ? item : other)) : [item, ...list];
+  return list.some(({ id }) => id === item.id) ? list.map((other) => (other.id === item.id ? item : other)) : [item, ...list];
 }
 
 /**

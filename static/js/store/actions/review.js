@@ -109,7 +109,7 @@ export const setDrag = (state, drag) => changeReview(state, { drag });
 export const askForClass = (state, draft) => ({ ...setMode(state, 'select'), dialog: { kind: 'relabel', data: { draft } } });
 
 /** The box that waits for its class. @param {State} state @returns {import('../../state-types.js').Draft|null} */
-export const draftOf = (state) => (state.dialog?.kind === 'relabel' ? state.dialog.data?.draft ?? null : null);
+export const draftOf = (state) => (state.dialog?.kind === 'relabel' ? (state.dialog.data?.draft ?? null) : null);
 
 /** @param {State} state @param {ReviewState['viewport']} viewport @returns {State} */
 export const setViewport = (state, viewport) => changeReview(state, { viewport });

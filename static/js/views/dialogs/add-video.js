@@ -1,32 +1,53 @@
 // @ts-check
 /** Add videos that lie on the server's machine: folders to walk through, or a path to type. */
 
-import {sentence} from '../../api/errors.js';
-import {addedWords, oneByOne, toggled} from '../../model/several_videos.js';
-import {putVideo} from '../../store/actions/page.js';
-import {fill, h, setText} from '../dom.js';
-import {waiting} from '../empty.js';
-import {bytes, count, plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {toast} from '../../core/toast.js';
+import { sentence } from '../../api/errors.js';
+import { addedWords, oneByOne, toggled } from '../../model/several_videos.js';
+import { putVideo } from '../../store/actions/page.js';
+import { fill, h, setText } from '../dom.js';
+import { waiting } from '../empty.js';
+import { bytes, count, plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { toast } from '../../core/toast.js';
 
 /**
  * @param {import('./layer.js').Setup<'add-video'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function addVideoDialog({app, close, signal}) {
+export function addVideoDialog({ app, close, signal }) {
   /** Paths of the videos of this folder that are chosen. @type {readonly string[]} */
   let chosen = [];
   /** All that the folder has. @type {readonly string[]} */
   let present = [];
   let place = '';
-  const path = h('input', {class: 'input grow', type: 'text', id: 'add-path', autocomplete: 'off', spellcheck: 'false', 'aria-describedby': 'add-error add-hint', oninput: () => choose([], path.value)});
-  const error = h('p', {class: 'field-error', id: 'add-error', role: 'alert', hidden: true});
-  const list = h('div', {class: 'browser', 'aria-label': 'Folders and videos', role: 'group'});
-  const add = h('button', {class: 'btn btn-primary', type: 'submit'}, 'Add');
+  const path = h('input', {
+    class: 'input grow',
+    type: 'text',
+    id: 'add-path',
+    autocomplete: 'off',
+    spellcheck: 'false',
+    'aria-describedby': 'add-error add-hint',
+    oninput: () => choose([], path.value),
+  });
+  const error = h('p', { class: 'field-error', id: 'add-error', role: 'alert', hidden: true });
+  const list = h('div', { class: 'browser', 'aria-label': 'Folders and videos', role: 'group' });
+  const add = h('button', { class: 'btn btn-primary', type: 'submit' }, 'Add');
   const roots = app.store.get().session?.roots ?? [];
-  const all = h('button', {class: 'btn btn-small', type: 'button', hidden: true, onclick: () => choose(chosen.length === present.length ? [] : present)});
-  const places = h('div', {class: 'row browser-roots'}, ...roots.map((root) => h('button', {class: 'btn btn-small', type: 'button', title: root, onclick: () => open(root)}, icon('folder'), lastName(root))), h('span', {class: 'grow'}), all);
+  const all = h('button', {
+    class: 'btn btn-small',
+    type: 'button',
+    hidden: true,
+    onclick: () => choose(chosen.length === present.length ? [] : present),
+  });
+  const places = h(
+    'div',
+    { class: 'row browser-roots' },
+    ...roots.map((root) =>
+      h('button', { class: 'btn btn-small', type: 'button', title: root, onclick: () => open(root) }, icon('folder'), lastName(root)),
+    ),
+    h('span', { class: 'grow' }),
+    all,
+  );
 
   /** @param {unknown} thrown */
   function fail(thrown) {
@@ -44,7 +65,7 @@ export function addVideoDialog({app, close, signal}) {
     all.hidden = present.length < 2;
     setText(all, chosen.length === present.length ? 'Choose none' : `Choose all ${count(present.length)}`);
     for (const other of list.querySelectorAll('[data-path]')) {
-      other.setAttribute('aria-pressed', String(chosen.includes(other instanceof HTMLElement ? other.dataset.path ?? '' : '')));
+      other.setAttribute('aria-pressed', String(chosen.includes(other instanceof HTMLElement ? (other.dataset.path ?? '') : '')));
     }
   }
 
@@ -52,18 +73,28 @@ export function addVideoDialog({app, close, signal}) {
   async function open(where) {
     present = [];
     choose([]);
-    list.replaceChildren(waiting('The folder is read', {signal, retry: () => open(where)}));
+    list.replaceChildren(waiting('The folder is read', { signal, retry: () => open(where) }));
     try {
-      const folder = await app.api.browse(where, {signal});
+      const folder = await app.api.browse(where, { signal });
       place = folder.path;
       present = folder.videos.map((video) => video.path);
-      const {parent} = folder;
-      fill(list,
+      const { parent } = folder;
+      fill(
+        list,
         parent !== null && row('up', '..', 'One folder up', () => open(parent)),
-        folder.truncated && h('p', {class: 'muted browser-none'}, lacking(folder)),
-        folder.folders.map((name) => row('folder', lastName(name), name, () => open(name.startsWith('/') ? name : join(folder.path, name)))),
+        folder.truncated && h('p', { class: 'muted browser-none' }, lacking(folder)),
+        folder.folders.map((name) =>
+          row('folder', lastName(name), name, () => open(name.startsWith('/') ? name : join(folder.path, name))),
+        ),
         folder.videos.map((video) => row('film', video.name, bytes(video.size), () => choose(toggled(chosen, video.path)), video.path)),
-        folder.videos.length === 0 && !folder.truncated && h('p', {class: 'muted browser-none'}, folder.folders.length ? 'No video in this folder.' : 'This folder is empty: no video, no folder.'));
+        folder.videos.length === 0 &&
+          !folder.truncated &&
+          h(
+            'p',
+            { class: 'muted browser-none' },
+            folder.folders.length ? 'No video in this folder.' : 'This folder is empty: no video, no folder.',
+          ),
+      );
       choose([]);
     } catch (thrown) {
       if (signal.aborted) return;
@@ -81,10 +112,14 @@ export function addVideoDialog({app, close, signal}) {
     }
     add.disabled = true;
     error.hidden = true;
-    const {done, left, errors} = await oneByOne(wanted, (one) => {
-      if (wanted.length > 1) setText(add, `Adding ${count(wanted.indexOf(one) + 1)} of ${count(wanted.length)} …`);
-      return app.load(() => app.api.addVideo(one, {signal}), putVideo);
-    }, sentence);
+    const { done, left, errors } = await oneByOne(
+      wanted,
+      (one) => {
+        if (wanted.length > 1) setText(add, `Adding ${count(wanted.indexOf(one) + 1)} of ${count(wanted.length)} …`);
+        return app.load(() => app.api.addVideo(one, { signal }), putVideo);
+      },
+      sentence,
+    );
     add.disabled = false;
     if (done.length) toast(addedWords(done));
     if (signal.aborted) return;
@@ -105,12 +140,29 @@ export function addVideoDialog({app, close, signal}) {
   });
   void open(null);
   return {
-    title: 'Add videos from a folder', size: 'middle', submit, focus: path,
-    body: h('div', {class: 'stack'},
-      h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'add-path'}, 'Path'), path,
-        h('span', {class: 'field-hint', id: 'add-hint'}, 'Choose one or several below, or type a path. Files stay where they are. Videos can be added from these folders:')),
-      places, list, error),
-    footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), add],
+    title: 'Add videos from a folder',
+    size: 'middle',
+    submit,
+    focus: path,
+    body: h(
+      'div',
+      { class: 'stack' },
+      h(
+        'div',
+        { class: 'field' },
+        h('label', { class: 'field-label', for: 'add-path' }, 'Path'),
+        path,
+        h(
+          'span',
+          { class: 'field-hint', id: 'add-hint' },
+          'Choose one or several below, or type a path. Files stay where they are. Videos can be added from these folders:',
+        ),
+      ),
+      places,
+      list,
+      error,
+    ),
+    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), add],
   };
 }
 
@@ -122,15 +174,27 @@ export function addVideoDialog({app, close, signal}) {
  * @param {string} [video]   its path
  */
 function row(name, text, detail, act, video) {
-  return h('button', {class: 'browser-row', type: 'button', title: detail, onclick: act, 'aria-pressed': video ? 'false' : null, dataset: video ? {path: video} : {}},
-    icon(name), h('span', {class: 'truncate grow'}, text), video && h('span', {class: 'muted small'}, detail));
+  return h(
+    'button',
+    {
+      class: 'browser-row',
+      type: 'button',
+      title: detail,
+      onclick: act,
+      'aria-pressed': video ? 'false' : null,
+      dataset: video ? { path: video } : {},
+    },
+    icon(name),
+    h('span', { class: 'truncate grow' }, text),
+    video && h('span', { class: 'muted small' }, detail),
+  );
 }
 
 /**
  * What is said of a folder that holds more than is listed.
  * @param {Pick<import('../../api/videos.js').Folder, 'folders'|'videos'>} folder
  */
-export function lacking({folders, videos}) {
+export function lacking({ folders, videos }) {
   return `This folder holds more than is listed: the first ${plural(folders.length + videos.length, 'folder or video', 'folders and videos')} by name. Type the path of any other one above.`;
 }
 

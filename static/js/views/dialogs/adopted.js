@@ -15,7 +15,11 @@ import { runName } from '../../model/run_words.js';
  * @returns {import('./layer.js').Content}
  */
 export function adoptedDialog({ app, data, close, signal }) {
-  const text = h('p', { role: 'status' }, `Each corrected track of “${runName(data.from)}” is looked up in “${runName(data.to)}” by where its boxes lie.`);
+  const text = h(
+    'p',
+    { role: 'status' },
+    `Each corrected track of “${runName(data.from)}” is looked up in “${runName(data.to)}” by where its boxes lie.`,
+  );
   const error = h('p', { class: 'field-error', role: 'alert' });
   const list = h('ul', { class: 'stack' });
   const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
@@ -23,17 +27,26 @@ export function adoptedDialog({ app, data, close, signal }) {
   let done = false;
 
   /** @param {{key: string, reason: string, frame: number}} conflict */
-  const row = ({ key, reason, frame }) => h('li', { class: 'row' },
-    h('button', {
-      class: 'btn btn-small', type: 'button',
-      onclick: () => {
-        close();
-        app.store.dispatch((state) => select(seek(state, frame), null));
-        app.loader.showSecond(data.from.id);
-        app.store.dispatch((state) => changeReview(state, { playing: false }));
-      },
-    }, `Frame ${frame}`),
-    h('span', { class: 'grow' }, `Track ${trackName(key)}: ${reason}`));
+  const row = ({ key, reason, frame }) =>
+    h(
+      'li',
+      { class: 'row' },
+      h(
+        'button',
+        {
+          class: 'btn btn-small',
+          type: 'button',
+          onclick: () => {
+            close();
+            app.store.dispatch((state) => select(seek(state, frame), null));
+            app.loader.showSecond(data.from.id);
+            app.store.dispatch((state) => changeReview(state, { playing: false }));
+          },
+        },
+        `Frame ${frame}`,
+      ),
+      h('span', { class: 'grow' }, `Track ${trackName(key)}: ${reason}`),
+    );
 
   async function submit() {
     if (done) {
@@ -49,7 +62,10 @@ export function adoptedDialog({ app, data, close, signal }) {
       cancel.hidden = true;
       go.disabled = false;
       go.textContent = 'Close';
-      setText(text, `${plural(found.kept.length, 'track')} kept, ${found.not_needed.length} no longer needed because the run agrees, ${plural(found.conflicts.length, 'conflict')}${found.conflicts.length ? ':' : '.'}`);
+      setText(
+        text,
+        `${plural(found.kept.length, 'track')} kept, ${found.not_needed.length} no longer needed because the run agrees, ${plural(found.conflicts.length, 'conflict')}${found.conflicts.length ? ':' : '.'}`,
+      );
       list.replaceChildren(...found.conflicts.map(row));
     } catch (thrown) {
       if (signal.aborted) return;
@@ -59,5 +75,12 @@ export function adoptedDialog({ app, data, close, signal }) {
   }
 
   if (data.now) void submit();
-  return { title: 'Bring corrections to this run', size: 'middle', body: h('div', { class: 'stack' }, text, error, list), footer: [cancel, go], submit, focus: go };
+  return {
+    title: 'Bring corrections to this run',
+    size: 'middle',
+    body: h('div', { class: 'stack' }, text, error, list),
+    footer: [cancel, go],
+    submit,
+    focus: go,
+  };
 }

@@ -24,12 +24,20 @@ export function assignDialog({ app, data, close, signal }) {
   const given = h('ul', { class: 'assigned-list', 'aria-label': 'Assignments of this video' });
   /** @type {readonly import('../../types.js').Assignment[]|null} */ let shown = null;
 
-  api.people({ signal }).then((people) => {
-    const workers = people.filter(({ role }) => role !== 'viewer');
-    fill(person, ...workers.map(({ name, role, assignments }) => h('option', { value: name }, `${name} (${role}${assignments ? `, ${assignments} open` : ''})`)));
-  }, (thrown) => {
-    if (!signal.aborted) setText(problem, sentence(thrown));
-  });
+  api.people({ signal }).then(
+    (people) => {
+      const workers = people.filter(({ role }) => role !== 'viewer');
+      fill(
+        person,
+        ...workers.map(({ name, role, assignments }) =>
+          h('option', { value: name }, `${name} (${role}${assignments ? `, ${assignments} open` : ''})`),
+        ),
+      );
+    },
+    (thrown) => {
+      if (!signal.aborted) setText(problem, sentence(thrown));
+    },
+  );
 
   /** @param {import('../../types.js').Assignment} one */
   async function takeBack(one) {
@@ -42,15 +50,41 @@ export function assignDialog({ app, data, close, signal }) {
   }
 
   /** @param {import('../../types.js').Assignment} one */
-  const row = (one) => h('li', { class: 'row' }, h('span', { class: `state-chip state-${one.state}` }, STATES[one.state]), h('span', { class: 'grow truncate' }, `${one.person}, ${framesOf(one)}`),
-    h('button', { class: 'btn btn-quiet btn-small btn-icon', type: 'button', title: 'Take this assignment back', 'aria-label': `Take the assignment of ${one.person} back`, onclick: () => void takeBack(one) }, icon('trash')));
+  const row = (one) =>
+    h(
+      'li',
+      { class: 'row' },
+      h('span', { class: `state-chip state-${one.state}` }, STATES[one.state]),
+      h('span', { class: 'grow truncate' }, `${one.person}, ${framesOf(one)}`),
+      h(
+        'button',
+        {
+          class: 'btn btn-quiet btn-small btn-icon',
+          type: 'button',
+          title: 'Take this assignment back',
+          'aria-label': `Take the assignment of ${one.person} back`,
+          onclick: () => void takeBack(one),
+        },
+        icon('trash'),
+      ),
+    );
 
   async function submit() {
     const [from, to] = [Number(first.value), Number(last.value)];
     const frames = video?.frames ?? null;
-    if (!Number.isInteger(from) || !Number.isInteger(to) || first.value.trim() === '' || last.value.trim() === '') return setText(problem, 'First and last frame are whole numbers.');
+    if (!Number.isInteger(from) || !Number.isInteger(to) || first.value.trim() === '' || last.value.trim() === '')
+      return setText(problem, 'First and last frame are whole numbers.');
     try {
-      const made = await api.assign({ videos: [data.video], person: person.value, first: from, stop: frames !== null && to === frames - 1 ? null : to + 1, comment: comment.value.trim() }, { signal });
+      const made = await api.assign(
+        {
+          videos: [data.video],
+          person: person.value,
+          first: from,
+          stop: frames !== null && to === frames - 1 ? null : to + 1,
+          comment: comment.value.trim(),
+        },
+        { signal },
+      );
       store.dispatch((state) => made.reduce(putAssignment, state));
       toast(`${person.value} has ${video?.name ?? 'the video'} now.`, { tone: 'good' });
       close();
@@ -60,9 +94,24 @@ export function assignDialog({ app, data, close, signal }) {
   }
 
   return {
-    title: `Assign ${video?.name ?? 'the video'}`, size: 'narrow', focus: person, submit: () => void submit(),
-    body: h('div', { class: 'stack' }, given, field('To', person), h('div', { class: 'row' }, field('First frame', first), field('Last frame', last)), field('What is to be done', comment, 'Shown above the picture. May be empty.'), problem),
-    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), h('button', { class: 'btn btn-primary', type: 'submit' }, 'Assign')],
+    title: `Assign ${video?.name ?? 'the video'}`,
+    size: 'narrow',
+    focus: person,
+    submit: () => void submit(),
+    body: h(
+      'div',
+      { class: 'stack' },
+      given,
+      field('To', person),
+      h('div', { class: 'row' }, field('First frame', first), field('Last frame', last)),
+      field('What is to be done', comment, 'Shown above the picture. May be empty.'),
+      problem,
+    ),
+    footer: [
+      h('span', { class: 'grow' }),
+      h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'),
+      h('button', { class: 'btn btn-primary', type: 'submit' }, 'Assign'),
+    ],
     update(state) {
       if (state.assignments === shown) return;
       shown = state.assignments;

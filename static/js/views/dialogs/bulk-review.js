@@ -1,13 +1,13 @@
 // @ts-check
 /** One verdict on all tracks that the queue shows. */
 
-import {numberIn} from '../../model/exchange.js';
-import {AT_ONCE, judgeable, judgements} from '../../model/bulk_review.js';
-import {shownQueue} from '../../model/queue.js';
-import {h, setText} from '../dom.js';
-import {count, plural} from '../../model/format.js';
-import {toast} from '../../core/toast.js';
-import {field, group, numberInput, tick} from './fields.js';
+import { numberIn } from '../../model/exchange.js';
+import { AT_ONCE, judgeable, judgements } from '../../model/bulk_review.js';
+import { shownQueue } from '../../model/queue.js';
+import { h, setText } from '../dom.js';
+import { count, plural } from '../../model/format.js';
+import { toast } from '../../core/toast.js';
+import { field, group, numberInput, tick } from './fields.js';
 
 /** @typedef {import('../../types.js').TrackDoc['review']} Review */
 
@@ -23,26 +23,32 @@ const VERDICTS = [
  * @param {import('./layer.js').Setup<'bulk-review'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function bulkReviewDialog({app, close}) {
-  const {store} = app;
-  const choices = VERDICTS.map(([value, label]) => tick('radio', {name: 'judge-verdict', value, checked: value === 'accepted', onchange: show}, label));
-  const openOnly = tick('checkbox', {checked: true, onchange: show}, 'Only tracks without a verdict');
-  const most = numberInput('judge-uncertainty', '100', show, {inputmode: 'decimal'});
-  const shownText = h('p', {class: 'muted', role: 'status'});
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit'});
+export function bulkReviewDialog({ app, close }) {
+  const { store } = app;
+  const choices = VERDICTS.map(([value, label]) =>
+    tick('radio', { name: 'judge-verdict', value, checked: value === 'accepted', onchange: show }, label),
+  );
+  const openOnly = tick('checkbox', { checked: true, onchange: show }, 'Only tracks without a verdict');
+  const most = numberInput('judge-uncertainty', '100', show, { inputmode: 'decimal' });
+  const shownText = h('p', { class: 'muted', role: 'status' });
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit' });
 
-  const verdict = () => VERDICTS.find(([value]) => choices.some(({input}) => input.checked && input.value === value)) ?? VERDICTS[0];
+  const verdict = () => VERDICTS.find(([value]) => choices.some(({ input }) => input.checked && input.value === value)) ?? VERDICTS[0];
 
   /** @returns {{shown: number, keys: string[], error: string}} */
   function read() {
     const shown = shownQueue(store.get());
-    const uncertainty = numberIn(most.value, {name: 'The uncertainty', low: 0, high: 100, empty: 100});
-    if ('error' in uncertainty) return {shown: shown.length, keys: [], error: uncertainty.error};
+    const uncertainty = numberIn(most.value, { name: 'The uncertainty', low: 0, high: 100, empty: 100 });
+    if ('error' in uncertainty) return { shown: shown.length, keys: [], error: uncertainty.error };
     const [value] = verdict();
     // what is being opened again has a verdict
-    const wanted = {review: value, openOnly: openOnly.input.checked && value !== 'open', mostUncertainty: (uncertainty.value ?? 100) / 100};
-    return {shown: shown.length, keys: judgeable(shown, wanted), error: ''};
+    const wanted = {
+      review: value,
+      openOnly: openOnly.input.checked && value !== 'open',
+      mostUncertainty: (uncertainty.value ?? 100) / 100,
+    };
+    return { shown: shown.length, keys: judgeable(shown, wanted), error: '' };
   }
 
   function show() {
@@ -51,32 +57,49 @@ export function bulkReviewDialog({app, close}) {
     openOnly.element.hidden = value === 'open';
     setText(error, found.error);
     const steps = found.keys.length > AT_ONCE ? ` In steps of ${AT_ONCE}, each with an undo of its own.` : '';
-    setText(shownText, found.keys.length === 0 ? `None of the ${plural(found.shown, 'shown track')} would change.` : `${count(found.keys.length)} of the ${plural(found.shown, 'shown track')}.${steps}`);
+    setText(
+      shownText,
+      found.keys.length === 0
+        ? `None of the ${plural(found.shown, 'shown track')} would change.`
+        : `${count(found.keys.length)} of the ${plural(found.shown, 'shown track')}.${steps}`,
+    );
     setText(go, `${button} ${plural(found.keys.length, 'track')}`);
     go.disabled = found.keys.length === 0;
   }
 
   function submit() {
-    const {keys} = read();
+    const { keys } = read();
     const review = store.get().review;
     if (keys.length === 0 || review === null) return;
     const [value, , , reported] = verdict();
     const made = judgements(keys, value, review.frame).filter((command) => app.edit(command));
     if (made.length === 0) return;
-    toast(`${plural(keys.length, 'track')} ${reported}.`, {tone: 'good', action: {label: 'Undo', run: () => void app.editor.undo()}});
+    toast(`${plural(keys.length, 'track')} ${reported}.`, { tone: 'good', action: { label: 'Undo', run: () => void app.editor.undo() } });
     close();
   }
 
   show();
   let docs = store.get().review?.docs;
   return {
-    title: 'Bulk review of the shown tracks', size: 'narrow', submit, focus: choices[0].input,
-    body: h('div', {class: 'stack'},
-      h('p', {class: 'muted'}, 'The same verdict on every track that passes the filters of the queue, also on those that are not in sight. Ctrl+Z takes it back.'),
-      group('Verdict', h('div', {class: 'ticks'}, ...choices.map(({element}) => element))),
-      openOnly.element, field('With an uncertainty of at most, %', most), shownText),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
-    update({review}) {
+    title: 'Bulk review of the shown tracks',
+    size: 'narrow',
+    submit,
+    focus: choices[0].input,
+    body: h(
+      'div',
+      { class: 'stack' },
+      h(
+        'p',
+        { class: 'muted' },
+        'The same verdict on every track that passes the filters of the queue, also on those that are not in sight. Ctrl+Z takes it back.',
+      ),
+      group('Verdict', h('div', { class: 'ticks' }, ...choices.map(({ element }) => element))),
+      openOnly.element,
+      field('With an uncertainty of at most, %', most),
+      shownText,
+    ),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
+    update({ review }) {
       if (review?.docs === docs) return;
       docs = review?.docs;
       show();

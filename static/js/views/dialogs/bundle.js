@@ -1,18 +1,18 @@
 // @ts-check
 /** Report a bug: pack what is needed to see it again into one file. */
 
-import {sentence} from '../../api/errors.js';
-import {shownSpan} from '../../model/effective.js';
-import {listed, trackName} from '../../model/track_name.js';
-import {correctedKeys} from '../../review/shown_tracks.js';
-import {putOutput} from '../../store/actions/page.js';
-import {h, setText} from '../dom.js';
-import {count, plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {tellWhenMade} from '../made_notice.js';
-import {toast} from '../../core/toast.js';
-import {createFrameRange} from './frame-range.js';
-import {field, tick} from './fields.js';
+import { sentence } from '../../api/errors.js';
+import { shownSpan } from '../../model/effective.js';
+import { listed, trackName } from '../../model/track_name.js';
+import { correctedKeys } from '../../review/shown_tracks.js';
+import { putOutput } from '../../store/actions/page.js';
+import { h, setText } from '../dom.js';
+import { count, plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { tellWhenMade } from '../made_notice.js';
+import { toast } from '../../core/toast.js';
+import { createFrameRange } from './frame-range.js';
+import { field, tick } from './fields.js';
 
 const OFFERED = 150;
 const MOST = 3000;
@@ -46,20 +46,33 @@ export function goingOnWords(names, last) {
  * @param {import('./layer.js').Setup<'bundle'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function bundleDialog({app, close, signal}) {
+export function bundleDialog({ app, close, signal }) {
   const review = app.store.get().review;
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit'}, icon('bug'), 'Make the bundle');
-  const note = h('textarea', {class: 'textarea', id: 'bundle-note', rows: 4, maxlength: 8000, placeholder: 'The stop sign behind the bus is lost for twelve frames.'});
-  const range = createFrameRange(review, {id: 'bundle', begin: OFFERED, most: MOST, changed: (wrong) => {
-    setText(error, wrong);
-    go.disabled = wrong !== '';
-    sayExpected();
-  }});
-  const only = review?.selected ? tick('checkbox', {}, `It is about track ${trackName(review.selected, review.docs[review.selected])} alone`) : null;
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, icon('bug'), 'Make the bundle');
+  const note = h('textarea', {
+    class: 'textarea',
+    id: 'bundle-note',
+    rows: 4,
+    maxlength: 8000,
+    placeholder: 'The stop sign behind the bus is lost for twelve frames.',
+  });
+  const range = createFrameRange(review, {
+    id: 'bundle',
+    begin: OFFERED,
+    most: MOST,
+    changed: (wrong) => {
+      setText(error, wrong);
+      go.disabled = wrong !== '';
+      sayExpected();
+    },
+  });
+  const only = review?.selected
+    ? tick('checkbox', {}, `It is about track ${trackName(review.selected, review.docs[review.selected])} alone`)
+    : null;
 
-  const expected = h('p', {class: 'field-hint'});
-  const goingOn = h('p', {class: 'field-hint', role: 'status'});
+  const expected = h('p', { class: 'field-hint' });
+  const goingOn = h('p', { class: 'field-hint', role: 'status' });
   /** Said anew with the frames and the choice of tracks. */
   function sayExpected() {
     if (review === null) return;
@@ -67,25 +80,50 @@ export function bundleDialog({app, close, signal}) {
     const meant = only?.input.checked ? corrected.filter((key) => key === review.selected) : corrected;
     setText(expected, `${expectedWords(meant.length)} The file holds pictures of the drive; send it only to people who may see them.`);
     const found = range.value();
-    const cut = 'error' in found ? [] : meant.filter((key) => {
-      const span = shownSpan(review.docs[key], review.tracks);
-      return span !== null && span.first < found.stop && span.last >= found.stop;
-    });
-    setText(goingOn, 'error' in found ? '' : goingOnWords(cut.map((key) => trackName(key, review.docs[key])), found.stop - 1));
+    const cut =
+      'error' in found
+        ? []
+        : meant.filter((key) => {
+            const span = shownSpan(review.docs[key], review.tracks);
+            return span !== null && span.first < found.stop && span.last >= found.stop;
+          });
+    setText(
+      goingOn,
+      'error' in found
+        ? ''
+        : goingOnWords(
+            cut.map((key) => trackName(key, review.docs[key])),
+            found.stop - 1,
+          ),
+    );
     goingOn.hidden = goingOn.textContent === '';
   }
-  only?.input.addEventListener('change', sayExpected, {signal});
+  only?.input.addEventListener('change', sayExpected, { signal });
 
   async function submit() {
     const found = range.value();
     if ('error' in found || !review?.run) return;
     go.disabled = true;
     try {
-      const {id} = review.run;
-      const output = await app.load(() => app.api.makeBundle(id, {...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? {tracks: [review.selected]} : {})}, {signal}), putOutput);
-      toast('The bundle is being made. It will be under Files.', {topic: `made-${output.id}`, action: {label: 'Files', run: () => {
-        location.hash = '#/files';
-      }}});
+      const { id } = review.run;
+      const output = await app.load(
+        () =>
+          app.api.makeBundle(
+            id,
+            { ...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? { tracks: [review.selected] } : {}) },
+            { signal },
+          ),
+        putOutput,
+      );
+      toast('The bundle is being made. It will be under Files.', {
+        topic: `made-${output.id}`,
+        action: {
+          label: 'Files',
+          run: () => {
+            location.hash = '#/files';
+          },
+        },
+      });
       tellWhenMade(app, output.id);
       close();
     } catch (thrown) {
@@ -97,11 +135,26 @@ export function bundleDialog({app, close, signal}) {
 
   range.tell();
   return {
-    title: 'Report a bug', size: 'narrow', submit, focus: note,
-    body: h('div', {class: 'stack'},
-      h('p', {class: 'muted'}, 'The clip of these frames, the parameters and models, what the engine gave and what you corrected, in one ZIP. Whoever gets it runs ', h('code', {class: 'mono'}, 'tsr replay FILE'), ' and sees whether it is fixed.'),
-      field('What is wrong', note), range.element, goingOn, only?.element,
-      expected),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
+    title: 'Report a bug',
+    size: 'narrow',
+    submit,
+    focus: note,
+    body: h(
+      'div',
+      { class: 'stack' },
+      h(
+        'p',
+        { class: 'muted' },
+        'The clip of these frames, the parameters and models, what the engine gave and what you corrected, in one ZIP. Whoever gets it runs ',
+        h('code', { class: 'mono' }, 'tsr replay FILE'),
+        ' and sees whether it is fixed.',
+      ),
+      field('What is wrong', note),
+      range.element,
+      goingOn,
+      only?.element,
+      expected,
+    ),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
   };
 }

@@ -1,24 +1,29 @@
 // @ts-check
 /** Choose one label of a set, for whatever asked for it. */
 
-import {offeredLabels} from '../../model/labels.js';
-import {h} from '../dom.js';
-import {createLabelChoice} from './label-choice.js';
+import { offeredLabels } from '../../model/labels.js';
+import { h } from '../dom.js';
+import { createLabelChoice } from './label-choice.js';
 
 /**
  * @param {import('./layer.js').Setup<'choose-label'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function chooseLabelDialog({data, close}) {
-  const choice = createLabelChoice({placeholder: 'Type a name, a code or a number', take: (label) => {
-    close();
-    data.take(label);
-  }});
+export function chooseLabelDialog({ data, close }) {
+  const choice = createLabelChoice({
+    placeholder: 'Type a name, a code or a number',
+    take: (label) => {
+      close();
+      data.take(label);
+    },
+  });
   choice.offer(data.labels, offeredLabels(data.labels), -1);
   choice.reveal();
   return {
-    title: data.title, focus: choice.search, submit: () => {},
-    body: h('div', {class: 'stack relabel'}, choice.search, choice.list, choice.none),
-    footer: [h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],
+    title: data.title,
+    focus: choice.search,
+    submit: () => {},
+    body: h('div', { class: 'stack relabel' }, choice.search, choice.list, choice.none),
+    footer: [h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel')],
   };
 }

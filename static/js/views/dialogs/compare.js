@@ -1,15 +1,15 @@
 // @ts-check
 /** Choose what to compare with what. */
 
-import {ApiError, sentence} from '../../api/errors.js';
-import {formatRoute} from '../../model/route.js';
-import {listRuns} from '../../model/run_groups.js';
-import {setRuns} from '../../store/actions/page.js';
-import {fill, h, setText} from '../dom.js';
-import {plural} from '../../model/format.js';
-import {modelsTag} from '../model-words.js';
-import {runTitle} from '../../model/run_words.js';
-import {toast} from '../../core/toast.js';
+import { ApiError, sentence } from '../../api/errors.js';
+import { formatRoute } from '../../model/route.js';
+import { listRuns } from '../../model/run_groups.js';
+import { setRuns } from '../../store/actions/page.js';
+import { fill, h, setText } from '../dom.js';
+import { plural } from '../../model/format.js';
+import { modelsTag } from '../model-words.js';
+import { runTitle } from '../../model/run_words.js';
+import { toast } from '../../core/toast.js';
 
 /**
  * What the dialog begins with: what is compared now, else a run against ground truth, or against its own corrections.
@@ -18,57 +18,102 @@ import {toast} from '../../core/toast.js';
  * @param {{run?: string|null, reference?: string, candidate?: string}} present   the run that is open; what is compared
  * @returns {{reference: string, candidate: string}|null} null: there is no run
  */
-export function firstChoice(offered, {run, reference, candidate}) {
-  if (reference && candidate && offered.includes(reference) && offered.includes(candidate)) return {reference, candidate};
+export function firstChoice(offered, { run, reference, candidate }) {
+  if (reference && candidate && offered.includes(reference) && offered.includes(candidate)) return { reference, candidate };
   const own = offered.find((side) => side === `run:${run}`) ?? offered.find((side) => side.startsWith('run:'));
   if (!own) return null;
-  return {reference: offered.find((side) => side.startsWith('truth:')) ?? own.replace('run:', 'annotation:'), candidate: own};
+  return { reference: offered.find((side) => side.startsWith('truth:')) ?? own.replace('run:', 'annotation:'), candidate: own };
 }
 
 /**
  * @param {import('./layer.js').Setup<'compare'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function compareDialog({app, data, close, signal}) {
-  const {store, api} = app;
+export function compareDialog({ app, data, close, signal }) {
+  const { store, api } = app;
   let video = String(data.video);
-  const usableVideos = (store.get().videos ?? []).filter(({id, latest_run}) => latest_run !== null || id === video);
-  const videos = h('select', {class: 'select', id: 'compare-video', onchange: () => {
-    video = videos.value;
-    for (const select of [reference, candidate]) select.replaceChildren();
-    delete candidate.dataset.chosen;
-    check(); // until its runs are there, there is nothing to compare
-    void load();
-  }}, ...usableVideos.map(({id, name}) => h('option', {value: id, selected: id === video}, name)));
-  const reference = h('select', {class: 'select', id: 'compare-a', onchange: check});
-  const candidate = h('select', {class: 'select', id: 'compare-b', onchange: check});
-  const error = h('p', {class: 'field-error', role: 'alert'});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, 'Compare');
-  const file = h('input', {type: 'file', accept: '.csv,text/csv', class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Ground truth as CSV', onchange: addTruth});
+  const usableVideos = (store.get().videos ?? []).filter(({ id, latest_run }) => latest_run !== null || id === video);
+  const videos = h(
+    'select',
+    {
+      class: 'select',
+      id: 'compare-video',
+      onchange: () => {
+        video = videos.value;
+        for (const select of [reference, candidate]) select.replaceChildren();
+        delete candidate.dataset.chosen;
+        check(); // until its runs are there, there is nothing to compare
+        void load();
+      },
+    },
+    ...usableVideos.map(({ id, name }) => h('option', { value: id, selected: id === video }, name)),
+  );
+  const reference = h('select', { class: 'select', id: 'compare-a', onchange: check });
+  const candidate = h('select', { class: 'select', id: 'compare-b', onchange: check });
+  const error = h('p', { class: 'field-error', role: 'alert' });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, 'Compare');
+  const file = h('input', {
+    type: 'file',
+    accept: '.csv,text/csv',
+    class: 'visually-hidden',
+    tabIndex: -1,
+    'aria-label': 'Ground truth as CSV',
+    onchange: addTruth,
+  });
   /** @type {import('../../api/ground_truths.js').GroundTruth[]} */
   let groundTruths = [];
 
   async function load() {
     try {
       const asked = video;
-      const [runs, found] = await Promise.all([app.load(() => api.runs(asked, {signal}), (state, known) => setRuns(state, asked, known)), api.groundTruths(asked, {signal})]);
+      const [runs, found] = await Promise.all([
+        app.load(
+          () => api.runs(asked, { signal }),
+          (state, known) => setRuns(state, asked, known),
+        ),
+        api.groundTruths(asked, { signal }),
+      ]);
       if (asked !== video) return; // another one has been chosen meanwhile
       groundTruths = found;
-      const listed = listRuns(runs.filter(({state}) => state === 'complete'));
-      const usable = listed.map(({run}) => run);
-      const name = usableVideos.find(({id}) => id === video)?.name ?? 'this video';
+      const listed = listRuns(runs.filter(({ state }) => state === 'complete'));
+      const usable = listed.map(({ run }) => run);
+      const name = usableVideos.find(({ id }) => id === video)?.name ?? 'this video';
       const versions = store.get().models;
       /** @param {import('../../types.js').Run} run */
       const titleOf = (run) => `${runTitle(run)}${modelsTag(run, versions)}`;
       for (const select of [reference, candidate]) {
         const before = select.value;
-        fill(select,
-          usable.length > 0 && h('optgroup', {label: `Runs of ${name}`}, ...listed.map(({run, under}) => h('option', {value: `run:${run.id}`}, `${under ? '↳ ' : ''}${titleOf(run)}`))),
-          usable.length > 0 && h('optgroup', {label: `Corrections on ${name}`}, ...usable.filter(({kind}) => kind !== 'whatif').map((run) => h('option', {value: `annotation:${run.id}`}, `Corrections of ${titleOf(run)}`))),
-          groundTruths.length > 0 && h('optgroup', {label: `Ground truth of ${name}`}, ...groundTruths.map((truth) => h('option', {value: `truth:${truth.id}`}, `${truth.name}, ${plural(truth.count, 'box', 'boxes')}`))));
+        fill(
+          select,
+          usable.length > 0 &&
+            h(
+              'optgroup',
+              { label: `Runs of ${name}` },
+              ...listed.map(({ run, under }) => h('option', { value: `run:${run.id}` }, `${under ? '↳ ' : ''}${titleOf(run)}`)),
+            ),
+          usable.length > 0 &&
+            h(
+              'optgroup',
+              { label: `Corrections on ${name}` },
+              ...usable
+                .filter(({ kind }) => kind !== 'whatif')
+                .map((run) => h('option', { value: `annotation:${run.id}` }, `Corrections of ${titleOf(run)}`)),
+            ),
+          groundTruths.length > 0 &&
+            h(
+              'optgroup',
+              { label: `Ground truth of ${name}` },
+              ...groundTruths.map((truth) =>
+                h('option', { value: `truth:${truth.id}` }, `${truth.name}, ${plural(truth.count, 'box', 'boxes')}`),
+              ),
+            ),
+        );
         if (before) select.value = before;
       }
-      const begun = firstChoice([...reference.options].map(({value}) => value), data);
+      const begun = firstChoice(
+        [...reference.options].map(({ value }) => value),
+        data,
+      );
       if (begun && !candidate.dataset.chosen) {
         reference.value = begun.reference;
         candidate.value = begun.candidate;
@@ -92,8 +137,8 @@ export function compareDialog({app, data, close, signal}) {
     if (!chosen) return;
     setText(error, '');
     try {
-      const truth = await api.putTruth(video, chosen.name.replace(/\.csv$/i, ''), chosen, {signal});
-      toast(`Ground truth ${truth.name}: ${plural(truth.count, 'box', 'boxes')}.`, {tone: 'good'});
+      const truth = await api.putTruth(video, chosen.name.replace(/\.csv$/i, ''), chosen, { signal });
+      toast(`Ground truth ${truth.name}: ${plural(truth.count, 'box', 'boxes')}.`, { tone: 'good' });
       await load();
       reference.value = `truth:${truth.id}`;
       check();
@@ -106,17 +151,33 @@ export function compareDialog({app, data, close, signal}) {
 
   void load();
   return {
-    title: 'Compare', size: 'narrow', focus: reference,
+    title: 'Compare',
+    size: 'narrow',
+    focus: reference,
     submit: () => {
       if (go.disabled) return;
       close();
-      location.hash = formatRoute({screen: 'compare', a: reference.value, b: candidate.value});
+      location.hash = formatRoute({ screen: 'compare', a: reference.value, b: candidate.value });
     },
-    body: h('div', {class: 'stack'},
-      h('div', {class: 'field', hidden: usableVideos.length < 2}, h('label', {class: 'field-label', for: 'compare-video'}, 'Video'), videos),
-      h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'compare-a'}, 'Reference: taken as right'), reference),
-      h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'compare-b'}, 'Candidate: measured against it'), candidate),
-      h('div', null, h('button', {class: 'btn btn-small', type: 'button', onclick: () => file.click()}, 'Import ground truth (CSV) …'), file), error),
-    footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
+    body: h(
+      'div',
+      { class: 'stack' },
+      h(
+        'div',
+        { class: 'field', hidden: usableVideos.length < 2 },
+        h('label', { class: 'field-label', for: 'compare-video' }, 'Video'),
+        videos,
+      ),
+      h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'compare-a' }, 'Reference: taken as right'), reference),
+      h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'compare-b' }, 'Candidate: measured against it'), candidate),
+      h(
+        'div',
+        null,
+        h('button', { class: 'btn btn-small', type: 'button', onclick: () => file.click() }, 'Import ground truth (CSV) …'),
+        file,
+      ),
+      error,
+    ),
+    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
   };
 }

@@ -1,17 +1,17 @@
 // @ts-check
 /** "Are you sure", with what goes and what stays. */
 
-import {sentence} from '../../api/errors.js';
-import {h, setText} from '../dom.js';
+import { sentence } from '../../api/errors.js';
+import { h, setText } from '../dom.js';
 
 /**
  * @param {import('./layer.js').Setup<'confirm'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function confirmDialog({data, close, signal}) {
-  const error = h('p', {class: 'field-error', role: 'alert', hidden: true});
-  const cancel = h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel');
-  const go = h('button', {class: data.danger ? 'btn btn-danger' : 'btn btn-primary', type: 'button', onclick: act}, data.confirm ?? 'OK');
+export function confirmDialog({ data, close, signal }) {
+  const error = h('p', { class: 'field-error', role: 'alert', hidden: true });
+  const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
+  const go = h('button', { class: data.danger ? 'btn btn-danger' : 'btn btn-primary', type: 'button', onclick: act }, data.confirm ?? 'OK');
 
   async function act() {
     go.disabled = true;
@@ -26,8 +26,10 @@ export function confirmDialog({data, close, signal}) {
   }
 
   return {
-    title: data.title ?? 'Are you sure?', size: 'narrow', focus: cancel,
-    body: h('div', {class: 'stack'}, h('p', null, data.text), data.note && h('p', {class: 'muted small'}, data.note), error),
+    title: data.title ?? 'Are you sure?',
+    size: 'narrow',
+    focus: cancel,
+    body: h('div', { class: 'stack' }, h('p', null, data.text), data.note && h('p', { class: 'muted small' }, data.note), error),
     footer: [cancel, go],
   };
 }

@@ -1,21 +1,21 @@
 // @ts-check
 /** Somebody else has saved the same track first: both versions side by side, and a decision. */
 
-import {sentence} from '../../api/errors.js';
-import {describe as words, describeUndone, named} from '../../editing/words.js';
-import {verdictOf} from '../../model/documents.js';
-import {className} from '../../model/labels.js';
-import {trackName} from '../../model/track_name.js';
-import {h, setText} from '../dom.js';
-import {moment} from '../../model/format.js';
-import {twoVersions} from './two-versions.js';
+import { sentence } from '../../api/errors.js';
+import { describe as words, describeUndone, named } from '../../editing/words.js';
+import { verdictOf } from '../../model/documents.js';
+import { className } from '../../model/labels.js';
+import { trackName } from '../../model/track_name.js';
+import { h, setText } from '../dom.js';
+import { moment } from '../../model/format.js';
+import { twoVersions } from './two-versions.js';
 
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
 /** @typedef {import('../../types.js').Label} Label */
 /** @typedef {import('../../editing/keeping.js').Last} Last */
 
 /** @type {Record<TrackDoc['review'], string>} */
-const REVIEWS = {open: 'not reviewed', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work'};
+const REVIEWS = { open: 'not reviewed', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work' };
 
 /**
  * A version of a track as rows that can be compared.
@@ -25,14 +25,16 @@ const REVIEWS = {open: 'not reviewed', accepted: 'accepted', rejected: 'false po
  * @returns {Record<string, string>}
  */
 export function describe(doc, labels) {
-  if (!doc) return {State: 'not there'};
+  if (!doc) return { State: 'not there' };
   const name = doc.class_id === null ? 'as the engine says' : className(labels, doc.class_id);
-  const keys = Object.keys(doc.keys).map(Number).sort((a, b) => a - b);
+  const keys = Object.keys(doc.keys)
+    .map(Number)
+    .sort((a, b) => a - b);
   return {
     State: doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc.gone ? 'deleted' : REVIEWS[verdictOf(doc)],
     Label: name,
     Ignored: doc.ignore ? 'yes' : 'no',
-    Frames: doc.segments.map(({first, last}) => `${first}–${last}`).join(', ') || 'only drawn boxes',
+    Frames: doc.segments.map(({ first, last }) => `${first}–${last}`).join(', ') || 'only drawn boxes',
     'Key frames': keys.length === 0 ? 'none' : keys.length > 8 ? `${keys.length}: ${keys[0]} … ${keys[keys.length - 1]}` : keys.join(', '),
     Notes: doc.notes.length === 0 ? 'none' : doc.notes.map((note) => `${note.author}: ${note.text}`).join('; '),
   };
@@ -62,7 +64,15 @@ function keyText(doc, frame) {
   const key = doc?.keys[frame];
   if (key === undefined) return 'no key frame';
   const box = key.box === null ? 'the engine’s box' : `${key.box.map((edge) => Math.round(edge * 10) / 10).join(', ')}`;
-  return [box, key.occluded && 'occluded', key.outside && 'outside', key.interpolate && 'interpolated on', key.class_id !== null && key.class_id !== undefined && 'its own class'].filter(Boolean).join('; ');
+  return [
+    box,
+    key.occluded && 'occluded',
+    key.outside && 'outside',
+    key.interpolate && 'interpolated on',
+    key.class_id !== null && key.class_id !== undefined && 'its own class',
+  ]
+    .filter(Boolean)
+    .join('; ');
 }
 
 /**
@@ -74,27 +84,39 @@ function keyText(doc, frame) {
  * @param {(time: string) => string} [when]
  * @returns {string[]}
  */
-export function reported({moved, lost}, others, nameOf, when = moment) {
-  const people = Object.entries(others).map(([key, {author, time, name, frame}]) => `${author} changed track ${nameOf(key)} on ${when(time)}: ${describeUndone(name, frame)}.`);
-  const gone = moved.map(({key, into}) => (into === null
-    ? `Track ${nameOf(key)} was deleted: “Keep mine” restores it.`
-    : `Track ${nameOf(key)} was merged into ${nameOf(into)}: “Keep mine” makes your change there.`));
-  return [...people, ...gone, ...lost.map(({name, why}) => `“${words(name)}” cannot be kept. ${why}`)];
+export function reported({ moved, lost }, others, nameOf, when = moment) {
+  const people = Object.entries(others).map(
+    ([key, { author, time, name, frame }]) => `${author} changed track ${nameOf(key)} on ${when(time)}: ${describeUndone(name, frame)}.`,
+  );
+  const gone = moved.map(({ key, into }) =>
+    into === null
+      ? `Track ${nameOf(key)} was deleted: “Keep mine” restores it.`
+      : `Track ${nameOf(key)} was merged into ${nameOf(into)}: “Keep mine” makes your change there.`,
+  );
+  return [...people, ...gone, ...lost.map(({ name, why }) => `“${words(name)}” cannot be kept. ${why}`)];
 }
 
 /**
  * @param {import('./layer.js').Setup<'conflict'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function conflictDialog({app, data, close}) {
-  const {labels, review} = app.store.get();
-  const {saved, mine, others} = data;
-  const docs = {...review?.docs, ...Object.fromEntries(saved.map((doc) => [doc.key, doc]))};
+export function conflictDialog({ app, data, close }) {
+  const { labels, review } = app.store.get();
+  const { saved, mine, others } = data;
+  const docs = { ...review?.docs, ...Object.fromEntries(saved.map((doc) => [doc.key, doc])) };
   // it comes up in the middle of work: no key that was meant for the picture may choose
-  const intro = h('p', {class: 'dialog-intro', tabIndex: -1}, 'Another page has saved a change of the same track after you loaded it. Nothing is overwritten until you choose.');
-  const error = h('p', {class: 'field-error', role: 'alert', hidden: true});
-  const theirs = h('button', {class: 'btn', type: 'button', onclick: () => act(data.takeTheirs)}, 'Take the saved version');
-  const own = h('button', {class: 'btn btn-primary', type: 'button', disabled: mine.length === 0, onclick: () => act(data.keepMine)}, 'Keep mine');
+  const intro = h(
+    'p',
+    { class: 'dialog-intro', tabIndex: -1 },
+    'Another page has saved a change of the same track after you loaded it. Nothing is overwritten until you choose.',
+  );
+  const error = h('p', { class: 'field-error', role: 'alert', hidden: true });
+  const theirs = h('button', { class: 'btn', type: 'button', onclick: () => act(data.takeTheirs) }, 'Take the saved version');
+  const own = h(
+    'button',
+    { class: 'btn btn-primary', type: 'button', disabled: mine.length === 0, onclick: () => act(data.keepMine) },
+    'Keep mine',
+  );
 
   /** @param {(() => unknown)|undefined} run */
   async function act(run) {
@@ -108,16 +130,31 @@ export function conflictDialog({app, data, close}) {
   }
 
   return {
-    title: 'This track was changed in the meantime', size: 'middle', focus: intro,
-    body: h('div', {class: 'stack'},
+    title: 'This track was changed in the meantime',
+    size: 'middle',
+    focus: intro,
+    body: h(
+      'div',
+      { class: 'stack' },
       intro,
       ...reported(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', null, named(text, docs))),
       ...mine.flatMap((doc) => {
-        const before = saved.find(({key}) => key === doc.key);
+        const before = saved.find(({ key }) => key === doc.key);
         return [versions(doc.key, before, doc, labels), twoVersions(app, review, before, doc)];
       }),
-      h('p', {class: 'muted small'}, '“Keep mine” makes your change again on top of the saved version. “Take the saved version” drops it.'), error),
-    footer: [h('button', {class: 'btn btn-quiet', type: 'button', onclick: close}, 'Decide later'), h('span', {class: 'grow'}), theirs, own],
+      h(
+        'p',
+        { class: 'muted small' },
+        '“Keep mine” makes your change again on top of the saved version. “Take the saved version” drops it.',
+      ),
+      error,
+    ),
+    footer: [
+      h('button', { class: 'btn btn-quiet', type: 'button', onclick: close }, 'Decide later'),
+      h('span', { class: 'grow' }),
+      theirs,
+      own,
+    ],
   };
 }
 
@@ -130,10 +167,36 @@ export function conflictDialog({app, data, close}) {
 function versions(key, current, yours, labels) {
   const [saved, own] = [describe(current, labels), describe(yours, labels)];
   const rows = [...new Set([...Object.keys(saved), ...Object.keys(own)])];
-  return h('table', {class: 'table versions'},
+  return h(
+    'table',
+    { class: 'table versions' },
     h('caption', null, `Track ${trackName(key, current ?? yours)}`),
-    h('thead', null, h('tr', null, h('td'), h('th', {scope: 'col'}, `Saved${current ? ` (revision ${current.revision})` : ''}`), h('th', {scope: 'col'}, 'With your change'))),
-    h('tbody', null, ...rows.map((row) => h('tr', {class: saved[row] === own[row] ? '' : 'differs'},
-      h('th', {scope: 'row'}, row), h('td', null, saved[row] ?? '–'), h('td', null, own[row] ?? '–'))),
-    ...differingKeys(current, yours).map(([what, theirs, mine]) => h('tr', {class: 'differs'}, h('th', {scope: 'row'}, what), h('td', null, theirs), h('td', null, mine)))));
+    h(
+      'thead',
+      null,
+      h(
+        'tr',
+        null,
+        h('td'),
+        h('th', { scope: 'col' }, `Saved${current ? ` (revision ${current.revision})` : ''}`),
+        h('th', { scope: 'col' }, 'With your change'),
+      ),
+    ),
+    h(
+      'tbody',
+      null,
+      ...rows.map((row) =>
+        h(
+          'tr',
+          { class: saved[row] === own[row] ? '' : 'differs' },
+          h('th', { scope: 'row' }, row),
+          h('td', null, saved[row] ?? '–'),
+          h('td', null, own[row] ?? '–'),
+        ),
+      ),
+      ...differingKeys(current, yours).map(([what, theirs, mine]) =>
+        h('tr', { class: 'differs' }, h('th', { scope: 'row' }, what), h('td', null, theirs), h('td', null, mine)),
+      ),
+    ),
+  );
 }

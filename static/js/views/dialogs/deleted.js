@@ -1,14 +1,14 @@
 // @ts-check
 /** Tracks that people have deleted in this run, whoever it was, each with a way back. */
 
-import {deletedTracks, lastWords, pictureOf} from '../../model/deleted.js';
-import {labelOf} from '../../model/effective.js';
-import {className, labelFor} from '../../model/labels.js';
-import {trackName} from '../../model/track_name.js';
-import {seek, select} from '../../store/actions/review.js';
-import {fill, h} from '../dom.js';
-import {frameSpan, moment} from '../../model/format.js';
-import {pictureThatMayMiss, showPicture} from '../pictures.js';
+import { deletedTracks, lastWords, pictureOf } from '../../model/deleted.js';
+import { labelOf } from '../../model/effective.js';
+import { className, labelFor } from '../../model/labels.js';
+import { trackName } from '../../model/track_name.js';
+import { seek, select } from '../../store/actions/review.js';
+import { fill, h } from '../dom.js';
+import { frameSpan, moment } from '../../model/format.js';
+import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 /** Rows of the log that one answer has at most; fewer are the last ones. */
 const PAGE = 1000;
@@ -19,39 +19,57 @@ const PICTURE = 96;
  * @param {import('./layer.js').Setup<'deleted'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function deletedDialog({app, close, signal}) {
-  const {store} = app;
+export function deletedDialog({ app, close, signal }) {
+  const { store } = app;
   /** @type {Map<string, import('../../model/deleted.js').Said>} */
   let said = new Map();
   let read = 0;
-  const list = h('ul', {class: 'made-list', 'aria-label': 'Deleted tracks'});
-  const done = h('button', {class: 'btn btn-primary', type: 'button', onclick: close}, 'Close');
+  const list = h('ul', { class: 'made-list', 'aria-label': 'Deleted tracks' });
+  const done = h('button', { class: 'btn btn-primary', type: 'button', onclick: close }, 'Close');
 
   /** @param {string} key @param {number} frame */
   function restore(key, frame) {
-    if (!app.edit({name: 'restore_track', key, frame})) return;
+    if (!app.edit({ name: 'restore_track', key, frame })) return;
     store.dispatch((state) => select(seek(state, frame), key));
     done.focus();
   }
 
   function show() {
-    const {review, labels} = store.get();
+    const { review, labels } = store.get();
     const tracks = review?.tracks ?? null;
     /** @param {number} track */
     const columnOf = (track) => tracks?.id.indexOf(track) ?? -1;
     const found = review ? deletedTracks(review.docs, (track) => tracks?.last[columnOf(track)] ?? null) : [];
-    fill(list, ...found.map(({doc, first, last}) => {
-      const name = trackName(doc.key, doc);
-      const label = labelOf(doc, (track) => tracks?.class_id[columnOf(track)] ?? null);
-      const text = className(labels, label);
-      const by = said.get(doc.key);
-      return h('li', {class: 'made'}, picture(doc, last, labelFor(labels, label)?.picture ?? undefined),
-        h('div', {class: 'stack made-text'}, h('strong', null, `Track ${name}`),
-          h('span', {class: 'muted small'}, `${text} · ${first === last ? 'frame' : 'frames'} ${frameSpan(first, last)}`),
-          h('span', {class: 'muted small'}, by ? `deleted by ${by.author} · ${moment(by.time)}` : '\u00a0')),
-        h('div', {class: 'row made-actions'},
-          h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Restore track ${name}`, onclick: () => restore(doc.key, first)}, 'Restore')));
-    }));
+    fill(
+      list,
+      ...found.map(({ doc, first, last }) => {
+        const name = trackName(doc.key, doc);
+        const label = labelOf(doc, (track) => tracks?.class_id[columnOf(track)] ?? null);
+        const text = className(labels, label);
+        const by = said.get(doc.key);
+        return h(
+          'li',
+          { class: 'made' },
+          picture(doc, last, labelFor(labels, label)?.picture ?? undefined),
+          h(
+            'div',
+            { class: 'stack made-text' },
+            h('strong', null, `Track ${name}`),
+            h('span', { class: 'muted small' }, `${text} · ${first === last ? 'frame' : 'frames'} ${frameSpan(first, last)}`),
+            h('span', { class: 'muted small' }, by ? `deleted by ${by.author} · ${moment(by.time)}` : '\u00a0'),
+          ),
+          h(
+            'div',
+            { class: 'row made-actions' },
+            h(
+              'button',
+              { class: 'btn btn-small', type: 'button', 'aria-label': `Restore track ${name}`, onclick: () => restore(doc.key, first) },
+              'Restore',
+            ),
+          ),
+        );
+      }),
+    );
     list.hidden = found.length === 0;
     none.hidden = found.length > 0;
   }
@@ -67,9 +85,9 @@ export function deletedDialog({app, close, signal}) {
     const from = pictureOf(doc, last);
     const run = store.get().review?.run;
     const instead = () => showPicture(image, drawn);
-    const image = pictureThatMayMiss({class: 'deleted-picture', loading: 'lazy', decoding: 'async'});
+    const image = pictureThatMayMiss({ class: 'deleted-picture', loading: 'lazy', decoding: 'async' });
     if (from && run) {
-      image.addEventListener('error', instead, {once: true, signal});
+      image.addEventListener('error', instead, { once: true, signal });
       showPicture(image, app.api.cropUrl(run.id, from.track, from.frame, PICTURE));
     } else instead();
     return image;
@@ -79,7 +97,7 @@ export function deletedDialog({app, close, signal}) {
   async function readLog() {
     const run = store.get().review?.run;
     for (let rows = PAGE; run && rows === PAGE;) {
-      const {edits} = await app.api.edits(run.id, read, {signal});
+      const { edits } = await app.api.edits(run.id, read, { signal });
       rows = edits.length;
       read = edits.at(-1)?.seq ?? read;
       said = lastWords(said, edits);
@@ -91,18 +109,27 @@ export function deletedDialog({app, close, signal}) {
     reading = reading.then(readLog).catch(() => undefined);
   };
 
-  const none = h('p', {class: 'muted'}, 'No track is deleted any more.');
+  const none = h('p', { class: 'muted' }, 'No track is deleted any more.');
   show();
   readOn();
   let docs = store.get().review?.docs;
   return {
-    update({review}) {
+    update({ review }) {
       if (review?.docs === docs) return; // somebody, here or in another page, has deleted or restored
       docs = review?.docs;
       show();
       readOn();
     },
-    title: 'Deleted tracks', size: 'narrow', focus: done, footer: [done],
-    body: h('div', {class: 'stack'}, h('p', {class: 'muted'}, 'A restored track is as it was before. Tracks that were merged come back by undoing the merge.'), list, none),
+    title: 'Deleted tracks',
+    size: 'narrow',
+    focus: done,
+    footer: [done],
+    body: h(
+      'div',
+      { class: 'stack' },
+      h('p', { class: 'muted' }, 'A restored track is as it was before. Tracks that were merged come back by undoing the merge.'),
+      list,
+      none,
+    ),
   };
 }

@@ -1,10 +1,10 @@
 // @ts-check
 /** How much would go out, while a person still chooses: from tracks and documents, without reading any box. */
 
-import {countOut} from '../../model/exchange.js';
-import {resolved} from '../../model/labels.js';
-import {h, setText} from '../dom.js';
-import {count, plural} from '../../model/format.js';
+import { countOut } from '../../model/exchange.js';
+import { resolved } from '../../model/labels.js';
+import { h, setText } from '../dom.js';
+import { count, plural } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').TrackColumns} TrackColumns */
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
@@ -19,7 +19,7 @@ const MOST = 12;
  * @param {(byLabel: Map<number, number>|null) => void} tell   tracks that go out by label; null: not known
  */
 export function createExportCount(app, signal, tell) {
-  const element = h('span', {class: 'muted small export-count', role: 'status'});
+  const element = h('span', { class: 'muted small export-count', role: 'status' });
   /** @type {Map<string, Promise<Known>>} */
   const known = new Map();
   /** @type {import('../../types.js').ExportRequest|null} */
@@ -27,8 +27,12 @@ export function createExportCount(app, signal, tell) {
 
   /** @param {string} run @returns {Promise<Known>} */
   function load(run) {
-    const found = known.get(run) ?? Promise.all([app.api.tracks(run, {signal}), app.api.annotation(run, null, {signal})])
-      .then(([tracks, {docs}]) => ({tracks, docs}));
+    const found =
+      known.get(run) ??
+      Promise.all([app.api.tracks(run, { signal }), app.api.annotation(run, null, { signal })]).then(([tracks, { docs }]) => ({
+        tracks,
+        docs,
+      }));
     known.set(run, found);
     found.catch(() => known.delete(run));
     return found;
@@ -45,13 +49,19 @@ export function createExportCount(app, signal, tell) {
     try {
       const runs = await Promise.all(request.runs.map(load));
       if (wanted !== request || signal.aborted) return;
-      const {labels} = app.store.get();
-      const picked = request.labels ? new Set(labels.filter(({key}) => request.labels?.includes(key)).map(({id}) => id)) : null;
-      const rule = {states: request.states ?? [], labels: picked, notInSet: request.not_in_set ?? 'leave-out', first: request.first ?? 0, last: (request.stop ?? 2 ** 31 - 1) - 1};
-      const sum = {tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0};
+      const { labels } = app.store.get();
+      const picked = request.labels ? new Set(labels.filter(({ key }) => request.labels?.includes(key)).map(({ id }) => id)) : null;
+      const rule = {
+        states: request.states ?? [],
+        labels: picked,
+        notInSet: request.not_in_set ?? 'leave-out',
+        first: request.first ?? 0,
+        last: (request.stop ?? 2 ** 31 - 1) - 1,
+      };
+      const sum = { tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0 };
       /** @type {Map<number, number>} */
       const byLabel = new Map();
-      for (const {tracks, docs} of runs) {
+      for (const { tracks, docs } of runs) {
         const out = countOut(tracks, docs, rule, (id) => resolved(labels, id));
         sum.tracks += out.tracks;
         sum.boxes += out.boxes;
@@ -61,14 +71,22 @@ export function createExportCount(app, signal, tell) {
         for (const [id, found] of out.byLabel) byLabel.set(id, (byLabel.get(id) ?? 0) + found);
       }
       const apart = sum.rejected ? `${plural(sum.rejected, 'false positive')} apart` : '';
-      const signs = sum.tracks ? `${plural(sum.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${plural(sum.boxes, 'box', 'boxes')}` : '';
-      const behind = [sum.open ? `${plural(sum.open, 'open track')} ${sum.open === 1 ? 'stays' : 'stay'} behind` : '', sum.unlabelled ? `${count(sum.unlabelled)} not in the set` : ''];
-      setText(element, [[signs, apart].filter(Boolean).join('; ') || 'Nothing would go out: no track fits', ...behind].filter(Boolean).join('; '));
+      const signs = sum.tracks
+        ? `${plural(sum.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${plural(sum.boxes, 'box', 'boxes')}`
+        : '';
+      const behind = [
+        sum.open ? `${plural(sum.open, 'open track')} ${sum.open === 1 ? 'stays' : 'stay'} behind` : '',
+        sum.unlabelled ? `${count(sum.unlabelled)} not in the set` : '',
+      ];
+      setText(
+        element,
+        [[signs, apart].filter(Boolean).join('; ') || 'Nothing would go out: no track fits', ...behind].filter(Boolean).join('; '),
+      );
       tell(byLabel);
     } catch {
       if (!signal.aborted && wanted === request) setText(element, '');
     }
   }
 
-  return {element, show: (/** @type {import('../../types.js').ExportRequest|null} */ request) => void show(request)};
+  return { element, show: (/** @type {import('../../types.js').ExportRequest|null} */ request) => void show(request) };
 }

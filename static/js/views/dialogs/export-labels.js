@@ -1,16 +1,23 @@
 // @ts-check
 /** Which labels go out, and the class map that the files get. */
 
-import {finderOf} from '../../model/label_finder.js';
-import {labelsById, offeredLabels} from '../../model/labels.js';
-import {fill, h, setText} from '../dom.js';
-import {plural} from '../../model/format.js';
-import {field, tick} from './fields.js';
+import { finderOf } from '../../model/label_finder.js';
+import { labelsById, offeredLabels } from '../../model/labels.js';
+import { fill, h, setText } from '../dom.js';
+import { plural } from '../../model/format.js';
+import { field, tick } from './fields.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
-const NOT_IN_SET = /** @type {const} */ ([['leave-out', 'stay behind'], ['ignore', 'go out as regions to ignore'], ['class', 'go out as a class of their own']]);
-const CLASS_MAP = /** @type {const} */ ([['all', 'all that the set offers'], ['used', 'only those that go out']]);
+const NOT_IN_SET = /** @type {const} */ ([
+  ['leave-out', 'stay behind'],
+  ['ignore', 'go out as regions to ignore'],
+  ['class', 'go out as a class of their own'],
+]);
+const CLASS_MAP = /** @type {const} */ ([
+  ['all', 'all that the set offers'],
+  ['used', 'only those that go out'],
+]);
 
 /**
  * @param {readonly Label[]} labels
@@ -19,37 +26,63 @@ const CLASS_MAP = /** @type {const} */ ([['all', 'all that the set offers'], ['u
  */
 export function createExportLabels(labels, kept, changed) {
   const offered = offeredLabels(labels);
-  const boxes = offered.map((label) => ({label, ...tick('checkbox', {value: label.key, checked: kept.labels === null || kept.labels.includes(label.key), onchange: tell}, label.name)}));
+  const boxes = offered.map((label) => ({
+    label,
+    ...tick('checkbox', { value: label.key, checked: kept.labels === null || kept.labels.includes(label.key), onchange: tell }, label.name),
+  }));
   const summary = h('summary');
   const preview = h('summary', null, 'Class map');
-  const list = h('ol', {class: 'class-map small'});
-  const search = h('input', {class: 'input', type: 'search', placeholder: 'Find a label', 'aria-label': 'Find a label', oninput: () => {
-    const found = new Set(finderOf(labels).search(search.value, offered));
-    for (const {label, element} of boxes) element.hidden = !found.has(label);
-  }});
+  const list = h('ol', { class: 'class-map small' });
+  const search = h('input', {
+    class: 'input',
+    type: 'search',
+    placeholder: 'Find a label',
+    'aria-label': 'Find a label',
+    oninput: () => {
+      const found = new Set(finderOf(labels).search(search.value, offered));
+      for (const { label, element } of boxes) element.hidden = !found.has(label);
+    },
+  });
   const set = (/** @type {boolean} */ on) => {
-    for (const {input, element} of boxes) if (!element.hidden) input.checked = on;
+    for (const { input, element } of boxes) if (!element.hidden) input.checked = on;
     tell();
   };
   /** @template {string} T @param {string} id @param {readonly (readonly [T, string])[]} options @param {T} value */
   const select = (id, options, value) => {
-    const element = h('select', {class: 'select', id, onchange: tell}, ...options.map(([one, words]) => h('option', {value: one}, words)));
+    const element = h(
+      'select',
+      { class: 'select', id, onchange: tell },
+      ...options.map(([one, words]) => h('option', { value: one }, words)),
+    );
     element.value = value;
     return element;
   };
   const outside = select('export-not-in-set', NOT_IN_SET, kept.not_in_set);
   const map = select('export-class-map', CLASS_MAP, kept.class_map);
-  const element = h('div', {class: 'stack'},
-    h('details', {class: 'details'}, summary,
-      h('div', {class: 'row'}, search, h('button', {class: 'btn btn-small', type: 'button', onclick: () => set(true)}, 'All'), h('button', {class: 'btn btn-small', type: 'button', onclick: () => set(false)}, 'None')),
-      h('div', {class: 'class-ticks', role: 'group', 'aria-label': 'Labels'}, ...boxes.map((box) => box.element))),
+  const element = h(
+    'div',
+    { class: 'stack' },
+    h(
+      'details',
+      { class: 'details' },
+      summary,
+      h(
+        'div',
+        { class: 'row' },
+        search,
+        h('button', { class: 'btn btn-small', type: 'button', onclick: () => set(true) }, 'All'),
+        h('button', { class: 'btn btn-small', type: 'button', onclick: () => set(false) }, 'None'),
+      ),
+      h('div', { class: 'class-ticks', role: 'group', 'aria-label': 'Labels' }, ...boxes.map((box) => box.element)),
+    ),
     field('Signs that are not in the set', outside),
-    h('div', {class: 'run-fields'}, field('Labels that the files declare', map)),
-    h('details', {class: 'details'}, preview, list));
+    h('div', { class: 'run-fields' }, field('Labels that the files declare', map)),
+    h('details', { class: 'details' }, preview, list),
+  );
 
   /** Keys; null: all. */
   function chosen() {
-    const on = boxes.filter(({input}) => input.checked).map(({input}) => input.value);
+    const on = boxes.filter(({ input }) => input.checked).map(({ input }) => input.value);
     return on.length === boxes.length ? null : on;
   }
 
@@ -65,7 +98,8 @@ export function createExportLabels(labels, kept, changed) {
 
   words();
   return {
-    element, chosen,
+    element,
+    chosen,
     notInSet: () => /** @type {'leave-out'|'ignore'|'class'} */ (outside.value),
     classMap: () => /** @type {'all'|'used'} */ (map.value),
     /** Whether the format has regions to ignore. @param {boolean} can */
@@ -78,9 +112,23 @@ export function createExportLabels(labels, kept, changed) {
     show(byLabel) {
       const used = new Set(byLabel?.keys());
       const picked = chosen();
-      const declared = map.value === 'used' && byLabel ? [...used].sort((a, b) => a - b).flatMap((id) => labelsById(labels).get(id) ?? []) : offered.filter(({key}) => picked === null || picked.includes(key));
+      const declared =
+        map.value === 'used' && byLabel
+          ? [...used].sort((a, b) => a - b).flatMap((id) => labelsById(labels).get(id) ?? [])
+          : offered.filter(({ key }) => picked === null || picked.includes(key));
       setText(preview, `Class map: ${plural(declared.length, 'label')}`);
-      fill(list, ...declared.map(({id, name}) => h('li', null, h('span', {class: 'muted label-id'}, id), h('span', {dir: 'auto', class: 'grow'}, name), byLabel && h('span', {class: 'muted'}, plural(byLabel.get(id) ?? 0, 'track')))));
+      fill(
+        list,
+        ...declared.map(({ id, name }) =>
+          h(
+            'li',
+            null,
+            h('span', { class: 'muted label-id' }, id),
+            h('span', { dir: 'auto', class: 'grow' }, name),
+            byLabel && h('span', { class: 'muted' }, plural(byLabel.get(id) ?? 0, 'track')),
+          ),
+        ),
+      );
     },
   };
 }

@@ -1,9 +1,9 @@
 // @ts-check
 /** Which videos go out, and which run of each. */
 
-import {h, reconcile, setText} from '../dom.js';
-import {plural} from '../../model/format.js';
-import {runTitle} from '../../model/run_words.js';
+import { h, reconcile, setText } from '../dom.js';
+import { plural } from '../../model/format.js';
+import { runTitle } from '../../model/run_words.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('../../types.js').Video} Video */
@@ -19,10 +19,22 @@ const LISTED = 200;
  * @param {AbortSignal} signal
  */
 export function createExportRuns(app, first, changed, signal) {
-  const search = h('input', {class: 'input', type: 'search', placeholder: 'Search', 'aria-label': 'Search videos to export', oninput: () => show()});
-  const list = h('ul', {class: 'pick-list', 'aria-label': 'Videos to export'});
-  const total = h('span', {class: 'muted small', role: 'status'});
-  const element = h('div', {class: 'field'}, h('div', {class: 'row'}, h('span', {class: 'field-label grow'}, 'Videos'), total), search, list);
+  const search = h('input', {
+    class: 'input',
+    type: 'search',
+    placeholder: 'Search',
+    'aria-label': 'Search videos to export',
+    oninput: () => show(),
+  });
+  const list = h('ul', { class: 'pick-list', 'aria-label': 'Videos to export' });
+  const total = h('span', { class: 'muted small', role: 'status' });
+  const element = h(
+    'div',
+    { class: 'field' },
+    h('div', { class: 'row' }, h('span', { class: 'field-label grow' }, 'Videos'), total),
+    search,
+    list,
+  );
   /** Chosen run by video; a missing entry is not ticked. @type {Map<string, string>} */
   const chosen = new Map();
   /** @type {State|null} */
@@ -37,10 +49,12 @@ export function createExportRuns(app, first, changed, signal) {
     if (begun || state.videos === null) return;
     const own = state.review?.run;
     for (const video of state.videos) {
-      const given = runsOf(state, video).find(({id}) => first.includes(id)) ?? (own && first.includes(own.id) && own.video_id === video.id ? own : null);
+      const given =
+        runsOf(state, video).find(({ id }) => first.includes(id)) ??
+        (own && first.includes(own.id) && own.video_id === video.id ? own : null);
       if (given) chosen.set(video.id, given.id);
     }
-    const usable = state.videos.filter(({latest_run}) => latest_run !== null);
+    const usable = state.videos.filter(({ latest_run }) => latest_run !== null);
     if (first.length === 0 && usable.length === 1) chosen.set(usable[0].id, String(usable[0].latest_run));
     begun = first.length === 0 || chosen.size > 0;
     search.hidden = usable.length < 7;
@@ -51,27 +65,52 @@ export function createExportRuns(app, first, changed, signal) {
     const state = last;
     const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
     const usable = (state.videos ?? []).filter((video) => video.latest_run !== null);
-    const found = usable.filter((video) => chosen.has(video.id) || words.every((word) => video.name.toLowerCase().includes(word)))
+    const found = usable
+      .filter((video) => chosen.has(video.id) || words.every((word) => video.name.toLowerCase().includes(word)))
       .sort((a, b) => Number(first.length > 0 && chosen.has(b.id)) - Number(first.length > 0 && chosen.has(a.id)));
-    reconcile(list, found.slice(0, LISTED), ({id}) => id, create, (item, video) => showRow(state, item, video));
-    setText(total, usable.length === 0 ? 'No complete run yet' : `${chosen.size} of ${plural(usable.length, 'video')}${found.length > LISTED ? `, ${LISTED} listed: search for others` : ''}`);
+    reconcile(
+      list,
+      found.slice(0, LISTED),
+      ({ id }) => id,
+      create,
+      (item, video) => showRow(state, item, video),
+    );
+    setText(
+      total,
+      usable.length === 0
+        ? 'No complete run yet'
+        : `${chosen.size} of ${plural(usable.length, 'video')}${found.length > LISTED ? `, ${LISTED} listed: search for others` : ''}`,
+    );
   }
 
   /** @param {Video} video */
   function create(video) {
-    const box = h('input', {type: 'checkbox', checked: chosen.has(video.id), onchange: () => {
-      if (box.checked) chosen.set(video.id, run.value || String(video.latest_run));
-      else chosen.delete(video.id);
-      show();
-      changed();
-    }});
-    const run = h('select', {class: 'select', 'aria-label': `Run of ${video.name}`, onchange: () => {
-      chosen.set(video.id, run.value);
-      box.checked = true;
-      show();
-      changed();
-    }});
-    return h('li', {class: 'pick'}, h('label', {class: 'tick grow'}, box, h('span', {class: 'truncate', title: video.path}, video.name)), run);
+    const box = h('input', {
+      type: 'checkbox',
+      checked: chosen.has(video.id),
+      onchange: () => {
+        if (box.checked) chosen.set(video.id, run.value || String(video.latest_run));
+        else chosen.delete(video.id);
+        show();
+        changed();
+      },
+    });
+    const run = h('select', {
+      class: 'select',
+      'aria-label': `Run of ${video.name}`,
+      onchange: () => {
+        chosen.set(video.id, run.value);
+        box.checked = true;
+        show();
+        changed();
+      },
+    });
+    return h(
+      'li',
+      { class: 'pick' },
+      h('label', { class: 'tick grow' }, box, h('span', { class: 'truncate', title: video.path }, video.name)),
+      run,
+    );
   }
 
   /** @param {State} state @param {HTMLElement} item @param {Video} video */
@@ -82,7 +121,7 @@ export function createExportRuns(app, first, changed, signal) {
     select.hidden = runs.length === 0;
     if (select.dataset.options !== wanted) {
       select.dataset.options = wanted;
-      select.replaceChildren(...runs.map((run) => h('option', {value: run.id}, runTitle(run))));
+      select.replaceChildren(...runs.map((run) => h('option', { value: run.id }, runTitle(run))));
     }
     select.value = chosen.get(video.id) ?? String(video.latest_run);
     const box = item.querySelector('input');
@@ -93,7 +132,7 @@ export function createExportRuns(app, first, changed, signal) {
     element,
     chosen: () => [...chosen.values()],
     /** Frames of the only video; null: unknown, or several. */
-    frames: () => (chosen.size === 1 ? last?.videos?.find(({id}) => chosen.has(id))?.frames ?? null : null),
+    frames: () => (chosen.size === 1 ? (last?.videos?.find(({ id }) => chosen.has(id))?.frames ?? null) : null),
     /** @param {State} state */
     update(state) {
       if (last && last.videos === state.videos && last.runs === state.runs) return;

@@ -1,41 +1,60 @@
 // @ts-check
 /** The part of the export dialog that splits signs or videos into training, validation and test. */
 
-import {numberIn} from '../../model/exchange.js';
-import {h} from '../dom.js';
-import {field, numberInput, tick} from './fields.js';
+import { numberIn } from '../../model/exchange.js';
+import { h } from '../dom.js';
+import { field, numberInput, tick } from './fields.js';
 
-const HELP = 'The shares are of boxes. The same sign in thirty frames is thirty near copies, so signs that share a frame go to one side as a group. The leakage check then proves that no sign and no picture stands on two sides; otherwise nothing is written.';
-const SHARE = {name: 'The share', low: 0, high: 1000, empty: 0};
+const HELP =
+  'The shares are of boxes. The same sign in thirty frames is thirty near copies, so signs that share a frame go to one side as a group. The leakage check then proves that no sign and no picture stands on two sides; otherwise nothing is written.';
+const SHARE = { name: 'The share', low: 0, high: 1000, empty: 0 };
 
 /**
  * @param {ReturnType<typeof import('../../model/exchange.js').restoreChoice>} kept   the choice of last time
  * @param {() => void} changed
  */
 export function createExportSplit(kept, changed) {
-  const on = tick('checkbox', {checked: kept.split, onchange: changed}, 'Split into training, validation and test');
-  const shares = /** @type {const} */ (['Train', 'Validation', 'Test']).map((label, at) => ({label, input: numberInput(`export-share-${at}`, kept.shares[at], changed)}));
-  const by = h('select', {class: 'select', id: 'export-by', onchange: changed}, h('option', {value: 'sign'}, 'by sign'), h('option', {value: 'video'}, 'by video'));
+  const on = tick('checkbox', { checked: kept.split, onchange: changed }, 'Split into training, validation and test');
+  const shares = /** @type {const} */ (['Train', 'Validation', 'Test']).map((label, at) => ({
+    label,
+    input: numberInput(`export-share-${at}`, kept.shares[at], changed),
+  }));
+  const by = h(
+    'select',
+    { class: 'select', id: 'export-by', onchange: changed },
+    h('option', { value: 'sign' }, 'by sign'),
+    h('option', { value: 'video' }, 'by video'),
+  );
   by.value = kept.split_by;
-  const seed = numberInput('export-seed', kept.seed, changed, {inputmode: 'numeric'});
-  const balance = tick('checkbox', {checked: kept.balance, onchange: changed}, 'Give each side every label that has enough signs');
-  const fields = h('div', {class: 'stack export-split'},
-    h('div', {class: 'export-shares'}, ...shares.map(({label, input}) => field(label, input)), field('Dealt', by), field('Seed', seed)),
-    balance.element, h('p', {class: 'field-hint'}, HELP));
+  const seed = numberInput('export-seed', kept.seed, changed, { inputmode: 'numeric' });
+  const balance = tick('checkbox', { checked: kept.balance, onchange: changed }, 'Give each side every label that has enough signs');
+  const fields = h(
+    'div',
+    { class: 'stack export-split' },
+    h('div', { class: 'export-shares' }, ...shares.map(({ label, input }) => field(label, input)), field('Dealt', by), field('Seed', seed)),
+    balance.element,
+    h('p', { class: 'field-hint' }, HELP),
+  );
   const isOn = () => on.input.checked;
   return {
-    element: h('div', {class: 'stack'}, on.element, fields),
+    element: h('div', { class: 'stack' }, on.element, fields),
     isOn,
     isBalanced: () => balance.input.checked,
     by: () => /** @type {'sign'|'video'} */ (by.value),
     /** What is to be read of the fields; nothing while there is no split. @returns {Record<string, ReturnType<typeof numberIn>>} */
     numbers() {
       if (!isOn()) return {};
-      const [train, val, test] = shares.map(({input}) => numberIn(input.value, SHARE));
-      return {train, val, test, seed: numberIn(seed.value, {name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true})};
+      const [train, val, test] = shares.map(({ input }) => numberIn(input.value, SHARE));
+      return { train, val, test, seed: numberIn(seed.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true }) };
     },
     /** To be remembered for the next export. */
-    choice: () => ({split: isOn(), shares: shares.map(({input}) => input.value), split_by: by.value, seed: seed.value, balance: balance.input.checked}),
+    choice: () => ({
+      split: isOn(),
+      shares: shares.map(({ input }) => input.value),
+      split_by: by.value,
+      seed: seed.value,
+      balance: balance.input.checked,
+    }),
     show() {
       fields.hidden = !isOn();
     },

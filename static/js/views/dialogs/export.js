@@ -1,61 +1,90 @@
 // @ts-check
 /** Export: which runs, what of them, in which format; then the file as it is made. */
 
-import {ApiError, sentence} from '../../api/errors.js';
-import {numberIn, restoreChoice} from '../../model/exchange.js';
-import {putOutput, setRuns} from '../../store/actions/page.js';
-import {createOutputRow} from '../output-row.js';
-import {isActive} from '../output-words.js';
-import {fill, h, setText} from '../dom.js';
-import {icon} from '../icons.js';
-import {count} from '../../model/format.js';
-import {tellWhenMade} from '../made_notice.js';
-import {recall, remember} from '../../core/preferences.js';
-import {createExportCount} from './export-count.js';
-import {createExportLabels} from './export-labels.js';
-import {createExportRuns} from './export-runs.js';
-import {createExportSplit} from './export-split.js';
-import {field, group, numberInput, tick} from './fields.js';
+import { ApiError, sentence } from '../../api/errors.js';
+import { numberIn, restoreChoice } from '../../model/exchange.js';
+import { putOutput, setRuns } from '../../store/actions/page.js';
+import { createOutputRow } from '../output-row.js';
+import { isActive } from '../output-words.js';
+import { fill, h, setText } from '../dom.js';
+import { icon } from '../icons.js';
+import { count } from '../../model/format.js';
+import { tellWhenMade } from '../made_notice.js';
+import { recall, remember } from '../../core/preferences.js';
+import { createExportCount } from './export-count.js';
+import { createExportLabels } from './export-labels.js';
+import { createExportRuns } from './export-runs.js';
+import { createExportSplit } from './export-split.js';
+import { field, group, numberInput, tick } from './fields.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').Output} Output */
 /** @typedef {import('../../types.js').ExportRequest} ExportRequest */
 
-const STATES = /** @type {const} */ ([['open', 'Open', 'Nobody has judged or edited them yet.'], ['edited', 'Edited', 'Open tracks that a person has drawn, moved, relabelled or cut.'], ['accepted', 'Accepted', ''], ['needs_work', 'Needs work', ''], ['rejected', 'False positives, apart', 'They go out in the manifest, as what looks like a sign and is none: background for a retraining.']]);
-const PICTURES = /** @type {const} */ ([['none', 'None', 'Annotations only; the file stays small.'], ['annotated', 'Annotated frames', 'A picture of every frame that has a box.'], ['all', 'All frames', 'A picture of every frame.']]);
+const STATES = /** @type {const} */ ([
+  ['open', 'Open', 'Nobody has judged or edited them yet.'],
+  ['edited', 'Edited', 'Open tracks that a person has drawn, moved, relabelled or cut.'],
+  ['accepted', 'Accepted', ''],
+  ['needs_work', 'Needs work', ''],
+  [
+    'rejected',
+    'False positives, apart',
+    'They go out in the manifest, as what looks like a sign and is none: background for a retraining.',
+  ],
+]);
+const PICTURES = /** @type {const} */ ([
+  ['none', 'None', 'Annotations only; the file stays small.'],
+  ['annotated', 'Annotated frames', 'A picture of every frame that has a box.'],
+  ['all', 'All frames', 'A picture of every frame.'],
+]);
 
 /**
  * @param {import('./layer.js').Setup<'export'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function exportDialog({app, data, close, signal}) {
-  const {store, api} = app;
+export function exportDialog({ app, data, close, signal }) {
+  const { store, api } = app;
   const usual = restoreChoice(recall('export'));
   // of what was selected by hand no earlier choice takes anything away
-  const kept = data.tracks ? {...usual, states: STATES.map(([value]) => value), labels: null, min_side: ''} : usual;
+  const kept = data.tracks ? { ...usual, states: STATES.map(([value]) => value), labels: null, min_side: '' } : usual;
   /** @type {Format[]} */
   let formats = [];
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('export'), 'Export');
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('export'), 'Export');
   const runs = createExportRuns(app, data.runs ?? [], check, signal);
   const counter = createExportCount(app, signal, (byLabel) => labels.show(byLabel));
 
-  const states = STATES.map(([value, label, title]) => tick('checkbox', {value, title: title || undefined, checked: kept.states.includes(value), onchange: check}, label));
+  const states = STATES.map(([value, label, title]) =>
+    tick('checkbox', { value, title: title || undefined, checked: kept.states.includes(value), onchange: check }, label),
+  );
   const labels = createExportLabels(store.get().labels, kept, check);
-  const side = numberInput('export-side', kept.min_side, check, {placeholder: 'all sizes'});
-  const first = numberInput('export-first', '', check, {placeholder: '0', inputmode: 'numeric'});
-  const last = numberInput('export-last', '', check, {placeholder: 'end', inputmode: 'numeric'});
-  const range = h('div', {class: 'export-pair'}, field('First frame', first), field('Last frame', last));
+  const side = numberInput('export-side', kept.min_side, check, { placeholder: 'all sizes' });
+  const first = numberInput('export-first', '', check, { placeholder: '0', inputmode: 'numeric' });
+  const last = numberInput('export-last', '', check, { placeholder: 'end', inputmode: 'numeric' });
+  const range = h('div', { class: 'export-pair' }, field('First frame', first), field('Last frame', last));
 
-  const format = h('select', {class: 'select', id: 'export-format', onchange: () => showFormat()});
-  const summary = h('p', {class: 'muted small', id: 'export-format-summary'});
-  const switches = h('div', {class: 'stack'});
-  const pictures = PICTURES.map(([value, label, title]) => tick('radio', {name: 'export-pictures', value, title, checked: kept.pictures === value, onchange: check}, label));
+  const format = h('select', { class: 'select', id: 'export-format', onchange: () => showFormat() });
+  const summary = h('p', { class: 'muted small', id: 'export-format-summary' });
+  const switches = h('div', { class: 'stack' });
+  const pictures = PICTURES.map(([value, label, title]) =>
+    tick('radio', { name: 'export-pictures', value, title, checked: kept.pictures === value, onchange: check }, label),
+  );
   const split = createExportSplit(kept, check);
   const thin = numberInput('export-thin', kept.thin_px, check);
-  const thinField = field('Largest error between key frames, px', thin, 'Tracks get only as many key frames as straight lines between them need to stay this close; 0 makes every frame one.');
-  const name = h('input', {class: 'input', type: 'text', id: 'export-name', maxlength: 120, autocomplete: 'off', placeholder: 'made up from video and format'});
-  const result = h('div', {class: 'export-result', 'aria-live': 'polite'});
+  const thinField = field(
+    'Largest error between key frames, px',
+    thin,
+    'Tracks get only as many key frames as straight lines between them need to stay this close; 0 makes every frame one.',
+  );
+  const name = h('input', {
+    class: 'input',
+    type: 'text',
+    id: 'export-name',
+    maxlength: 120,
+    autocomplete: 'off',
+    placeholder: 'made up from video and format',
+  });
+  const result = h('div', { class: 'export-result', 'aria-live': 'polite' });
   /** @type {{row: ReturnType<typeof createOutputRow>, id: string}|null} */
   let made = null;
   /** @type {Output|null} */
@@ -66,32 +95,41 @@ export function exportDialog({app, data, close, signal}) {
   function showFormat() {
     const chosen = chosenFormat();
     setText(summary, chosen?.summary ?? '');
-    fill(switches, ...(chosen?.export_switches ?? []).map((option) => {
-      const control = h('select', {class: 'select', id: `export-switch-${option.name}`, dataset: {name: option.name}, onchange: check}, ...option.values.map((value) => h('option', {value}, value)));
-      const before = kept.switches[chosen?.name ?? '']?.[option.name];
-      if (before && option.values.includes(before)) control.value = before;
-      return field(plain(option.name), control, option.help);
-    }));
+    fill(
+      switches,
+      ...(chosen?.export_switches ?? []).map((option) => {
+        const control = h(
+          'select',
+          { class: 'select', id: `export-switch-${option.name}`, dataset: { name: option.name }, onchange: check },
+          ...option.values.map((value) => h('option', { value }, value)),
+        );
+        const before = kept.switches[chosen?.name ?? '']?.[option.name];
+        if (before && option.values.includes(before)) control.value = before;
+        return field(plain(option.name), control, option.help);
+      }),
+    );
     check();
   }
 
   /** The request, or what is wrong with it first. @returns {{request: ExportRequest}|{error: string}} */
   function read() {
     const chosen = chosenFormat();
-    if (!chosen) return {error: ''};
+    if (!chosen) return { error: '' };
     const ids = runs.chosen();
-    if (ids.length === 0) return {error: 'Tick at least one video.'};
-    const wanted = /** @type {NonNullable<ExportRequest['states']>} */ (states.filter(({input}) => input.checked).map(({input}) => input.value));
-    if (wanted.length === 0) return {error: 'Tick at least one review state.'};
+    if (ids.length === 0) return { error: 'Tick at least one video.' };
+    const wanted = /** @type {NonNullable<ExportRequest['states']>} */ (
+      states.filter(({ input }) => input.checked).map(({ input }) => input.value)
+    );
+    if (wanted.length === 0) return { error: 'Tick at least one review state.' };
     const picked = labels.chosen();
-    if (picked?.length === 0 && labels.notInSet() === 'leave-out') return {error: 'Tick at least one label.'};
+    if (picked?.length === 0 && labels.notInSet() === 'leave-out') return { error: 'Tick at least one label.' };
     const frames = runs.frames();
     const most = frames === null ? 2 ** 31 - 2 : frames - 1;
     const numbers = {
-      side: numberIn(side.value, {name: 'The smallest side', low: 0, high: 10_000, empty: null}),
-      first: numberIn(first.value, {name: 'The first frame', low: 0, high: most, whole: true, empty: 0}),
-      last: numberIn(last.value, {name: 'The last frame', low: 0, high: most, whole: true, empty: null}),
-      thin: numberIn(thin.value, {name: 'The bound', low: 0, high: 100}),
+      side: numberIn(side.value, { name: 'The smallest side', low: 0, high: 10_000, empty: null }),
+      first: numberIn(first.value, { name: 'The first frame', low: 0, high: most, whole: true, empty: 0 }),
+      last: numberIn(last.value, { name: 'The last frame', low: 0, high: most, whole: true, empty: null }),
+      thin: numberIn(thin.value, { name: 'The bound', low: 0, high: 100 }),
       ...split.numbers(),
     };
     /** @type {Record<string, number|null>} */
@@ -99,23 +137,38 @@ export function exportDialog({app, data, close, signal}) {
     for (const [key, found] of Object.entries(numbers)) {
       if (ids.length > 1 && (key === 'first' || key === 'last')) continue;
       if (!chosen.key_frames && key === 'thin') continue;
-      if ('error' in found) return {error: found.error};
+      if ('error' in found) return { error: found.error };
       values[key] = found.value;
     }
-    if ((values.last ?? null) !== null && Number(values.last) < Number(values.first)) return {error: 'The last frame comes before the first.'};
-    if (split.isOn() && !values.train && !values.val && !values.test) return {error: 'Give at least one part of the split a share.'};
-    return {request: {
-      runs: ids, format: chosen.name,
-      pictures: /** @type {ExportRequest['pictures']} */ (pictures.find(({input}) => input.checked)?.input.value ?? 'none'),
-      states: wanted, labels: picked, not_in_set: labels.notInSet(), class_map: labels.classMap(), min_side: values.side,
-      first: values.first ?? 0, stop: (values.last ?? null) === null ? null : Number(values.last) + 1,
-      split: split.isOn() ? {train: values.train ?? 0, val: values.val ?? 0, test: values.test ?? 0} : null,
-      split_by: split.by(), balance_labels: split.isOn() && split.isBalanced(), split_seed: values.seed ?? 0, thin_px: values.thin ?? 0.5,
-      switches: switchValues(), name: name.value.trim(), ...(data.tracks ? {tracks: data.tracks} : {}),
-    }};
+    if ((values.last ?? null) !== null && Number(values.last) < Number(values.first))
+      return { error: 'The last frame comes before the first.' };
+    if (split.isOn() && !values.train && !values.val && !values.test) return { error: 'Give at least one part of the split a share.' };
+    return {
+      request: {
+        runs: ids,
+        format: chosen.name,
+        pictures: /** @type {ExportRequest['pictures']} */ (pictures.find(({ input }) => input.checked)?.input.value ?? 'none'),
+        states: wanted,
+        labels: picked,
+        not_in_set: labels.notInSet(),
+        class_map: labels.classMap(),
+        min_side: values.side,
+        first: values.first ?? 0,
+        stop: (values.last ?? null) === null ? null : Number(values.last) + 1,
+        split: split.isOn() ? { train: values.train ?? 0, val: values.val ?? 0, test: values.test ?? 0 } : null,
+        split_by: split.by(),
+        balance_labels: split.isOn() && split.isBalanced(),
+        split_seed: values.seed ?? 0,
+        thin_px: values.thin ?? 0.5,
+        switches: switchValues(),
+        name: name.value.trim(),
+        ...(data.tracks ? { tracks: data.tracks } : {}),
+      },
+    };
   }
 
-  const switchValues = () => Object.fromEntries([...switches.querySelectorAll('select')].map((control) => [control.dataset.name ?? '', control.value]));
+  const switchValues = () =>
+    Object.fromEntries([...switches.querySelectorAll('select')].map((control) => [control.dataset.name ?? '', control.value]));
 
   function check() {
     range.hidden = runs.chosen().length !== 1;
@@ -137,18 +190,40 @@ export function exportDialog({app, data, close, signal}) {
     const found = read();
     if ('error' in found) return;
     go.disabled = true;
-    if (!data.tracks) remember('export', JSON.stringify({
-      format: found.request.format, pictures: found.request.pictures, states: found.request.states, labels: found.request.labels, not_in_set: found.request.not_in_set, class_map: found.request.class_map, min_side: side.value,
-      ...split.choice(), thin_px: thin.value,
-      switches: {...kept.switches, [found.request.format]: found.request.switches},
-    }));
+    if (!data.tracks)
+      remember(
+        'export',
+        JSON.stringify({
+          format: found.request.format,
+          pictures: found.request.pictures,
+          states: found.request.states,
+          labels: found.request.labels,
+          not_in_set: found.request.not_in_set,
+          class_map: found.request.class_map,
+          min_side: side.value,
+          ...split.choice(),
+          thin_px: thin.value,
+          switches: { ...kept.switches, [found.request.format]: found.request.switches },
+        }),
+      );
     try {
-      const output = await app.load(() => api.startExport(found.request, {signal}), putOutput);
+      const output = await app.load(() => api.startExport(found.request, { signal }), putOutput);
       const row = createOutputRow(app, output);
-      made = {row, id: output.id};
+      made = { row, id: output.id };
       shownMade = output;
-      fill(result, h('h3', null, 'The export'), h('ul', {class: 'made-list'}, row.element), h('p', {class: 'muted small'}, 'You can close this: it goes on, and stays under ', h('a', {href: '#/files', onclick: close}, 'Files'), '.'));
-      result.scrollIntoView({block: 'nearest'});
+      fill(
+        result,
+        h('h3', null, 'The export'),
+        h('ul', { class: 'made-list' }, row.element),
+        h(
+          'p',
+          { class: 'muted small' },
+          'You can close this: it goes on, and stays under ',
+          h('a', { href: '#/files', onclick: close }, 'Files'),
+          '.',
+        ),
+      );
+      result.scrollIntoView({ block: 'nearest' });
       void follow(output);
     } catch (thrown) {
       if (signal.aborted) return;
@@ -165,19 +240,19 @@ export function exportDialog({app, data, close, signal}) {
       await new Promise((resolve) => setTimeout(resolve, 1500));
       if (signal.aborted) return;
       try {
-        const {id} = now;
-        now = await app.load(() => api.output(id, {signal}), putOutput);
+        const { id } = now;
+        now = await app.load(() => api.output(id, { signal }), putOutput);
         if (store.get().outputs === null) made?.row.show(now);
       } catch (thrown) {
-        if (signal.aborted || thrown instanceof ApiError && thrown.status === 404) return;
+        if (signal.aborted || (thrown instanceof ApiError && thrown.status === 404)) return;
       }
     }
   }
 
   async function load() {
     try {
-      formats = (await api.formats({signal})).filter(({can_export}) => can_export);
-      fill(format, ...formats.map((one) => h('option', {value: one.name}, one.title)));
+      formats = (await api.formats({ signal })).filter(({ can_export }) => can_export);
+      fill(format, ...formats.map((one) => h('option', { value: one.name }, one.title)));
       format.value = kept.format;
       if (format.selectedIndex < 0) format.selectedIndex = 0;
       showFormat();
@@ -187,33 +262,65 @@ export function exportDialog({app, data, close, signal}) {
     for (const video of store.get().videos ?? []) {
       if (signal.aborted) return;
       if (store.get().runs[video.id] || video.runs === 0) continue;
-      await app.load(() => api.runs(video.id, {signal}), (state, runs) => setRuns(state, video.id, runs)).catch(() => null);
+      await app
+        .load(
+          () => api.runs(video.id, { signal }),
+          (state, runs) => setRuns(state, video.id, runs),
+        )
+        .catch(() => null);
     }
   }
 
-  signal.addEventListener('abort', () => {
-    if (shownMade && isActive(shownMade)) tellWhenMade(app, shownMade.id);
-  }, {once: true});
+  signal.addEventListener(
+    'abort',
+    () => {
+      if (shownMade && isActive(shownMade)) tellWhenMade(app, shownMade.id);
+    },
+    { once: true },
+  );
   void load();
   return {
-    title: 'Export annotations', size: 'wide', submit, focus: format,
-    body: h('div', {class: 'stack'},
-      h('div', {class: 'run-dialog'},
-        h('section', {class: 'run-column', 'aria-labelledby': 'export-what'}, h('h3', {id: 'export-what'}, 'Data'),
-          data.tracks ? h('p', {class: 'field-warning'}, `Only the ${count(Object.values(data.tracks).flat().length)} selected tracks go out.`) : null,
-          runs.element, group('Review states', h('div', {class: 'ticks'}, ...states.map(({element}) => element))), labels.element,
-          field('Smallest shorter side, px', side), range),
-        h('section', {class: 'run-column', 'aria-labelledby': 'export-how'}, h('h3', {id: 'export-how'}, 'Format options'),
-          h('div', {class: 'stack'}, field('Format', format), summary), switches,
-          group('Pictures', h('div', {class: 'ticks'}, ...pictures.map(({element}) => element))),
+    title: 'Export annotations',
+    size: 'wide',
+    submit,
+    focus: format,
+    body: h(
+      'div',
+      { class: 'stack' },
+      h(
+        'div',
+        { class: 'run-dialog' },
+        h(
+          'section',
+          { class: 'run-column', 'aria-labelledby': 'export-what' },
+          h('h3', { id: 'export-what' }, 'Data'),
+          data.tracks
+            ? h('p', { class: 'field-warning' }, `Only the ${count(Object.values(data.tracks).flat().length)} selected tracks go out.`)
+            : null,
+          runs.element,
+          group('Review states', h('div', { class: 'ticks' }, ...states.map(({ element }) => element))),
+          labels.element,
+          field('Smallest shorter side, px', side),
+          range,
+        ),
+        h(
+          'section',
+          { class: 'run-column', 'aria-labelledby': 'export-how' },
+          h('h3', { id: 'export-how' }, 'Format options'),
+          h('div', { class: 'stack' }, field('Format', format), summary),
+          switches,
+          group('Pictures', h('div', { class: 'ticks' }, ...pictures.map(({ element }) => element))),
           split.element,
           thinField,
-          field('File name', name))),
-      result),
-    footer: [counter.element, error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],
+          field('File name', name),
+        ),
+      ),
+      result,
+    ),
+    footer: [counter.element, error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), go],
     update(state) {
       runs.update(state);
-      const now = made && state.outputs?.find(({id}) => id === made?.id);
+      const now = made && state.outputs?.find(({ id }) => id === made?.id);
       if (made && now && now !== shownMade) {
         shownMade = now;
         made.row.show(now);

@@ -1,7 +1,7 @@
 // @ts-check
 /** Fields that several dialogs build alike. */
 
-import {h} from '../dom.js';
+import { h } from '../dom.js';
 
 /** @typedef {import('../dom.js').Children} Children */
 
@@ -15,8 +15,13 @@ import {h} from '../dom.js';
  */
 export function field(label, control, hint) {
   if (hint) control.setAttribute('aria-describedby', `${control.id}-hint`);
-  return h('div', {class: 'field'}, h('label', {class: 'field-label', for: control.id}, label), control,
-    hint && h('span', {class: 'field-hint', id: `${control.id}-hint`}, hint));
+  return h(
+    'div',
+    { class: 'field' },
+    h('label', { class: 'field-label', for: control.id }, label),
+    control,
+    hint && h('span', { class: 'field-hint', id: `${control.id}-hint` }, hint),
+  );
 }
 
 /**
@@ -26,7 +31,7 @@ export function field(label, control, hint) {
  * @param {...Children} children
  */
 export function group(legend, ...children) {
-  return h('fieldset', {class: 'field'}, h('legend', {class: 'field-label'}, legend), ...children);
+  return h('fieldset', { class: 'field' }, h('legend', { class: 'field-label' }, legend), ...children);
 }
 
 /**
@@ -37,8 +42,8 @@ export function group(legend, ...children) {
  * @param {...Children} words
  */
 export function tick(type, props, ...words) {
-  const input = h('input', {type, ...props});
-  return {input, element: h('label', {class: 'tick', title: props.title}, input, h('span', null, ...words))};
+  const input = h('input', { type, ...props });
+  return { input, element: h('label', { class: 'tick', title: props.title }, input, h('span', null, ...words)) };
 }
 
 /**
@@ -50,4 +55,4 @@ export function tick(type, props, ...words) {
  * @param {Record<string, unknown>} [more]
  */
 export const numberInput = (id, value, oninput, more = {}) =>
-  h('input', {class: 'input', type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...more});
+  h('input', { class: 'input', type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...more });

@@ -1,13 +1,13 @@
 // @ts-check
 /** First and last frame of a piece of a run, begun around the selected track. */
 
-import {docOf} from '../../editing/revisions.js';
-import {shownSpan} from '../../model/effective.js';
-import {numberIn} from '../../model/exchange.js';
-import {trackName} from '../../model/track_name.js';
-import {h, setText} from '../dom.js';
-import {plural} from '../../model/format.js';
-import {field, numberInput} from './fields.js';
+import { docOf } from '../../editing/revisions.js';
+import { shownSpan } from '../../model/effective.js';
+import { numberIn } from '../../model/exchange.js';
+import { trackName } from '../../model/track_name.js';
+import { h, setText } from '../dom.js';
+import { plural } from '../../model/format.js';
+import { field, numberInput } from './fields.js';
 
 /** Frames before and after a track. */
 const MARGIN = 15;
@@ -18,7 +18,7 @@ const MARGIN = 15;
  * @param {{frame: number, span: {first: number, last: number}|null, first: number, last: number, most: number}} where   last: inclusive
  * @returns {{first: number, last: number}}
  */
-export function rangeAround({frame, span, first, last, most}) {
+export function rangeAround({ frame, span, first, last, most }) {
   let from = Math.max(first, (span?.first ?? frame - most / 2 + MARGIN) - MARGIN);
   let to = Math.min(last, (span?.last ?? frame + most / 2 - 1 - MARGIN) + MARGIN);
   if (to - from + 1 > most) {
@@ -26,7 +26,7 @@ export function rangeAround({frame, span, first, last, most}) {
     from = Math.max(from, Math.min(middle - Math.floor(most / 2), to - most + 1));
     to = from + most - 1;
   }
-  return {first: Math.floor(from), last: Math.floor(to)};
+  return { first: Math.floor(from), last: Math.floor(to) };
 }
 
 /**
@@ -36,35 +36,40 @@ export function rangeAround({frame, span, first, last, most}) {
  * @param {boolean} whole       the frames are those of the whole run
  */
 export function rangeWords(track, whole) {
-  if (whole) return track === null ? 'All frames of the run.' : `All frames of the run: track ${track}, which is selected, and ${MARGIN} frames around it take that many.`;
-  return track === null ? 'Around the frame on screen; select a track first to get the frames around it.' : `Around track ${track}, which is selected.`;
+  if (whole)
+    return track === null
+      ? 'All frames of the run.'
+      : `All frames of the run: track ${track}, which is selected, and ${MARGIN} frames around it take that many.`;
+  return track === null
+    ? 'Around the frame on screen; select a track first to get the frames around it.'
+    : `Around track ${track}, which is selected.`;
 }
 
 /**
  * @param {import('../../state-types.js').ReviewState|null} review
  * @param {{id: string, begin: number, most: number, changed: (wrong: string) => void}} options   begin: frames that are offered; most: that may be
  */
-export function createFrameRange(review, {id, begin, most, changed}) {
+export function createFrameRange(review, { id, begin, most, changed }) {
   const run = review?.run;
   const first = run?.first ?? 0;
   const last = Math.max(first, first + (run?.frames_done ?? 1) - 1);
   const doc = review?.selected ? docOf(review, review.selected) : null;
   const span = doc && shownSpan(doc, review?.tracks);
-  const offered = rangeAround({frame: review?.frame ?? 0, span, first, last, most: begin});
-  const from = numberInput(`${id}-first`, String(offered.first), tell, {inputmode: 'numeric'});
-  const to = numberInput(`${id}-last`, String(offered.last), tell, {inputmode: 'numeric'});
-  const length = h('span', {class: 'muted small export-count', role: 'status'});
+  const offered = rangeAround({ frame: review?.frame ?? 0, span, first, last, most: begin });
+  const from = numberInput(`${id}-first`, String(offered.first), tell, { inputmode: 'numeric' });
+  const to = numberInput(`${id}-last`, String(offered.last), tell, { inputmode: 'numeric' });
+  const length = h('span', { class: 'muted small export-count', role: 'status' });
 
   /** @returns {{first: number, stop: number}|{error: string}} */
   function value() {
-    const low = numberIn(from.value, {name: 'The first frame', low: first, high: last, whole: true});
+    const low = numberIn(from.value, { name: 'The first frame', low: first, high: last, whole: true });
     if ('error' in low) return low;
-    const high = numberIn(to.value, {name: 'The last frame', low: first, high: last, whole: true});
+    const high = numberIn(to.value, { name: 'The last frame', low: first, high: last, whole: true });
     if ('error' in high) return high;
     const frames = Number(high.value) - Number(low.value) + 1;
-    if (frames < 1) return {error: 'The last frame comes before the first.'};
-    if (frames > most) return {error: `${plural(frames, 'frame')} are too many, allowed are ${most}.`};
-    return {first: Number(low.value), stop: Number(high.value) + 1};
+    if (frames < 1) return { error: 'The last frame comes before the first.' };
+    if (frames > most) return { error: `${plural(frames, 'frame')} are too many, allowed are ${most}.` };
+    return { first: Number(low.value), stop: Number(high.value) + 1 };
   }
 
   function tell() {
@@ -74,6 +79,16 @@ export function createFrameRange(review, {id, begin, most, changed}) {
   }
 
   const whole = offered.first === first && offered.last === last;
-  const element = h('div', {class: 'stack'}, h('div', {class: 'export-pair'}, field('First frame', from), field('Last frame', to)), h('p', {class: 'row'}, h('span', {class: 'field-hint grow'}, rangeWords(doc && review?.selected ? trackName(review.selected, doc) : null, whole)), length));
-  return {element, value, tell, focus: from};
+  const element = h(
+    'div',
+    { class: 'stack' },
+    h('div', { class: 'export-pair' }, field('First frame', from), field('Last frame', to)),
+    h(
+      'p',
+      { class: 'row' },
+      h('span', { class: 'field-hint grow' }, rangeWords(doc && review?.selected ? trackName(review.selected, doc) : null, whole)),
+      length,
+    ),
+  );
+  return { element, value, tell, focus: from };
 }

@@ -1,39 +1,92 @@
 // @ts-check
 /** The ground truths of a video: which is shown, and removing one. */
 
-import {sentence} from '../../api/errors.js';
-import {openDialog} from '../../store/actions/page.js';
-import {fill, h, setText} from '../dom.js';
-import {emptyState} from '../empty.js';
-import {plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {toast} from '../../core/toast.js';
+import { sentence } from '../../api/errors.js';
+import { openDialog } from '../../store/actions/page.js';
+import { fill, h, setText } from '../dom.js';
+import { emptyState } from '../empty.js';
+import { plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { toast } from '../../core/toast.js';
 
 /**
  * @param {import('./layer.js').Setup<'ground-truths'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function groundTruthsDialog({app, data, close, signal}) {
-  const {store, api} = app;
-  const list = h('ul', {class: 'made-list', 'aria-label': 'Ground truths', hidden: true});
-  const none = h('div', {hidden: true}, emptyState({icon: 'check', title: 'No ground truth yet', text: 'Import boxes that are known to be right: runs are then drawn over them and compared with them.'}));
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const add = h('button', {class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import', data: {video: data.video, as: 'truth'}}))}, icon('add'), 'Import ground truth');
+export function groundTruthsDialog({ app, data, close, signal }) {
+  const { store, api } = app;
+  const list = h('ul', { class: 'made-list', 'aria-label': 'Ground truths', hidden: true });
+  const none = h(
+    'div',
+    { hidden: true },
+    emptyState({
+      icon: 'check',
+      title: 'No ground truth yet',
+      text: 'Import boxes that are known to be right: runs are then drawn over them and compared with them.',
+    }),
+  );
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const add = h(
+    'button',
+    {
+      class: 'btn btn-primary',
+      type: 'button',
+      onclick: () => store.dispatch((state) => openDialog(state, { kind: 'import', data: { video: data.video, as: 'truth' } })),
+    },
+    icon('add'),
+    'Import ground truth',
+  );
 
   async function load() {
     try {
-      const found = await api.groundTruths(data.video, {signal});
+      const found = await api.groundTruths(data.video, { signal });
       const here = store.get().review?.video.id === data.video;
       none.hidden = found.length > 0;
       list.hidden = found.length === 0;
-      fill(list, ...found.map((truth) => h('li', {class: 'made'},
-        h('div', {class: 'stack made-text'}, h('strong', {class: 'truncate'}, truth.name), h('span', {class: 'muted small'}, plural(truth.count, 'box', 'boxes'))),
-        h('div', {class: 'row made-actions'},
-          here && h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Show ${truth.name}`, onclick: () => {
-            app.loader.showTruth(truth.id);
-            close();
-          }}, 'Show'),
-          h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Delete ${truth.name}`, title: 'Delete …', onclick: () => ask(truth)}, icon('trash'))))));
+      fill(
+        list,
+        ...found.map((truth) =>
+          h(
+            'li',
+            { class: 'made' },
+            h(
+              'div',
+              { class: 'stack made-text' },
+              h('strong', { class: 'truncate' }, truth.name),
+              h('span', { class: 'muted small' }, plural(truth.count, 'box', 'boxes')),
+            ),
+            h(
+              'div',
+              { class: 'row made-actions' },
+              here &&
+                h(
+                  'button',
+                  {
+                    class: 'btn btn-small',
+                    type: 'button',
+                    'aria-label': `Show ${truth.name}`,
+                    onclick: () => {
+                      app.loader.showTruth(truth.id);
+                      close();
+                    },
+                  },
+                  'Show',
+                ),
+              h(
+                'button',
+                {
+                  class: 'btn btn-small btn-quiet btn-icon',
+                  type: 'button',
+                  'aria-label': `Delete ${truth.name}`,
+                  title: 'Delete …',
+                  onclick: () => ask(truth),
+                },
+                icon('trash'),
+              ),
+            ),
+          ),
+        ),
+      );
     } catch (thrown) {
       if (!signal.aborted) setText(error, sentence(thrown));
     }
@@ -41,17 +94,30 @@ export function groundTruthsDialog({app, data, close, signal}) {
 
   /** @param {import('../../api/ground_truths.js').GroundTruth} truth */
   function ask(truth) {
-    store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
-      title: 'Delete this ground truth?', confirm: 'Delete', danger: true,
-      text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} is deleted. Runs and corrections stay.`,
-      run: async () => {
-        await api.removeTruth(truth.id);
-        if (store.get().review?.video.id === data.video) app.loader.showTruth(null);
-        toast(`${truth.name} was deleted.`);
-      },
-    }}));
+    store.dispatch((state) =>
+      openDialog(state, {
+        kind: 'confirm',
+        data: {
+          title: 'Delete this ground truth?',
+          confirm: 'Delete',
+          danger: true,
+          text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} is deleted. Runs and corrections stay.`,
+          run: async () => {
+            await api.removeTruth(truth.id);
+            if (store.get().review?.video.id === data.video) app.loader.showTruth(null);
+            toast(`${truth.name} was deleted.`);
+          },
+        },
+      }),
+    );
   }
 
   void load();
-  return {title: 'Ground truths', size: 'narrow', focus: add, body: h('div', {class: 'stack'}, list, none), footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), add]};
+  return {
+    title: 'Ground truths',
+    size: 'narrow',
+    focus: add,
+    body: h('div', { class: 'stack' }, list, none),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), add],
+  };
 }

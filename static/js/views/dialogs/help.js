@@ -1,13 +1,13 @@
 // @ts-check
 /** Help: every operation with its keys, out of the same registry that toolbar and keyboard use. */
 
-import {h, setText} from '../dom.js';
-import {icon} from '../icons.js';
+import { h, setText } from '../dom.js';
+import { icon } from '../icons.js';
 
 /** @typedef {import('../../page-types.js').Operation} Operation */
 
 /** What stands on the cap. @type {Record<string, string>} */
-const CAPS = {' ': 'Space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓', Delete: 'Del', Escape: 'Esc'};
+const CAPS = { ' ': 'Space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓', Delete: 'Del', Escape: 'Esc' };
 
 /**
  * @param {readonly Operation[]} operations
@@ -32,8 +32,8 @@ export function groupOperations(operations, text) {
  * @param {Operation} operation
  * @returns {string}
  */
-function explanation({tooltip, label, keys}) {
-  const text = keys.reduce((rest, key) => rest.endsWith(` (${key})`) ? rest.slice(0, -key.length - 3) : rest, tooltip);
+function explanation({ tooltip, label, keys }) {
+  const text = keys.reduce((rest, key) => (rest.endsWith(` (${key})`) ? rest.slice(0, -key.length - 3) : rest), tooltip);
   return text === label ? '' : text;
 }
 
@@ -45,37 +45,70 @@ function explanation({tooltip, label, keys}) {
  */
 export function keyHint(keys) {
   const parts = keys === '+' ? ['+'] : keys.split('+');
-  return h('span', {class: 'keys'}, ...parts.map((part) => h('kbd', {class: 'kbd'}, CAPS[part] ?? part)));
+  return h('span', { class: 'keys' }, ...parts.map((part) => h('kbd', { class: 'kbd' }, CAPS[part] ?? part)));
 }
 
 /**
  * @param {import('./layer.js').Setup<'help'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function helpDialog({app, close}) {
-  const search = h('input', {class: 'input', type: 'search', placeholder: 'Search what you want to do, or a key', 'aria-label': 'Search the help', oninput: show});
-  const list = h('div', {class: 'help-groups'});
-  const found = h('p', {class: 'muted small', role: 'status'});
+export function helpDialog({ app, close }) {
+  const search = h('input', {
+    class: 'input',
+    type: 'search',
+    placeholder: 'Search what you want to do, or a key',
+    'aria-label': 'Search the help',
+    oninput: show,
+  });
+  const list = h('div', { class: 'help-groups' });
+  const found = h('p', { class: 'muted small', role: 'status' });
 
   function show() {
     const groups = groupOperations(app.operations, search.value);
-    list.replaceChildren(...groups.map(([group, operations]) => h('section', {class: 'help-group'},
-      h('h3', null, group),
-      h('dl', {class: 'help-list'}, ...operations.flatMap((operation) => [
-        h('dt', null, ...operation.keys.map(keyHint)),
-        h('dd', null, h('span', {class: 'help-label'}, operation.label), explanation(operation) && h('span', {class: 'muted small'}, explanation(operation))),
-      ])))));
+    list.replaceChildren(
+      ...groups.map(([group, operations]) =>
+        h(
+          'section',
+          { class: 'help-group' },
+          h('h3', null, group),
+          h(
+            'dl',
+            { class: 'help-list' },
+            ...operations.flatMap((operation) => [
+              h('dt', null, ...operation.keys.map(keyHint)),
+              h(
+                'dd',
+                null,
+                h('span', { class: 'help-label' }, operation.label),
+                explanation(operation) && h('span', { class: 'muted small' }, explanation(operation)),
+              ),
+            ]),
+          ),
+        ),
+      ),
+    );
     const total = groups.reduce((sum, [, operations]) => sum + operations.length, 0);
-    setText(found, search.value ? total ? `${total} found` : 'Nothing found. Try another word.' : '');
+    setText(found, search.value ? (total ? `${total} found` : 'Nothing found. Try another word.') : '');
   }
   show();
 
   return {
-    title: 'Help and keys', size: 'wide', focus: search,
-    body: h('div', {class: 'stack'},
-      h('p', {class: 'muted'}, 'Every action also has a button with its key in the tooltip; what Tab, Enter and the arrows do to boxes, the mouse does in the picture. Keys work where no text field has the focus.'),
-      h('div', {class: 'input-with-icon'}, icon('search'), search), found, list,
-      h('p', {class: 'muted small'}, `tsr ${app.store.get().session?.version ?? ''}`)),
-    footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Close')],
+    title: 'Help and keys',
+    size: 'wide',
+    focus: search,
+    body: h(
+      'div',
+      { class: 'stack' },
+      h(
+        'p',
+        { class: 'muted' },
+        'Every action also has a button with its key in the tooltip; what Tab, Enter and the arrows do to boxes, the mouse does in the picture. Keys work where no text field has the focus.',
+      ),
+      h('div', { class: 'input-with-icon' }, icon('search'), search),
+      found,
+      list,
+      h('p', { class: 'muted small' }, `tsr ${app.store.get().session?.version ?? ''}`),
+    ),
+    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Close')],
   };
 }

@@ -1,48 +1,99 @@
 // @ts-check
 /** Open somebody else's bug bundle: its clip, run and corrections come into the library. */
 
-import {sentence} from '../../api/errors.js';
-import {formatRoute} from '../../model/route.js';
-import {putRun, putVideo} from '../../store/actions/page.js';
-import {fill, h, setText} from '../dom.js';
-import {bytes, count, plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {signature} from '../../core/preferences.js';
-import {createDropField} from './drop-field.js';
+import { sentence } from '../../api/errors.js';
+import { formatRoute } from '../../model/route.js';
+import { putRun, putVideo } from '../../store/actions/page.js';
+import { fill, h, setText } from '../dom.js';
+import { bytes, count, plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { signature } from '../../core/preferences.js';
+import { createDropField } from './drop-field.js';
 
 /**
  * @param {import('./layer.js').Setup<'import-bundle'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function importBundleDialog({app, data, close, signal}) {
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('add'), 'Open');
-  const drop = createDropField({id: 'bundle-file', label: 'Bug bundle', accept: '.zip', hint: 'A ZIP file that “Report a bug” or tsr bundle made. It is checked before anything of it is used.', onChange: () => {
-    setText(error, '');
-    go.disabled = false;
-  }});
-  const result = h('div', {class: 'stack', hidden: true});
+export function importBundleDialog({ app, data, close, signal }) {
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('add'), 'Open');
+  const drop = createDropField({
+    id: 'bundle-file',
+    label: 'Bug bundle',
+    accept: '.zip',
+    hint: 'A ZIP file that “Report a bug” or tsr bundle made. It is checked before anything of it is used.',
+    onChange: () => {
+      setText(error, '');
+      go.disabled = false;
+    },
+  });
+  const result = h('div', { class: 'stack', hidden: true });
 
   async function submit() {
     const file = drop.file();
     if (!file || go.disabled) return;
     go.disabled = true;
     try {
-      const {video, run, report} = await app.load(() => app.api.importBundle(file, signature(app.store.get().session), {signal, onProgress: (sent, total) => setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …')}), (state, made) => putRun(putVideo(state, made.video), made.run));
+      const { video, run, report } = await app.load(
+        () =>
+          app.api.importBundle(file, signature(app.store.get().session), {
+            signal,
+            onProgress: (sent, total) =>
+              setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …'),
+          }),
+        (state, made) => putRun(putVideo(state, made.video), made.run),
+      );
       setText(error, '');
       go.hidden = true;
       drop.element.hidden = true;
       result.hidden = false;
-      fill(result,
-        h('p', {class: 'import-done', role: 'status'}, icon('check'), h('strong', null, `${video.name} is in the library. Its frames are decoded once before they can be looked at.`)),
-        report.note && h('blockquote', {class: 'note-quote'}, report.note),
-        h('p', {class: 'muted small'}, `Frames ${count(report.first + report.offset)} to ${count(report.stop - 1 + report.offset)} of ${report.video_name}${report.offset ? `, ${count(report.first)} to ${count(report.stop - 1)} of this clip` : ''}; ${plural(report.corrections, 'correction')}; made with tsr ${report.engine_version}.`),
-        report.other_pictures > 0 && h('p', {class: 'field-hint'}, `${plural(report.other_pictures, 'picture decodes', 'pictures decode')} to other values here than where it was made, so small differences are to be expected.`),
-        report.expected.length > 0 && h('table', {class: 'table'},
-          h('thead', null, h('tr', null, h('th', {scope: 'col'}, 'Expected'), h('th', {scope: 'col'}, 'When it was made'))),
-          h('tbody', null, ...report.expected.map((one) => h('tr', null, h('td', null, one.expected), h('td', null, one.met ? '✓ ' : '✗ ', one.got))))),
-        report.skipped.length > 0 && h('ul', {class: 'skipped-list small'}, ...report.skipped.map((text) => h('li', null, text))),
-        h('div', {class: 'row'}, h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video: video.id, run: run.id, frame: report.frame, track: report.track}), onclick: close}, icon('eye'), 'Review it')));
+      fill(
+        result,
+        h(
+          'p',
+          { class: 'import-done', role: 'status' },
+          icon('check'),
+          h('strong', null, `${video.name} is in the library. Its frames are decoded once before they can be looked at.`),
+        ),
+        report.note && h('blockquote', { class: 'note-quote' }, report.note),
+        h(
+          'p',
+          { class: 'muted small' },
+          `Frames ${count(report.first + report.offset)} to ${count(report.stop - 1 + report.offset)} of ${report.video_name}${report.offset ? `, ${count(report.first)} to ${count(report.stop - 1)} of this clip` : ''}; ${plural(report.corrections, 'correction')}; made with tsr ${report.engine_version}.`,
+        ),
+        report.other_pictures > 0 &&
+          h(
+            'p',
+            { class: 'field-hint' },
+            `${plural(report.other_pictures, 'picture decodes', 'pictures decode')} to other values here than where it was made, so small differences are to be expected.`,
+          ),
+        report.expected.length > 0 &&
+          h(
+            'table',
+            { class: 'table' },
+            h('thead', null, h('tr', null, h('th', { scope: 'col' }, 'Expected'), h('th', { scope: 'col' }, 'When it was made'))),
+            h(
+              'tbody',
+              null,
+              ...report.expected.map((one) => h('tr', null, h('td', null, one.expected), h('td', null, one.met ? '✓ ' : '✗ ', one.got))),
+            ),
+          ),
+        report.skipped.length > 0 && h('ul', { class: 'skipped-list small' }, ...report.skipped.map((text) => h('li', null, text))),
+        h(
+          'div',
+          { class: 'row' },
+          h(
+            'a',
+            {
+              class: 'btn btn-primary',
+              href: formatRoute({ screen: 'review', video: video.id, run: run.id, frame: report.frame, track: report.track }),
+              onclick: close,
+            },
+            icon('eye'),
+            'Review it',
+          ),
+        ),
+      );
       result.querySelector('a')?.focus();
     } catch (thrown) {
       if (signal.aborted) return;
@@ -52,5 +103,12 @@ export function importBundleDialog({app, data, close, signal}) {
   }
 
   if (data.file) drop.set(data.file);
-  return {title: 'Open a bug bundle', size: 'middle', submit, focus: drop.button, body: h('div', {class: 'stack'}, drop.element, result), footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go]};
+  return {
+    title: 'Open a bug bundle',
+    size: 'middle',
+    submit,
+    focus: drop.button,
+    body: h('div', { class: 'stack' }, drop.element, result),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), go],
+  };
 }

@@ -1,10 +1,10 @@
 // @ts-check
 /** The names of a file that no label has, as a table to answer before anything is stored. */
 
-import {ANSWERS, mappingOf, proposed} from '../../model/label_mapping.js';
-import {offeredLabels} from '../../model/labels.js';
-import {h} from '../dom.js';
-import {plural} from '../../model/format.js';
+import { ANSWERS, mappingOf, proposed } from '../../model/label_mapping.js';
+import { offeredLabels } from '../../model/labels.js';
+import { h } from '../dom.js';
+import { plural } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').UnknownLabel} UnknownLabel */
 
@@ -22,34 +22,103 @@ const MOST_EXAMPLES = 60;
  * @param {() => void} setup.changed
  * @param {AbortSignal} setup.signal
  */
-export function createMapping({api, video, unknown, labels, changed, signal}) {
-  const names = h('datalist', {id: 'mapping-labels'}, ...offeredLabels(labels).map(({name, key}) => h('option', {value: name}, key)));
+export function createMapping({ api, video, unknown, labels, changed, signal }) {
+  const names = h('datalist', { id: 'mapping-labels' }, ...offeredLabels(labels).map(({ name, key }) => h('option', { value: name }, key)));
   const rows = unknown.map((one, at) => {
     const first = proposed(one);
-    const word = h('input', {class: 'input', type: 'text', list: 'mapping-labels', id: `mapping-${at}`, value: first.word, autocomplete: 'off', placeholder: 'Type a label', dir: 'auto', 'aria-label': `Label of ${one.name}`, oninput: changed});
-    const kind = h('select', {class: 'select', 'aria-label': `What becomes of ${one.name}`, onchange: () => {
-      word.hidden = kind.value !== 'label';
-      if (!word.hidden) word.focus();
-      changed();
-    }}, ...ANSWERS.map(([value, text]) => h('option', {value}, text)));
+    const word = h('input', {
+      class: 'input',
+      type: 'text',
+      list: 'mapping-labels',
+      id: `mapping-${at}`,
+      value: first.word,
+      autocomplete: 'off',
+      placeholder: 'Type a label',
+      dir: 'auto',
+      'aria-label': `Label of ${one.name}`,
+      oninput: changed,
+    });
+    const kind = h(
+      'select',
+      {
+        class: 'select',
+        'aria-label': `What becomes of ${one.name}`,
+        onchange: () => {
+          word.hidden = kind.value !== 'label';
+          if (!word.hidden) word.focus();
+          changed();
+        },
+      },
+      ...ANSWERS.map(([value, text]) => h('option', { value }, text)),
+    );
     kind.value = first.kind;
     word.hidden = first.kind !== 'label';
-    const picture = h('canvas', {class: 'mapping-example', width: SIDE, height: SIDE, hidden: one.example === null, role: 'img', 'aria-label': `Example of ${one.name}`});
-    const others = one.suggestions.slice(1).map(({name}) => name).join(', ');
-    const element = h('tr', null, h('th', {scope: 'row', dir: 'auto', title: one.name}, h('span', {class: 'mapping-name'}, one.name)), h('td', {class: 'muted small mapping-holds'}, h('span', null, plural(one.boxes, 'box', 'boxes')), h('span', null, plural(one.tracks, 'track'))), h('td', null, picture),
-      h('td', null, h('div', {class: 'stack'}, h('div', {class: 'row'}, kind, word), others && h('span', {class: 'muted small'}, `Also like it: ${others}`))));
-    return {element, kind, word, picture, example: one.example};
+    const picture = h('canvas', {
+      class: 'mapping-example',
+      width: SIDE,
+      height: SIDE,
+      hidden: one.example === null,
+      role: 'img',
+      'aria-label': `Example of ${one.name}`,
+    });
+    const others = one.suggestions
+      .slice(1)
+      .map(({ name }) => name)
+      .join(', ');
+    const element = h(
+      'tr',
+      null,
+      h('th', { scope: 'row', dir: 'auto', title: one.name }, h('span', { class: 'mapping-name' }, one.name)),
+      h(
+        'td',
+        { class: 'muted small mapping-holds' },
+        h('span', null, plural(one.boxes, 'box', 'boxes')),
+        h('span', null, plural(one.tracks, 'track')),
+      ),
+      h('td', null, picture),
+      h(
+        'td',
+        null,
+        h(
+          'div',
+          { class: 'stack' },
+          h('div', { class: 'row' }, kind, word),
+          others && h('span', { class: 'muted small' }, `Also like it: ${others}`),
+        ),
+      ),
+    );
+    return { element, kind, word, picture, example: one.example };
   });
-  const element = h('div', {class: 'stack'},
-    h('p', null, `The file has ${unknown.length === 1 ? 'a name that is' : `${unknown.length} names that are`} no label of the set. Nothing is stored yet. The answers are kept for the next file.`),
-    names, h('div', {class: 'mapping-frame', role: 'region', 'aria-label': 'Names of the file', tabIndex: 0}, h('table', {class: 'mapping'},
-      h('thead', null, h('tr', null, ...['Name in the file', 'Holds', 'Example', 'Becomes'].map((text) => h('th', {scope: 'col'}, text)))), h('tbody', null, ...rows.map((row) => row.element)))));
+  const element = h(
+    'div',
+    { class: 'stack' },
+    h(
+      'p',
+      null,
+      `The file has ${unknown.length === 1 ? 'a name that is' : `${unknown.length} names that are`} no label of the set. Nothing is stored yet. The answers are kept for the next file.`,
+    ),
+    names,
+    h(
+      'div',
+      { class: 'mapping-frame', role: 'region', 'aria-label': 'Names of the file', tabIndex: 0 },
+      h(
+        'table',
+        { class: 'mapping' },
+        h(
+          'thead',
+          null,
+          h('tr', null, ...['Name in the file', 'Holds', 'Example', 'Becomes'].map((text) => h('th', { scope: 'col' }, text))),
+        ),
+        h('tbody', null, ...rows.map((row) => row.element)),
+      ),
+    ),
+  );
 
   async function showExamples() {
-    for (const {picture, example} of rows.filter((row) => row.example).slice(0, MOST_EXAMPLES)) {
+    for (const { picture, example } of rows.filter((row) => row.example).slice(0, MOST_EXAMPLES)) {
       if (example === null || signal.aborted) continue;
       try {
-        const {blob} = await api.frame(video, example.frame, {signal});
+        const { blob } = await api.frame(video, example.frame, { signal });
         const [x1, y1, x2, y2] = example.box;
         const side = 1.4 * Math.max(x2 - x1, y2 - y1, 8);
         const [left, top] = [(x1 + x2 - side) / 2, (y1 + y2 - side) / 2];
@@ -65,7 +134,15 @@ export function createMapping({api, video, unknown, labels, changed, signal}) {
   void showExamples();
   return {
     element,
-    read: () => mappingOf(unknown, rows.map(({kind, word}) => ({kind: /** @type {import('../../model/label_mapping.js').Answer['kind']} */ (kind.value), word: word.value})), labels),
+    read: () =>
+      mappingOf(
+        unknown,
+        rows.map(({ kind, word }) => ({
+          kind: /** @type {import('../../model/label_mapping.js').Answer['kind']} */ (kind.value),
+          word: word.value,
+        })),
+        labels,
+      ),
     /** Lead to a row that is wrong. @param {number} at */
     point: (at) => rows[at]?.word.focus(),
   };

@@ -1,9 +1,9 @@
 // @ts-check
 /** What an import is doing, while its dialog waits for the answer, and a button that ends it. */
 
-import {ApiError} from '../../api/errors.js';
-import {h, setText} from '../dom.js';
-import {bytes, count, plural} from '../../model/format.js';
+import { ApiError } from '../../api/errors.js';
+import { h, setText } from '../dom.js';
+import { bytes, count, plural } from '../../model/format.js';
 
 /** From one question to the next, ms. */
 const PAUSE = 400;
@@ -11,10 +11,10 @@ const PAUSE = 400;
 /**
  * @param {{api: import('../../api/client.js').Api}} setup
  */
-export function createImportProgress({api}) {
-  const text = h('p', {class: 'muted small grow', role: 'status'});
-  const cancel = h('button', {class: 'btn', type: 'button', onclick: () => void end()}, 'Cancel import');
-  const element = h('div', {class: 'row grow', hidden: true}, text, cancel);
+export function createImportProgress({ api }) {
+  const text = h('p', { class: 'muted small grow', role: 'status' });
+  const cancel = h('button', { class: 'btn', type: 'button', onclick: () => void end() }, 'Cancel import');
+  const element = h('div', { class: 'row grow', hidden: true }, text, cancel);
   /** Of the import that is under way. @type {{name: string, sending: AbortController, sent: boolean, over: boolean}|null} */
   let now = null;
 
@@ -38,14 +38,24 @@ export function createImportProgress({api}) {
   async function watch(one) {
     while (!one.over && now === one) {
       try {
-        const {step, boxes, seconds} = await api.importProgress(one.name, {signal: one.sending.signal});
+        const { step, boxes, seconds } = await api.importProgress(one.name, { signal: one.sending.signal });
         const since = `${count(Math.round(seconds))} s`;
         if (step === 'storing') cancel.disabled = true;
-        if (!one.over && (step === 'storing' || !cancel.disabled)) setText(text, {waiting: `The server begins … ${since}`, reading: boxes ? `Reading: ${plural(boxes, 'box', 'boxes')} … ${since}` : `Reading and checking … ${since}`, storing: `Storing … ${since}`}[step]);
+        if (!one.over && (step === 'storing' || !cancel.disabled))
+          setText(
+            text,
+            {
+              waiting: `The server begins … ${since}`,
+              reading: boxes ? `Reading: ${plural(boxes, 'box', 'boxes')} … ${since}` : `Reading and checking … ${since}`,
+              storing: `Storing … ${since}`,
+            }[step],
+          );
       } catch {
         // it has just ended, or the server is away for a moment: the answer itself says what is wrong
       }
-      await new Promise((resume) => { setTimeout(resume, PAUSE); });
+      await new Promise((resume) => {
+        setTimeout(resume, PAUSE);
+      });
     }
   }
 
@@ -60,21 +70,27 @@ export function createImportProgress({api}) {
      * @returns {Promise<T>}
      */
     async during(signal, work) {
-      const one = {name: crypto.randomUUID().replaceAll('-', ''), sending: new AbortController(), sent: false, over: false};
+      const one = { name: crypto.randomUUID().replaceAll('-', ''), sending: new AbortController(), sent: false, over: false };
       const leave = () => one.sending.abort();
-      signal.addEventListener('abort', leave, {once: true});
+      signal.addEventListener('abort', leave, { once: true });
       now = one;
       cancel.disabled = false;
       element.hidden = false;
       setText(text, 'Sending …');
       try {
-        return await work({progress: one.name, sending: {signal: one.sending.signal, onProgress: (sent, total) => {
-          if (sent < total) setText(text, `${bytes(sent)} of ${bytes(total)} sent`);
-          else if (!one.sent) {
-            one.sent = true;
-            void watch(one);
-          }
-        }}});
+        return await work({
+          progress: one.name,
+          sending: {
+            signal: one.sending.signal,
+            onProgress: (sent, total) => {
+              if (sent < total) setText(text, `${bytes(sent)} of ${bytes(total)} sent`);
+              else if (!one.sent) {
+                one.sent = true;
+                void watch(one);
+              }
+            },
+          },
+        });
       } finally {
         one.over = true;
         now = null;

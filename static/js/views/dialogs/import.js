@@ -1,21 +1,21 @@
 // @ts-check
 /** Import: a file of another tool laid onto a video, as corrections, as ground truth or as a run. */
 
-import {ApiError, sentence} from '../../api/errors.js';
-import {parseLabelMap} from '../../model/label_mapping.js';
-import {formatRoute} from '../../model/route.js';
-import {putRun, setRuns} from '../../store/actions/page.js';
-import {skippedItems} from '../output-row.js';
-import {fill, h, setText} from '../dom.js';
-import {bytes, count, plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {openOver} from '../open-over.js';
-import {recall, remember, signature} from '../../core/preferences.js';
-import {runTitle} from '../../model/run_words.js';
-import {createDropField} from './drop-field.js';
-import {field, group, tick} from './fields.js';
-import {createMapping} from './import-labels.js';
-import {createImportProgress} from './import-progress.js';
+import { ApiError, sentence } from '../../api/errors.js';
+import { parseLabelMap } from '../../model/label_mapping.js';
+import { formatRoute } from '../../model/route.js';
+import { putRun, setRuns } from '../../store/actions/page.js';
+import { skippedItems } from '../output-row.js';
+import { fill, h, setText } from '../dom.js';
+import { bytes, count, plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { openOver } from '../open-over.js';
+import { recall, remember, signature } from '../../core/preferences.js';
+import { runTitle } from '../../model/run_words.js';
+import { createDropField } from './drop-field.js';
+import { field, group, tick } from './fields.js';
+import { createMapping } from './import-labels.js';
+import { createImportProgress } from './import-progress.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').ImportResult} ImportResult */
@@ -30,61 +30,113 @@ const KINDS = /** @type {const} */ ([
  * @param {import('./layer.js').Setup<'import'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function importDialog({app, data, close, signal}) {
-  const {store, api} = app;
-  const video = store.get().videos?.find(({id}) => id === data.video) ?? store.get().review?.video;
+export function importDialog({ app, data, close, signal }) {
+  const { store, api } = app;
+  const video = store.get().videos?.find(({ id }) => id === data.video) ?? store.get().review?.video;
   /** @type {Format[]} */
   let formats = [];
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const refused = h('div', {class: 'import-refused', role: 'alert', hidden: true});
-  const progress = createImportProgress({api});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('add'), 'Import');
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const refused = h('div', { class: 'import-refused', role: 'alert', hidden: true });
+  const progress = createImportProgress({ api });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('add'), 'Import');
   const drop = createDropField({
-    id: 'import-file', label: 'File', hint: 'XML, JSON, CSV, TXT, or a ZIP with everything in it. It can also be dropped here.', onChange: () => {
-      if (!name.dataset.typed) name.value = drop.file()?.name.replace(/\.(zip|xml|json|csv|txt|jsonl)$/i, '').slice(0, 120) ?? '';
+    id: 'import-file',
+    label: 'File',
+    hint: 'XML, JSON, CSV, TXT, or a ZIP with everything in it. It can also be dropped here.',
+    onChange: () => {
+      if (!name.dataset.typed)
+        name.value =
+          drop
+            .file()
+            ?.name.replace(/\.(zip|xml|json|csv|txt|jsonl)$/i, '')
+            .slice(0, 120) ?? '';
       refused.hidden = true;
       check();
     },
   });
   const wanted = data.as ?? recall('import.as') ?? 'truth';
-  const kinds = KINDS.map(([value, label, title]) => tick('radio', {name: 'import-as', value, checked: value === wanted, onchange: check}, h('span', {class: 'kind-name'}, label), h('span', {class: 'muted small'}, title)));
-  const run = h('select', {class: 'select', id: 'import-run', onchange: check});
+  const kinds = KINDS.map(([value, label, title]) =>
+    tick(
+      'radio',
+      { name: 'import-as', value, checked: value === wanted, onchange: check },
+      h('span', { class: 'kind-name' }, label),
+      h('span', { class: 'muted small' }, title),
+    ),
+  );
+  const run = h('select', { class: 'select', id: 'import-run', onchange: check });
   const runField = field('Run that is corrected', run);
-  const name = h('input', {class: 'input', type: 'text', id: 'import-name', maxlength: 120, autocomplete: 'off', oninput: () => {
-    name.dataset.typed = 'yes';
-    check();
-  }});
+  const name = h('input', {
+    class: 'input',
+    type: 'text',
+    id: 'import-name',
+    maxlength: 120,
+    autocomplete: 'off',
+    oninput: () => {
+      name.dataset.typed = 'yes';
+      check();
+    },
+  });
   const nameField = field('Name', name, 'A ground truth of the same name is replaced.');
-  const format = h('select', {class: 'select', id: 'import-format', onchange: () => showFormat()}, h('option', {value: ''}, 'found out from the file'));
-  const summary = h('p', {class: 'muted small'});
-  const switches = h('div', {class: 'stack'});
-  const names = h('textarea', {class: 'textarea', id: 'import-names', rows: 3, spellcheck: 'false', placeholder: 'stop sign = stop', oninput: check});
-  const result = h('div', {class: 'stack', hidden: true});
+  const format = h(
+    'select',
+    { class: 'select', id: 'import-format', onchange: () => showFormat() },
+    h('option', { value: '' }, 'found out from the file'),
+  );
+  const summary = h('p', { class: 'muted small' });
+  const switches = h('div', { class: 'stack' });
+  const names = h('textarea', {
+    class: 'textarea',
+    id: 'import-names',
+    rows: 3,
+    spellcheck: 'false',
+    placeholder: 'stop sign = stop',
+    oninput: check,
+  });
+  const result = h('div', { class: 'stack', hidden: true });
   /** Of the video’s set. @type {readonly import('../../types.js').Label[]} */
   let labels = store.get().labels;
   /** The names that have to be answered first. @type {ReturnType<typeof createMapping>|null} */
   let mapping = null;
-  const mapped = h('div', {class: 'stack', hidden: true});
-  const back = h('button', {class: 'btn', type: 'button', hidden: true, onclick: () => askNames(null)}, 'Back');
-  const form = h('div', {class: 'stack'}, drop.element, group('What it becomes', h('div', {class: 'kinds'}, ...kinds.map(({element}) => element))),
-    h('div', {class: 'run-fields'}, runField, nameField, h('div', {class: 'stack'}, field('Format', format), summary)), switches,
-    h('details', {class: 'details'}, h('summary', null, 'Names of the file'), field('One a line: name = label', names, 'Names that no label has are asked for, with examples, before anything is stored.')), refused);
+  const mapped = h('div', { class: 'stack', hidden: true });
+  const back = h('button', { class: 'btn', type: 'button', hidden: true, onclick: () => askNames(null) }, 'Back');
+  const form = h(
+    'div',
+    { class: 'stack' },
+    drop.element,
+    group('What it becomes', h('div', { class: 'kinds' }, ...kinds.map(({ element }) => element))),
+    h('div', { class: 'run-fields' }, runField, nameField, h('div', { class: 'stack' }, field('Format', format), summary)),
+    switches,
+    h(
+      'details',
+      { class: 'details' },
+      h('summary', null, 'Names of the file'),
+      field('One a line: name = label', names, 'Names that no label has are asked for, with examples, before anything is stored.'),
+    ),
+    refused,
+  );
 
-  const kind = () => kinds.find(({input}) => input.checked)?.input.value ?? 'truth';
+  const kind = () => kinds.find(({ input }) => input.checked)?.input.value ?? 'truth';
   /** @returns {'annotation'|'truth'|'run'} */
   const as = () => /** @type {'annotation'|'truth'|'run'} */ (kind());
 
   function showFormat() {
     const chosen = formats.find((one) => one.name === format.value);
     setText(summary, chosen?.summary ?? '');
-    fill(switches, ...(chosen?.import_switches ?? []).map((option) => field(`${option.name.charAt(0).toUpperCase()}${option.name.slice(1).replaceAll('_', ' ')}`, controlOf(option), option.help)));
+    fill(
+      switches,
+      ...(chosen?.import_switches ?? []).map((option) =>
+        field(`${option.name.charAt(0).toUpperCase()}${option.name.slice(1).replaceAll('_', ' ')}`, controlOf(option), option.help),
+      ),
+    );
     check();
   }
 
   /** @param {import('../../types.js').Switch} option */
-  function controlOf({name, values, free}) {
-    const given = {id: `import-switch-${name}`, dataset: {name}};
-    return free ? h('input', {...given, class: 'input', type: 'text', value: values[0], autocomplete: 'off'}) : h('select', {...given, class: 'select'}, ...values.map((value) => h('option', {value}, value)));
+  function controlOf({ name, values, free }) {
+    const given = { id: `import-switch-${name}`, dataset: { name } };
+    return free
+      ? h('input', { ...given, class: 'input', type: 'text', value: values[0], autocomplete: 'off' })
+      : h('select', { ...given, class: 'select' }, ...values.map((value) => h('option', { value }, value)));
   }
 
   function problem() {
@@ -111,19 +163,36 @@ export function importDialog({app, data, close, signal}) {
   async function submit() {
     const file = drop.file();
     const map = parseLabelMap(names.value, labels);
-    const answers = mapping?.read() ?? {map: {}, add: [], skip: []};
+    const answers = mapping?.read() ?? { map: {}, add: [], skip: [] };
     if (!file || problem() !== '' || 'error' in map || 'error' in answers) return;
     go.disabled = true;
     refused.hidden = true;
     remember('import.as', kind());
     const controls = /** @type {NodeListOf<HTMLInputElement|HTMLSelectElement>} */ (switches.querySelectorAll('select, input'));
-    const values = Object.fromEntries([...controls].filter(({value}) => value.trim() !== '').map((control) => [control.dataset.name ?? '', control.value.trim()]));
+    const values = Object.fromEntries(
+      [...controls].filter(({ value }) => value.trim() !== '').map((control) => [control.dataset.name ?? '', control.value.trim()]),
+    );
     try {
       const unknown = answers.skip.length ? 'skip' : answers.add.length ? 'add' : 'refuse';
-      const found = await progress.during(signal, ({progress: called, sending}) => api.importFile(data.video, file, {
-        progress: called, as: as(), format: format.value || null, run: as() === 'annotation' ? run.value : null, name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),
-        switches: JSON.stringify(values), label_map: JSON.stringify({...map.map, ...answers.map}), unknown, add: JSON.stringify(answers.add), author: signature(app.store.get().session),
-      }, sending));
+      const found = await progress.during(signal, ({ progress: called, sending }) =>
+        api.importFile(
+          data.video,
+          file,
+          {
+            progress: called,
+            as: as(),
+            format: format.value || null,
+            run: as() === 'annotation' ? run.value : null,
+            name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),
+            switches: JSON.stringify(values),
+            label_map: JSON.stringify({ ...map.map, ...answers.map }),
+            unknown,
+            add: JSON.stringify(answers.add),
+            author: signature(app.store.get().session),
+          },
+          sending,
+        ),
+      );
       setText(error, '');
       if (answers.add.length) await app.labels.reload();
       await show(found);
@@ -140,15 +209,29 @@ export function importDialog({app, data, close, signal}) {
         return;
       }
       refused.hidden = false;
-      fill(refused, icon('alert'), h('div', {class: 'stack'}, h('strong', null, {bad_file: 'The file breaks a rule', cancelled: 'Cancelled'}[thrown instanceof ApiError ? thrown.code : ''] ?? 'This did not work'), h('p', null, sentence(thrown))));
-      refused.scrollIntoView({block: 'nearest'});
+      fill(
+        refused,
+        icon('alert'),
+        h(
+          'div',
+          { class: 'stack' },
+          h(
+            'strong',
+            null,
+            { bad_file: 'The file breaks a rule', cancelled: 'Cancelled' }[thrown instanceof ApiError ? thrown.code : ''] ??
+              'This did not work',
+          ),
+          h('p', null, sentence(thrown)),
+        ),
+      );
+      refused.scrollIntoView({ block: 'nearest' });
       go.disabled = false;
     }
   }
 
   /** Ask what becomes of names; null: show the form again. @param {import('../../types.js').UnknownLabel[]|null} unknown */
   function askNames(unknown) {
-    mapping = unknown && createMapping({api, video: data.video, unknown, labels, changed: check, signal});
+    mapping = unknown && createMapping({ api, video: data.video, unknown, labels, changed: check, signal });
     fill(mapped, mapping?.element);
     form.hidden = mapping !== null;
     mapped.hidden = back.hidden = mapping === null;
@@ -159,47 +242,89 @@ export function importDialog({app, data, close, signal}) {
   /** @param {ImportResult} found */
   async function show(found) {
     if (found.kind === 'run') {
-      await app.load(() => api.run(found.id, {signal}), putRun);
+      await app.load(() => api.run(found.id, { signal }), putRun);
     } else if (found.kind === 'annotation') {
       if (store.get().review?.run?.id === found.id) await app.editor.refresh();
     } else if (store.get().review?.video.id === data.video) {
       app.loader.showTruth(found.id);
     }
-    const words = [`${plural(found.tracks, 'track')} with ${plural(found.boxes, 'box', 'boxes')}`, found.same ? `${plural(found.same, 'further track')} the same as before` : ''].filter(Boolean).join('; ');
+    const words = [
+      `${plural(found.tracks, 'track')} with ${plural(found.boxes, 'box', 'boxes')}`,
+      found.same ? `${plural(found.same, 'further track')} the same as before` : '',
+    ]
+      .filter(Boolean)
+      .join('; ');
     form.hidden = mapped.hidden = back.hidden = true;
     result.hidden = false;
     go.hidden = true;
-    fill(result, h('p', {class: 'import-done', role: 'status'}, icon('check'), h('strong', null, `Imported: ${words}.`)),
-      found.repaired.length > 0 && h('section', {class: 'stack'}, h('h3', null, `Put right (${count(found.repaired.length)})`), h('ul', {class: 'skipped-list small'}, ...found.repaired.map((text) => h('li', null, text)))),
-      found.skipped.length > 0 && h('section', {class: 'stack'}, h('h3', null, `Left out (${count(found.skipped.length)})`), h('ul', {class: 'skipped-list small'}, ...skippedItems(found.skipped, found.skipped.length))),
-      h('div', {class: 'row'}, h('button', {class: 'btn btn-primary', type: 'button', onclick: () => open(found)}, icon('eye'), {annotation: 'Show the corrected run', truth: 'Show the ground truth', run: 'Show the run'}[found.kind])));
+    fill(
+      result,
+      h('p', { class: 'import-done', role: 'status' }, icon('check'), h('strong', null, `Imported: ${words}.`)),
+      found.repaired.length > 0 &&
+        h(
+          'section',
+          { class: 'stack' },
+          h('h3', null, `Put right (${count(found.repaired.length)})`),
+          h('ul', { class: 'skipped-list small' }, ...found.repaired.map((text) => h('li', null, text))),
+        ),
+      found.skipped.length > 0 &&
+        h(
+          'section',
+          { class: 'stack' },
+          h('h3', null, `Left out (${count(found.skipped.length)})`),
+          h('ul', { class: 'skipped-list small' }, ...skippedItems(found.skipped, found.skipped.length)),
+        ),
+      h(
+        'div',
+        { class: 'row' },
+        h(
+          'button',
+          { class: 'btn btn-primary', type: 'button', onclick: () => open(found) },
+          icon('eye'),
+          { annotation: 'Show the corrected run', truth: 'Show the ground truth', run: 'Show the run' }[found.kind],
+        ),
+      ),
+    );
     result.querySelector('button')?.focus();
   }
 
   /** @param {ImportResult} found */
   function open(found) {
-    const {review} = store.get();
+    const { review } = store.get();
     close();
     const here = review?.video.id === data.video;
     if (found.kind === 'truth') {
       if (here) return;
-      location.hash = formatRoute({screen: 'review', video: data.video, run: null, frame: null, track: null});
-      openOver(app, null, {truth: found.id, video: data.video});
+      location.hash = formatRoute({ screen: 'review', video: data.video, run: null, frame: null, track: null });
+      openOver(app, null, { truth: found.id, video: data.video });
       return;
     }
-    location.hash = formatRoute({screen: 'review', video: data.video, run: found.id, frame: here && review ? review.frame : null, track: null});
+    location.hash = formatRoute({
+      screen: 'review',
+      video: data.video,
+      run: found.id,
+      frame: here && review ? review.frame : null,
+      track: null,
+    });
   }
 
   async function load() {
     try {
-      const [known, own, runs] = await Promise.all([api.formats({signal}), api.labels(video?.label_set ? video.id : null, {signal}), app.load(() => api.runs(data.video, {signal}), (state, found) => setRuns(state, data.video, found))]);
+      const [known, own, runs] = await Promise.all([
+        api.formats({ signal }),
+        api.labels(video?.label_set ? video.id : null, { signal }),
+        app.load(
+          () => api.runs(data.video, { signal }),
+          (state, found) => setRuns(state, data.video, found),
+        ),
+      ]);
       labels = own;
-      formats = known.filter(({can_import}) => can_import);
-      format.append(...formats.map((one) => h('option', {value: one.name}, one.title)));
-      const usable = runs.filter(({state}) => state === 'complete');
-      fill(run, ...usable.map((one) => h('option', {value: one.id}, runTitle(one))));
+      formats = known.filter(({ can_import }) => can_import);
+      format.append(...formats.map((one) => h('option', { value: one.name }, one.title)));
+      const usable = runs.filter(({ state }) => state === 'complete');
+      fill(run, ...usable.map((one) => h('option', { value: one.id }, runTitle(one))));
       const present = store.get().review?.run?.id;
-      if (present && usable.some(({id}) => id === present)) run.value = present;
+      if (present && usable.some(({ id }) => id === present)) run.value = present;
       check();
     } catch (thrown) {
       if (!signal.aborted) setText(error, sentence(thrown));
@@ -210,7 +335,11 @@ export function importDialog({app, data, close, signal}) {
   if (data.file) drop.set(data.file);
   check();
   return {
-    title: `Import for ${video?.name ?? 'this video'}`, size: 'middle', submit, focus: drop.button, body: h('div', null, form, mapped, result),
-    footer: [error, progress.element, back, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],
+    title: `Import for ${video?.name ?? 'this video'}`,
+    size: 'middle',
+    submit,
+    focus: drop.button,
+    body: h('div', null, form, mapped, result),
+    footer: [error, progress.element, back, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), go],
   };
 }

@@ -1,25 +1,34 @@
 // @ts-check
 /** The questions that a label asks about its sign, as rows that can be changed, added and taken away. */
 
-import {KINDS, NEW_ATTRIBUTE} from '../../model/label_form.js';
-import {fill, h} from '../dom.js';
-import {icon} from '../icons.js';
-import {field, tick} from './fields.js';
+import { KINDS, NEW_ATTRIBUTE } from '../../model/label_form.js';
+import { fill, h } from '../dom.js';
+import { icon } from '../icons.js';
+import { field, tick } from './fields.js';
 
 /** @typedef {import('../../model/label_form.js').AttributeForm} AttributeForm */
 
 /** @param {readonly AttributeForm[]} first */
 export function createAttributes(first) {
   /** @type {AttributeForm[]} */
-  let forms = first.map((one) => ({...one}));
-  const list = h('div', {class: 'stack'});
-  const add = h('button', {class: 'btn btn-small', type: 'button', onclick: () => {
-    forms = [...forms, {...NEW_ATTRIBUTE}];
-    show();
-    list.querySelector(`#attribute-${forms.length - 1}-name`)?.scrollIntoView({block: 'nearest'});
-    /** @type {HTMLElement|null} */ (list.querySelector(`#attribute-${forms.length - 1}-name`))?.focus();
-  }}, icon('add'), 'Add an attribute');
-  const element = h('div', {class: 'stack'}, list, h('div', {class: 'row'}, add));
+  let forms = first.map((one) => ({ ...one }));
+  const list = h('div', { class: 'stack' });
+  const add = h(
+    'button',
+    {
+      class: 'btn btn-small',
+      type: 'button',
+      onclick: () => {
+        forms = [...forms, { ...NEW_ATTRIBUTE }];
+        show();
+        list.querySelector(`#attribute-${forms.length - 1}-name`)?.scrollIntoView({ block: 'nearest' });
+        /** @type {HTMLElement|null} */ (list.querySelector(`#attribute-${forms.length - 1}-name`))?.focus();
+      },
+    },
+    icon('add'),
+    'Add an attribute',
+  );
+  const element = h('div', { class: 'stack' }, list, h('div', { class: 'row' }, add));
 
   function show() {
     fill(list, ...forms.map((form, at) => row(form, at)));
@@ -30,42 +39,109 @@ export function createAttributes(first) {
     const id = (/** @type {string} */ part) => `attribute-${at}-${part}`;
     /** @param {'name'|'low'|'high'|'start'} part @param {string} label @param {Record<string, unknown>} [more] */
     const text = (part, label, more = {}) => {
-      const input = h('input', {class: 'input', type: 'text', id: id(part), autocomplete: 'off', maxlength: 200, value: form[part], ...more, oninput: () => {
-        form[part] = input.value;
-      }});
+      const input = h('input', {
+        class: 'input',
+        type: 'text',
+        id: id(part),
+        autocomplete: 'off',
+        maxlength: 200,
+        value: form[part],
+        ...more,
+        oninput: () => {
+          form[part] = input.value;
+        },
+      });
       return field(label, input);
     };
-    const kind = h('select', {class: 'select', id: id('kind'), onchange: () => {
-      form.kind = /** @type {AttributeForm['kind']} */ (kind.value);
-      form.start = '';
-      show();
-      /** @type {HTMLElement|null} */ (list.querySelector(`#${id('kind')}`))?.focus();
-    }}, ...KINDS.map(([value, words]) => h('option', {value}, words)));
+    const kind = h(
+      'select',
+      {
+        class: 'select',
+        id: id('kind'),
+        onchange: () => {
+          form.kind = /** @type {AttributeForm['kind']} */ (kind.value);
+          form.start = '';
+          show();
+          /** @type {HTMLElement|null} */ (list.querySelector(`#${id('kind')}`))?.focus();
+        },
+      },
+      ...KINDS.map(([value, words]) => h('option', { value }, words)),
+    );
     kind.value = form.kind;
-    const mutable = tick('checkbox', {checked: form.mutable, onchange: () => {
-      form.mutable = mutable.input.checked;
-    }}, 'May change from frame to frame');
-    const values = h('textarea', {class: 'textarea', id: id('values'), rows: 3, value: form.values, oninput: () => {
-      form.values = values.value;
-    }});
-    const start = h('select', {class: 'select', id: id('start'), onchange: () => {
-      form.start = start.value;
-    }}, ...[['', 'none'], ['true', 'yes'], ['false', 'no']].map(([value, words]) => h('option', {value}, words)));
+    const mutable = tick(
+      'checkbox',
+      {
+        checked: form.mutable,
+        onchange: () => {
+          form.mutable = mutable.input.checked;
+        },
+      },
+      'May change from frame to frame',
+    );
+    const values = h('textarea', {
+      class: 'textarea',
+      id: id('values'),
+      rows: 3,
+      value: form.values,
+      oninput: () => {
+        form.values = values.value;
+      },
+    });
+    const start = h(
+      'select',
+      {
+        class: 'select',
+        id: id('start'),
+        onchange: () => {
+          form.start = start.value;
+        },
+      },
+      ...[
+        ['', 'none'],
+        ['true', 'yes'],
+        ['false', 'no'],
+      ].map(([value, words]) => h('option', { value }, words)),
+    );
     start.value = form.start;
     const usual = 'Where nobody has answered';
-    return h('fieldset', {class: 'label-attribute'}, h('legend', {class: 'visually-hidden'}, form.name || 'New attribute'),
-      h('div', {class: 'run-fields'}, text('name', 'Name'), field('Answer', kind),
-        form.kind === 'number' && text('low', 'Least', {inputmode: 'decimal'}), form.kind === 'number' && text('high', 'Largest', {inputmode: 'decimal'}),
-        form.kind === 'checkbox' ? field(usual, start) : text('start', usual)),
+    return h(
+      'fieldset',
+      { class: 'label-attribute' },
+      h('legend', { class: 'visually-hidden' }, form.name || 'New attribute'),
+      h(
+        'div',
+        { class: 'run-fields' },
+        text('name', 'Name'),
+        field('Answer', kind),
+        form.kind === 'number' && text('low', 'Least', { inputmode: 'decimal' }),
+        form.kind === 'number' && text('high', 'Largest', { inputmode: 'decimal' }),
+        form.kind === 'checkbox' ? field(usual, start) : text('start', usual),
+      ),
       form.kind === 'select' && field('Answers, one a line', values),
-      h('div', {class: 'row'}, mutable.element, h('span', {class: 'grow'}),
-        h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Remove attribute ${form.name}`, onclick: () => {
-          forms = forms.filter((other) => other !== form);
-          show();
-          add.focus();
-        }}, icon('delete'), 'Remove')));
+      h(
+        'div',
+        { class: 'row' },
+        mutable.element,
+        h('span', { class: 'grow' }),
+        h(
+          'button',
+          {
+            class: 'btn btn-small',
+            type: 'button',
+            'aria-label': `Remove attribute ${form.name}`,
+            onclick: () => {
+              forms = forms.filter((other) => other !== form);
+              show();
+              add.focus();
+            },
+          },
+          icon('delete'),
+          'Remove',
+        ),
+      ),
+    );
   }
 
   show();
-  return {element, read: () => forms};
+  return { element, read: () => forms };
 }

@@ -1,9 +1,9 @@
 // @ts-check
 /** A field to type into and the labels that it finds: arrows move, Enter takes. Shared by what asks for a label. */
 
-import {finderOf} from '../../model/label_finder.js';
-import {h, reconcile, setText} from '../dom.js';
-import {pictureThatMayMiss, showPicture} from '../pictures.js';
+import { finderOf } from '../../model/label_finder.js';
+import { h, reconcile, setText } from '../dom.js';
+import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -18,7 +18,7 @@ const MOST = 500;
  * @param {string} setup.placeholder
  * @param {number} [setup.columns]
  */
-export function createLabelChoice({take, aside = () => '', last = () => null, placeholder, columns = 2}) {
+export function createLabelChoice({ take, aside = () => '', last = () => null, placeholder, columns = 2 }) {
   /** @type {readonly Label[]} */ let labels = [];
   /** @type {readonly Label[]} */ let offered = [];
   /** @type {Label[]} */ let found = [];
@@ -26,12 +26,22 @@ export function createLabelChoice({take, aside = () => '', last = () => null, pl
   let present = 0;
   let at = 0;
   let untouched = true;
-  const list = h('ul', {class: `labels`, role: 'listbox', id: 'labels', 'aria-label': 'Labels'});
-  const none = h('p', {class: 'muted labels-none', role: 'status'});
-  const more = h('li', {class: 'label label-add', role: 'option', id: 'label-add', hidden: true, onclick: () => further?.run()});
+  const list = h('ul', { class: `labels`, role: 'listbox', id: 'labels', 'aria-label': 'Labels' });
+  const none = h('p', { class: 'muted labels-none', role: 'status' });
+  const more = h('li', { class: 'label label-add', role: 'option', id: 'label-add', hidden: true, onclick: () => further?.run() });
   const search = h('input', {
-    class: 'input', type: 'text', role: 'combobox', autocomplete: 'off', spellcheck: 'false', placeholder, maxlength: 200,
-    'aria-label': 'Label', 'aria-expanded': 'true', 'aria-controls': 'labels', 'aria-autocomplete': 'list', oninput: () => {
+    class: 'input',
+    type: 'text',
+    role: 'combobox',
+    autocomplete: 'off',
+    spellcheck: 'false',
+    placeholder,
+    maxlength: 200,
+    'aria-label': 'Label',
+    'aria-expanded': 'true',
+    'aria-controls': 'labels',
+    'aria-autocomplete': 'list',
+    oninput: () => {
       at = search.value.trim() ? 0 : present;
       untouched = false;
       show();
@@ -40,11 +50,23 @@ export function createLabelChoice({take, aside = () => '', last = () => null, pl
 
   /** @param {Label} label */
   function create(label) {
-    return h('li', {class: 'label', role: 'option', id: `label-${label.id}`, onclick: () => {
-      const now = found.find(({id}) => id === label.id);
-      if (now) take(now);
-    }}, pictureThatMayMiss({class: 'label-picture', width: 32, height: 32, loading: 'lazy', decoding: 'async'}),
-    h('span', {class: 'label-id muted small'}, label.id), h('span', {class: 'truncate grow', dir: 'auto'}), h('kbd', {class: 'label-key'}), h('span', {class: 'muted small label-aside'}));
+    return h(
+      'li',
+      {
+        class: 'label',
+        role: 'option',
+        id: `label-${label.id}`,
+        onclick: () => {
+          const now = found.find(({ id }) => id === label.id);
+          if (now) take(now);
+        },
+      },
+      pictureThatMayMiss({ class: 'label-picture', width: 32, height: 32, loading: 'lazy', decoding: 'async' }),
+      h('span', { class: 'label-id muted small' }, label.id),
+      h('span', { class: 'truncate grow', dir: 'auto' }),
+      h('kbd', { class: 'label-key' }),
+      h('span', { class: 'muted small label-aside' }),
+    );
   }
 
   /** @param {HTMLElement} row @param {Label} label */
@@ -62,33 +84,41 @@ export function createLabelChoice({take, aside = () => '', last = () => null, pl
     const all = finderOf(labels).search(search.value, offered);
     found = all.slice(0, MOST);
     further = last(search.value.trim());
-    reconcile(list, found, ({id}) => String(id), create, fillRow);
+    reconcile(list, found, ({ id }) => String(id), create, fillRow);
     more.hidden = further === null;
     setText(more, further?.text ?? '');
     list.append(more);
     mark();
     const hidden = all.length - found.length;
-    setText(none, labels.length === 0 ? 'The labels are not loaded yet.' : found.length === 0 && further === null ? 'No label has that name. Try fewer letters.'
-      : hidden > 0 ? `${hidden} more; type to find them.` : '');
+    setText(
+      none,
+      labels.length === 0
+        ? 'The labels are not loaded yet.'
+        : found.length === 0 && further === null
+          ? 'No label has that name. Try fewer letters.'
+          : hidden > 0
+            ? `${hidden} more; type to find them.`
+            : '',
+    );
   }
 
   /** @type {Element|null} */
   let marked = null;
 
   function mark() {
-    const row = at < 0 ? null : at < found.length ? list.children[at] ?? null : further ? more : null;
+    const row = at < 0 ? null : at < found.length ? (list.children[at] ?? null) : further ? more : null;
     if (marked !== row) marked?.setAttribute('aria-selected', 'false');
     marked = row;
     row?.setAttribute('aria-selected', 'true');
     if (row) search.setAttribute('aria-activedescendant', row.id);
     else search.removeAttribute('aria-activedescendant');
-    row?.scrollIntoView({block: 'nearest'});
+    row?.scrollIntoView({ block: 'nearest' });
   }
 
   search.addEventListener('keydown', (event) => {
-    const steps = /** @type {Record<string, number>} */ ({ArrowDown: columns, ArrowUp: -columns, PageDown: 10, PageUp: -10});
+    const steps = /** @type {Record<string, number>} */ ({ ArrowDown: columns, ArrowUp: -columns, PageDown: 10, PageUp: -10 });
     // Left and right move in the list only where they would not move in the text.
-    if (!search.value) Object.assign(steps, {ArrowRight: 1, ArrowLeft: -1});
+    if (!search.value) Object.assign(steps, { ArrowRight: 1, ArrowLeft: -1 });
     const step = steps[event.key];
     if (step !== undefined) {
       event.preventDefault();
@@ -117,7 +147,9 @@ export function createLabelChoice({take, aside = () => '', last = () => null, pl
   let enter = takeMarked;
 
   return {
-    search, list, none,
+    search,
+    list,
+    none,
     /** @param {() => void} other   before anything is typed or moved */
     onEnter: (other) => {
       enter = other;
@@ -133,7 +165,7 @@ export function createLabelChoice({take, aside = () => '', last = () => null, pl
       if (untouched) at = present;
       show();
       if (!untouched && before !== undefined) {
-        const place = found.findIndex(({id}) => id === before);
+        const place = found.findIndex(({ id }) => id === before);
         if (place >= 0) at = place;
         mark();
       }

@@ -1,44 +1,97 @@
 // @ts-check
 /** Labels in and out: from another set or from a file of another tool, and this set as a file. */
 
-import {sentence} from '../../api/errors.js';
-import {fill, h, setText} from '../dom.js';
-import {plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {createDropField} from './drop-field.js';
-import {field} from './fields.js';
+import { sentence } from '../../api/errors.js';
+import { fill, h, setText } from '../dom.js';
+import { plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { createDropField } from './drop-field.js';
+import { field } from './fields.js';
 
 const FORMATS = /** @type {const} */ ([
-  ['tsr', 'JSON of tsr', 'Everything that is known of each label.'], ['cvat', 'Labels of CVAT', 'For the Raw tab of a CVAT task: names, colours, attributes.'],
-  ['names', 'obj.names', 'One name a line.'], ['yaml', 'data.yaml', 'Names by number, as Ultralytics reads them.'], ['coco', 'COCO categories', 'Names by number, from 1.'], ['label-studio', 'Label Studio’s XML', 'The labelling interface of a video project.'],
+  ['tsr', 'JSON of tsr', 'Everything that is known of each label.'],
+  ['cvat', 'Labels of CVAT', 'For the Raw tab of a CVAT task: names, colours, attributes.'],
+  ['names', 'obj.names', 'One name a line.'],
+  ['yaml', 'data.yaml', 'Names by number, as Ultralytics reads them.'],
+  ['coco', 'COCO categories', 'Names by number, from 1.'],
+  ['label-studio', 'Label Studio’s XML', 'The labelling interface of a video project.'],
 ]);
 
 /**
  * @param {import('./layer.js').Setup<'label-files'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function labelFilesDialog({app, data, close, signal}) {
-  const {store, api} = app;
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const reported = h('div', {class: 'stack', role: 'status'});
-  const others = (store.get().labelSets ?? []).filter(({key}) => key !== data.set);
-  const from = h('select', {class: 'select', id: 'labels-from'}, ...others.map(({key, name, labels}) => h('option', {value: key}, `${name} (${plural(labels, 'label')})`)));
-  const adopt = h('button', {class: 'btn', type: 'button', disabled: others.length === 0, onclick: () => void act(async () => {
-    const {sentence: said} = await app.labels.change({type: 'adopt', set: from.value}, data.set);
-    fill(reported, h('p', null, said));
-  })}, icon('add'), 'Add what is missing');
-  const drop = createDropField({id: 'labels-file', label: 'File', hint: 'A set of this tool, CVAT’s labels, obj.names, data.yaml, COCO or Label Studio’s XML; it is found out.', onChange: () => {
-    bring.disabled = drop.file() === null;
-    setText(error, '');
-  }});
-  const fresh = h('input', {class: 'input', type: 'text', id: 'labels-new', maxlength: 64, autocomplete: 'off', spellcheck: 'false', placeholder: 'no, into this set'});
-  const bring = h('button', {class: 'btn', type: 'button', disabled: true, onclick: () => void act(async () => {
-    const file = drop.file();
-    if (!file) return;
-    const key = fresh.value.trim();
-    const {sentence: said, known, refused, reported: notes} = await app.labels.bring(key || data.set, file, key !== '');
-    fill(reported, h('p', null, said, known.length > 0 && ` ${plural(known.length, 'label')} known already.`), refused.length + notes.length > 0 && h('ul', {class: 'skipped-list small'}, ...refused.map(({name, reason}) => h('li', null, `${name}: ${reason}`)), ...notes.map((text) => h('li', null, text))));
-  })}, icon('import'), 'Bring in');
+export function labelFilesDialog({ app, data, close, signal }) {
+  const { store, api } = app;
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const reported = h('div', { class: 'stack', role: 'status' });
+  const others = (store.get().labelSets ?? []).filter(({ key }) => key !== data.set);
+  const from = h(
+    'select',
+    { class: 'select', id: 'labels-from' },
+    ...others.map(({ key, name, labels }) => h('option', { value: key }, `${name} (${plural(labels, 'label')})`)),
+  );
+  const adopt = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      disabled: others.length === 0,
+      onclick: () =>
+        void act(async () => {
+          const { sentence: said } = await app.labels.change({ type: 'adopt', set: from.value }, data.set);
+          fill(reported, h('p', null, said));
+        }),
+    },
+    icon('add'),
+    'Add what is missing',
+  );
+  const drop = createDropField({
+    id: 'labels-file',
+    label: 'File',
+    hint: 'A set of this tool, CVAT’s labels, obj.names, data.yaml, COCO or Label Studio’s XML; it is found out.',
+    onChange: () => {
+      bring.disabled = drop.file() === null;
+      setText(error, '');
+    },
+  });
+  const fresh = h('input', {
+    class: 'input',
+    type: 'text',
+    id: 'labels-new',
+    maxlength: 64,
+    autocomplete: 'off',
+    spellcheck: 'false',
+    placeholder: 'no, into this set',
+  });
+  const bring = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      disabled: true,
+      onclick: () =>
+        void act(async () => {
+          const file = drop.file();
+          if (!file) return;
+          const key = fresh.value.trim();
+          const { sentence: said, known, refused, reported: notes } = await app.labels.bring(key || data.set, file, key !== '');
+          fill(
+            reported,
+            h('p', null, said, known.length > 0 && ` ${plural(known.length, 'label')} known already.`),
+            refused.length + notes.length > 0 &&
+              h(
+                'ul',
+                { class: 'skipped-list small' },
+                ...refused.map(({ name, reason }) => h('li', null, `${name}: ${reason}`)),
+                ...notes.map((text) => h('li', null, text)),
+              ),
+          );
+        }),
+    },
+    icon('import'),
+    'Bring in',
+  );
 
   /** @param {() => Promise<void>} what */
   async function act(what) {
@@ -56,14 +109,58 @@ export function labelFilesDialog({app, data, close, signal}) {
   }
 
   return {
-    title: 'Labels in and out', size: 'wide',
-    body: h('div', {class: 'stack'}, h('div', {class: 'run-dialog'},
-      h('section', {class: 'run-column', 'aria-labelledby': 'labels-in'}, h('h3', {id: 'labels-in'}, 'Bring labels in'),
-        h('p', {class: 'muted'}, 'Labels that the set lacks are added with new numbers. Labels that it has, by key, name or alias, stay as they are.'),
-        field('From another set', from), h('div', {class: 'row'}, adopt), drop.element, field('As a new set with the key', fresh, 'Letters, digits and hyphens, such as slovenia. Choose the set on the Labels page afterwards.'), h('div', {class: 'row'}, bring)),
-      h('section', {class: 'run-column', 'aria-labelledby': 'labels-out'}, h('h3', {id: 'labels-out'}, 'Save this set as a file'),
-        h('ul', {class: 'made-list'}, ...FORMATS.map(([format, name, text]) => h('li', {class: 'made'}, h('div', {class: 'stack made-text'}, h('strong', null, name), h('span', {class: 'muted small'}, text)),
-          h('a', {class: 'btn btn-small', href: api.labelFileUrl(data.set, format), download: '', 'aria-label': `Save as ${name}`}, icon('export'), 'Save')))))), reported),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close')],
+    title: 'Labels in and out',
+    size: 'wide',
+    body: h(
+      'div',
+      { class: 'stack' },
+      h(
+        'div',
+        { class: 'run-dialog' },
+        h(
+          'section',
+          { class: 'run-column', 'aria-labelledby': 'labels-in' },
+          h('h3', { id: 'labels-in' }, 'Bring labels in'),
+          h(
+            'p',
+            { class: 'muted' },
+            'Labels that the set lacks are added with new numbers. Labels that it has, by key, name or alias, stay as they are.',
+          ),
+          field('From another set', from),
+          h('div', { class: 'row' }, adopt),
+          drop.element,
+          field(
+            'As a new set with the key',
+            fresh,
+            'Letters, digits and hyphens, such as slovenia. Choose the set on the Labels page afterwards.',
+          ),
+          h('div', { class: 'row' }, bring),
+        ),
+        h(
+          'section',
+          { class: 'run-column', 'aria-labelledby': 'labels-out' },
+          h('h3', { id: 'labels-out' }, 'Save this set as a file'),
+          h(
+            'ul',
+            { class: 'made-list' },
+            ...FORMATS.map(([format, name, text]) =>
+              h(
+                'li',
+                { class: 'made' },
+                h('div', { class: 'stack made-text' }, h('strong', null, name), h('span', { class: 'muted small' }, text)),
+                h(
+                  'a',
+                  { class: 'btn btn-small', href: api.labelFileUrl(data.set, format), download: '', 'aria-label': `Save as ${name}` },
+                  icon('export'),
+                  'Save',
+                ),
+              ),
+            ),
+          ),
+        ),
+      ),
+      reported,
+    ),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close')],
   };
 }

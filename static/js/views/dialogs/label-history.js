@@ -1,28 +1,64 @@
 // @ts-check
 /** The versions of a label set: who made them, when, and what was changed; each change can be taken back. */
 
-import {sentence} from '../../api/errors.js';
-import {fill, h, setText} from '../dom.js';
-import {moment} from '../../model/format.js';
-import {icon} from '../icons.js';
+import { sentence } from '../../api/errors.js';
+import { fill, h, setText } from '../dom.js';
+import { moment } from '../../model/format.js';
+import { icon } from '../icons.js';
 
 /**
  * @param {import('./layer.js').Setup<'label-history'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function labelHistoryDialog({app, data, close, signal}) {
-  const list = h('ol', {class: 'made-list', 'aria-label': 'Versions, the newest first'});
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const status = h('p', {class: 'muted', role: 'status'}, 'The versions are listed …');
+export function labelHistoryDialog({ app, data, close, signal }) {
+  const list = h('ol', { class: 'made-list', 'aria-label': 'Versions, the newest first' });
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const status = h('p', { class: 'muted', role: 'status' }, 'The versions are listed …');
 
   async function load() {
     try {
-      const versions = await api.labelHistory(data.set, {signal});
-      const undone = new Set(versions.map(({undoes}) => undoes));
+      const versions = await api.labelHistory(data.set, { signal });
+      const undone = new Set(versions.map(({ undoes }) => undoes));
       setText(status, '');
-      fill(list, ...versions.map((one) => h('li', {class: 'made'},
-        h('div', {class: 'stack made-text'}, h('span', {dir: 'auto'}, one.sentence), h('span', {class: 'muted small'}, one.created === null ? `Version ${one.version}, as it came with tsr` : `Version ${one.version} · ${one.author} · ${moment(one.created)}`)),
-        h('div', {class: 'row made-actions'}, undone.has(one.version) ? h('span', {class: 'badge'}, 'taken back') : one.version > 1 && h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Undo version ${one.version}`, onclick: () => void undo(one.version)}, icon('undo'), 'Undo')))));
+      fill(
+        list,
+        ...versions.map((one) =>
+          h(
+            'li',
+            { class: 'made' },
+            h(
+              'div',
+              { class: 'stack made-text' },
+              h('span', { dir: 'auto' }, one.sentence),
+              h(
+                'span',
+                { class: 'muted small' },
+                one.created === null
+                  ? `Version ${one.version}, as it came with tsr`
+                  : `Version ${one.version} · ${one.author} · ${moment(one.created)}`,
+              ),
+            ),
+            h(
+              'div',
+              { class: 'row made-actions' },
+              undone.has(one.version)
+                ? h('span', { class: 'badge' }, 'taken back')
+                : one.version > 1 &&
+                    h(
+                      'button',
+                      {
+                        class: 'btn btn-small',
+                        type: 'button',
+                        'aria-label': `Undo version ${one.version}`,
+                        onclick: () => void undo(one.version),
+                      },
+                      icon('undo'),
+                      'Undo',
+                    ),
+            ),
+          ),
+        ),
+      );
     } catch (thrown) {
       if (!signal.aborted) setText(status, sentence(thrown));
     }
@@ -32,7 +68,7 @@ export function labelHistoryDialog({app, data, close, signal}) {
   async function undo(version) {
     setText(error, '');
     try {
-      const {sentence: said} = await app.labels.change({type: 'undo', version}, data.set);
+      const { sentence: said } = await app.labels.change({ type: 'undo', version }, data.set);
       await load();
       setText(status, said);
     } catch (thrown) {
@@ -40,11 +76,12 @@ export function labelHistoryDialog({app, data, close, signal}) {
     }
   }
 
-  const {api} = app;
+  const { api } = app;
   void load();
   return {
-    title: 'History of the label set', size: 'middle',
-    body: h('div', {class: 'stack'}, status, list),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close')],
+    title: 'History of the label set',
+    size: 'middle',
+    body: h('div', { class: 'stack' }, status, list),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close')],
   };
 }

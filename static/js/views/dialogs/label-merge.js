@@ -1,13 +1,13 @@
 // @ts-check
 /** Make a label another one: tracks that have it count as that from then on, until the history takes it back. */
 
-import {sentence} from '../../api/errors.js';
-import {offeredLabels} from '../../model/labels.js';
-import {h, setText} from '../dom.js';
-import {plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {toast} from '../../core/toast.js';
-import {createLabelChoice} from './label-choice.js';
+import { sentence } from '../../api/errors.js';
+import { offeredLabels } from '../../model/labels.js';
+import { h, setText } from '../dom.js';
+import { plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { toast } from '../../core/toast.js';
+import { createLabelChoice } from './label-choice.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -18,7 +18,11 @@ import {createLabelChoice} from './label-choice.js';
  * @param {{tracks: number, videos: number}|null} usage   null: not known
  */
 export function mergeWords(label, into, usage) {
-  const tracks = usage?.tracks ? `${plural(usage.tracks, 'track')} in ${plural(usage.videos, 'video')} ${usage.tracks === 1 ? 'is' : 'are'} '${label.name}' and will count as '${into.name}'.` : usage ? `No track is '${label.name}' yet.` : '';
+  const tracks = usage?.tracks
+    ? `${plural(usage.tracks, 'track')} in ${plural(usage.videos, 'video')} ${usage.tracks === 1 ? 'is' : 'are'} '${label.name}' and will count as '${into.name}'.`
+    : usage
+      ? `No track is '${label.name}' yet.`
+      : '';
   return `${tracks} Its names will lead to '${into.name}'. The history takes this back, and nothing stored is rewritten.`.trim();
 }
 
@@ -26,31 +30,51 @@ export function mergeWords(label, into, usage) {
  * @param {import('./layer.js').Setup<'label-merge'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function labelMergeDialog({app, data, close, signal}) {
+export function labelMergeDialog({ app, data, close, signal }) {
   /** @type {Label} */
   const label = data.label;
   /** @type {Label|null} */
   let into = null;
-  const words = h('p', {role: 'status'}, `Which label is '${label.name}'?${data.usage ? ` It is used in ${plural(data.usage.tracks, 'track')}.` : ''}`);
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('merge'), 'Merge');
-  const choice = createLabelChoice({placeholder: 'Type the name of the label that stays', take: (chosen) => {
-    into = chosen;
-    setText(words, mergeWords(label, chosen, data.usage));
-    go.disabled = false;
-    go.focus();
-  }});
-  choice.offer(data.labels, offeredLabels(data.labels).filter(({id}) => id !== label.id), -1);
+  const words = h(
+    'p',
+    { role: 'status' },
+    `Which label is '${label.name}'?${data.usage ? ` It is used in ${plural(data.usage.tracks, 'track')}.` : ''}`,
+  );
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('merge'), 'Merge');
+  const choice = createLabelChoice({
+    placeholder: 'Type the name of the label that stays',
+    take: (chosen) => {
+      into = chosen;
+      setText(words, mergeWords(label, chosen, data.usage));
+      go.disabled = false;
+      go.focus();
+    },
+  });
+  choice.offer(
+    data.labels,
+    offeredLabels(data.labels).filter(({ id }) => id !== label.id),
+    -1,
+  );
 
   async function submit() {
     if (into === null || go.disabled) return;
     go.disabled = true;
     setText(error, '');
     try {
-      const {sentence: said, version} = await app.labels.change({type: 'merge', id: label.id, into: into.id}, data.set);
+      const { sentence: said, version } = await app.labels.change({ type: 'merge', id: label.id, into: into.id }, data.set);
       close();
-      toast(said, {tone: 'good', action: {label: 'Undo', run: () => void app.labels.change({type: 'undo', version}, data.set)
-        .then((answer) => toast(answer.sentence, {tone: 'good'}), (thrown) => toast(sentence(thrown), {tone: 'bad'}))}});
+      toast(said, {
+        tone: 'good',
+        action: {
+          label: 'Undo',
+          run: () =>
+            void app.labels.change({ type: 'undo', version }, data.set).then(
+              (answer) => toast(answer.sentence, { tone: 'good' }),
+              (thrown) => toast(sentence(thrown), { tone: 'bad' }),
+            ),
+        },
+      });
     } catch (thrown) {
       if (!signal.aborted) setText(error, sentence(thrown));
       go.disabled = false;
@@ -59,8 +83,11 @@ export function labelMergeDialog({app, data, close, signal}) {
 
   choice.reveal();
   return {
-    title: `Merge '${label.name}' into another label`, size: 'middle', focus: choice.search, submit: () => void submit(),
-    body: h('div', {class: 'stack relabel'}, words, choice.search, choice.list, choice.none),
-    footer: [error, h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
+    title: `Merge '${label.name}' into another label`,
+    size: 'middle',
+    focus: choice.search,
+    submit: () => void submit(),
+    body: h('div', { class: 'stack relabel' }, words, choice.search, choice.list, choice.none),
+    footer: [error, h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
   };
 }

@@ -1,76 +1,138 @@
 // @ts-check
 /** One label of a set: what it is called, what it looks like, what a retraining makes of it. */
 
-import {sentence} from '../../api/errors.js';
-import {CATEGORIES, SHAPES, changeOf, formOf} from '../../model/label_form.js';
-import {h, setText} from '../dom.js';
-import {icon} from '../icons.js';
-import {pngOf} from '../label_picture.js';
-import {pictureThatMayMiss, showPicture} from '../pictures.js';
-import {toast} from '../../core/toast.js';
-import {field, group} from './fields.js';
-import {createAttributes} from './label-attributes.js';
+import { sentence } from '../../api/errors.js';
+import { CATEGORIES, SHAPES, changeOf, formOf } from '../../model/label_form.js';
+import { h, setText } from '../dom.js';
+import { icon } from '../icons.js';
+import { pngOf } from '../label_picture.js';
+import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { toast } from '../../core/toast.js';
+import { field, group } from './fields.js';
+import { createAttributes } from './label-attributes.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
-const TEACHES = /** @type {const} */ ([['sign', 'a sign to find and to read'], ['background', 'background'], ['ignore', 'nothing: neither sign nor background']]);
+const TEACHES = /** @type {const} */ ([
+  ['sign', 'a sign to find and to read'],
+  ['background', 'background'],
+  ['ignore', 'nothing: neither sign nor background'],
+]);
 
 /**
  * @param {import('./layer.js').Setup<'label'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function labelDialog({app, data, close, signal}) {
+export function labelDialog({ app, data, close, signal }) {
   /** @type {Label|null} */
   const label = data.label ?? null;
   const first = formOf(label);
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const save = h('button', {class: 'btn btn-primary', type: 'submit'}, label ? 'Save' : 'Add');
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const save = h('button', { class: 'btn btn-primary', type: 'submit' }, label ? 'Save' : 'Add');
   /** @param {string} id @param {string} value @param {Record<string, unknown>} [more] */
-  const text = (id, value, more = {}) => h('input', {class: 'input', type: 'text', id: `label-${id}`, autocomplete: 'off', spellcheck: 'false', maxlength: 200, value, ...more});
+  const text = (id, value, more = {}) =>
+    h('input', {
+      class: 'input',
+      type: 'text',
+      id: `label-${id}`,
+      autocomplete: 'off',
+      spellcheck: 'false',
+      maxlength: 200,
+      value,
+      ...more,
+    });
   /** @param {string} id @param {readonly (readonly [string, string])[]} options @param {string} value */
   const choice = (id, options, value) => {
-    const element = h('select', {class: 'select', id: `label-${id}`}, ...options.map(([one, words]) => h('option', {value: one}, words)));
+    const element = h(
+      'select',
+      { class: 'select', id: `label-${id}` },
+      ...options.map(([one, words]) => h('option', { value: one }, words)),
+    );
     element.value = value;
     return element;
   };
-  const name = text('name', first.name, {dir: 'auto'});
-  const key = text('key', first.key, {maxlength: 100, readOnly: label !== null, placeholder: 'made from the name'});
-  const short = text('short', first.short, {maxlength: 12, dir: 'auto', placeholder: 'the beginning of the name'});
-  const aliases = h('textarea', {class: 'textarea', id: 'label-aliases', rows: 4, spellcheck: 'false', dir: 'auto', value: first.aliases});
-  const shape = choice('shape', SHAPES.map((one) => [one, one]), first.shape);
-  const category = choice('category', CATEGORIES.map((one) => [one, one]), first.category);
+  const name = text('name', first.name, { dir: 'auto' });
+  const key = text('key', first.key, { maxlength: 100, readOnly: label !== null, placeholder: 'made from the name' });
+  const short = text('short', first.short, { maxlength: 12, dir: 'auto', placeholder: 'the beginning of the name' });
+  const aliases = h('textarea', {
+    class: 'textarea',
+    id: 'label-aliases',
+    rows: 4,
+    spellcheck: 'false',
+    dir: 'auto',
+    value: first.aliases,
+  });
+  const shape = choice(
+    'shape',
+    SHAPES.map((one) => [one, one]),
+    first.shape,
+  );
+  const category = choice(
+    'category',
+    CATEGORIES.map((one) => [one, one]),
+    first.category,
+  );
   const teach = choice('teach', TEACHES, first.teach);
-  const pinned = choice('pinned', [['', 'no digit'], ...[1, 2, 3, 4, 5, 6, 7, 8, 9].map((digit) => {
-    const other = /** @type {Label[]} */ (data.labels).find((one) => one.pinned === digit && one.id !== label?.id);
-    return /** @type {[string, string]} */ ([String(digit), other ? `Ctrl+${digit}, now ${other.name}` : `Ctrl+${digit}`]);
-  })], first.pinned);
-  const size = text('size', first.size_mm, {inputmode: 'decimal', placeholder: 'not known'});
-  const mirror = text('mirror', first.mirror, {placeholder: 'none', list: 'label-keys'});
-  const keys = h('datalist', {id: 'label-keys'}, ...data.labels.map((/** @type {Label} */ one) => h('option', {value: one.key}, one.name)));
-  const colour = text('colour', first.colour, {placeholder: 'as the tool chooses', maxlength: 7});
+  const pinned = choice(
+    'pinned',
+    [
+      ['', 'no digit'],
+      ...[1, 2, 3, 4, 5, 6, 7, 8, 9].map((digit) => {
+        const other = /** @type {Label[]} */ (data.labels).find((one) => one.pinned === digit && one.id !== label?.id);
+        return /** @type {[string, string]} */ ([String(digit), other ? `Ctrl+${digit}, now ${other.name}` : `Ctrl+${digit}`]);
+      }),
+    ],
+    first.pinned,
+  );
+  const size = text('size', first.size_mm, { inputmode: 'decimal', placeholder: 'not known' });
+  const mirror = text('mirror', first.mirror, { placeholder: 'none', list: 'label-keys' });
+  const keys = h(
+    'datalist',
+    { id: 'label-keys' },
+    ...data.labels.map((/** @type {Label} */ one) => h('option', { value: one.key }, one.name)),
+  );
+  const colour = text('colour', first.colour, { placeholder: 'as the tool chooses', maxlength: 7 });
   const attributes = createAttributes(first.attributes);
-  const picture = pictureThatMayMiss({class: 'label-shown', width: 64, height: 64, hidden: label?.picture == null, src: label?.picture});
-  const file = h('input', {type: 'file', accept: 'image/*', class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Picture of the label', onchange: () => void setPicture()});
+  const picture = pictureThatMayMiss({ class: 'label-shown', width: 64, height: 64, hidden: label?.picture == null, src: label?.picture });
+  const file = h('input', {
+    type: 'file',
+    accept: 'image/*',
+    class: 'visually-hidden',
+    tabIndex: -1,
+    'aria-label': 'Picture of the label',
+    onchange: () => void setPicture(),
+  });
 
   async function setPicture() {
     const chosen = file.files?.[0];
     if (!chosen || !label) return;
     setText(error, '');
     try {
-      const {sentence: said} = await app.labels.change({type: 'picture', id: label.id, png: await pngOf(chosen)}, data.set);
+      const { sentence: said } = await app.labels.change({ type: 'picture', id: label.id, png: await pngOf(chosen) }, data.set);
       showPicture(picture, URL.createObjectURL(chosen));
       picture.hidden = false;
-      toast(said, {tone: 'good'});
+      toast(said, { tone: 'good' });
     } catch (thrown) {
-      if (!signal.aborted) setText(error, thrown instanceof DOMException ? 'This file is no picture that the browser can read.' : sentence(thrown));
+      if (!signal.aborted)
+        setText(error, thrown instanceof DOMException ? 'This file is no picture that the browser can read.' : sentence(thrown));
     }
     file.value = '';
   }
 
   async function submit() {
     const found = changeOf(label, {
-      key: key.value, name: name.value, short: short.value, aliases: aliases.value, shape: shape.value, category: category.value, teach: /** @type {Label['teach']} */ (teach.value),
-      colour: colour.value, pinned: pinned.value, size_mm: size.value, mirror: mirror.value, attributes: attributes.read(),
+      key: key.value,
+      name: name.value,
+      short: short.value,
+      aliases: aliases.value,
+      shape: shape.value,
+      category: category.value,
+      teach: /** @type {Label['teach']} */ (teach.value),
+      colour: colour.value,
+      pinned: pinned.value,
+      size_mm: size.value,
+      mirror: mirror.value,
+      attributes: attributes.read(),
     });
     if ('error' in found) {
       setText(error, found.error);
@@ -83,9 +145,9 @@ export function labelDialog({app, data, close, signal}) {
     save.disabled = true;
     setText(error, '');
     try {
-      const {sentence: said} = await app.labels.change(found.change, data.set);
+      const { sentence: said } = await app.labels.change(found.change, data.set);
       close();
-      toast(said, {tone: 'good'});
+      toast(said, { tone: 'good' });
     } catch (thrown) {
       if (!signal.aborted) setText(error, sentence(thrown));
     } finally {
@@ -94,18 +156,62 @@ export function labelDialog({app, data, close, signal}) {
   }
 
   return {
-    title: label ? `Label ${label.name}` : 'Add a label', size: 'wide', submit: () => void submit(), focus: name,
-    body: h('div', {class: 'run-dialog'}, keys,
-      h('section', {class: 'run-column', 'aria-label': 'Names'},
-        field('Name', name), field('Also called, one a line', aliases, 'Names and codes of other tools and countries. Dialogs, imports and comparisons know the label by them.'),
-        h('div', {class: 'run-fields'}, field('Key', key, label ? 'It never changes: files and models name the label by it.' : 'Files and models name the label by it; it never changes.'), field('Short name', short)),
-        label && group('Picture', h('div', {class: 'row'}, picture, h('button', {class: 'btn btn-small', type: 'button', onclick: () => file.click()}, icon('upload'), 'Choose a picture file'), file),
-          h('p', {class: 'field-hint'}, 'A picture can also be cut from a track that you accept: the button is in its inspector.'))),
-      h('section', {class: 'run-column', 'aria-label': 'What is known of it'},
-        h('div', {class: 'run-fields'}, field('Shape', shape), field('Category', category)),
+    title: label ? `Label ${label.name}` : 'Add a label',
+    size: 'wide',
+    submit: () => void submit(),
+    focus: name,
+    body: h(
+      'div',
+      { class: 'run-dialog' },
+      keys,
+      h(
+        'section',
+        { class: 'run-column', 'aria-label': 'Names' },
+        field('Name', name),
+        field(
+          'Also called, one a line',
+          aliases,
+          'Names and codes of other tools and countries. Dialogs, imports and comparisons know the label by them.',
+        ),
+        h(
+          'div',
+          { class: 'run-fields' },
+          field(
+            'Key',
+            key,
+            label ? 'It never changes: files and models name the label by it.' : 'Files and models name the label by it; it never changes.',
+          ),
+          field('Short name', short),
+        ),
+        label &&
+          group(
+            'Picture',
+            h(
+              'div',
+              { class: 'row' },
+              picture,
+              h('button', { class: 'btn btn-small', type: 'button', onclick: () => file.click() }, icon('upload'), 'Choose a picture file'),
+              file,
+            ),
+            h('p', { class: 'field-hint' }, 'A picture can also be cut from a track that you accept: the button is in its inspector.'),
+          ),
+      ),
+      h(
+        'section',
+        { class: 'run-column', 'aria-label': 'What is known of it' },
+        h('div', { class: 'run-fields' }, field('Shape', shape), field('Category', category)),
         field('A retraining makes of it', teach),
-        h('div', {class: 'run-fields'}, field('Digit key', pinned), field('Usual width, mm', size), field('Mirror image is', mirror), field('Colour', colour)),
-        group('Attributes', attributes.element))),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), save],
+        h(
+          'div',
+          { class: 'run-fields' },
+          field('Digit key', pinned),
+          field('Usual width, mm', size),
+          field('Mirror image is', mirror),
+          field('Colour', colour),
+        ),
+        group('Attributes', attributes.element),
+      ),
+    ),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), save],
   };
 }

@@ -4,42 +4,42 @@
  * the focus goes back to where it was.
  */
 
-import {closeDialog} from '../../store/actions/page.js';
-import {h} from '../dom.js';
-import {icon} from '../icons.js';
-import {addVideoDialog} from './add-video.js';
-import {adoptedDialog} from './adopted.js';
-import {assignDialog} from './assign.js';
-import {bundleDialog} from './bundle.js';
-import {compareDialog} from './compare.js';
-import {confirmDialog} from './confirm.js';
-import {conflictDialog} from './conflict.js';
-import {deletedDialog} from './deleted.js';
-import {exportDialog} from './export.js';
-import {helpDialog} from './help.js';
-import {importDialog} from './import.js';
-import {importBundleDialog} from './import-bundle.js';
-import {bulkReviewDialog} from './bulk-review.js';
-import {chooseLabelDialog} from './choose-label.js';
-import {labelDialog} from './label.js';
-import {labelFilesDialog} from './label-files.js';
-import {labelHistoryDialog} from './label-history.js';
-import {labelMergeDialog} from './label-merge.js';
-import {mergeDialog} from './merge.js';
-import {noteDialog} from './note.js';
-import {paletteDialog} from './palette.js';
-import {recordDialog} from './record.js';
-import {relabelDialog} from './relabel.js';
-import {retrainDialog} from './retrain.js';
-import {returnWorkDialog} from './return-work.js';
-import {runDialog} from './run.js';
-import {runQueueDialog} from './run-queue.js';
-import {runSeveralDialog} from './run-several.js';
-import {secondDialog} from './second.js';
-import {settingsDialog} from './settings.js';
-import {tagsDialog} from './tags.js';
-import {groundTruthsDialog} from './ground-truths.js';
-import {whatIfDialog} from './whatif.js';
+import { closeDialog } from '../../store/actions/page.js';
+import { h } from '../dom.js';
+import { icon } from '../icons.js';
+import { addVideoDialog } from './add-video.js';
+import { adoptedDialog } from './adopted.js';
+import { assignDialog } from './assign.js';
+import { bundleDialog } from './bundle.js';
+import { compareDialog } from './compare.js';
+import { confirmDialog } from './confirm.js';
+import { conflictDialog } from './conflict.js';
+import { deletedDialog } from './deleted.js';
+import { exportDialog } from './export.js';
+import { helpDialog } from './help.js';
+import { importDialog } from './import.js';
+import { importBundleDialog } from './import-bundle.js';
+import { bulkReviewDialog } from './bulk-review.js';
+import { chooseLabelDialog } from './choose-label.js';
+import { labelDialog } from './label.js';
+import { labelFilesDialog } from './label-files.js';
+import { labelHistoryDialog } from './label-history.js';
+import { labelMergeDialog } from './label-merge.js';
+import { mergeDialog } from './merge.js';
+import { noteDialog } from './note.js';
+import { paletteDialog } from './palette.js';
+import { recordDialog } from './record.js';
+import { relabelDialog } from './relabel.js';
+import { retrainDialog } from './retrain.js';
+import { returnWorkDialog } from './return-work.js';
+import { runDialog } from './run.js';
+import { runQueueDialog } from './run-queue.js';
+import { runSeveralDialog } from './run-several.js';
+import { secondDialog } from './second.js';
+import { settingsDialog } from './settings.js';
+import { tagsDialog } from './tags.js';
+import { groundTruthsDialog } from './ground-truths.js';
+import { whatIfDialog } from './whatif.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../dialog-types.js').Dialog} Dialog */
@@ -108,7 +108,7 @@ const KINDS = {
  * @returns {import('../../page-types.js').View}
  */
 export function createDialogs(app) {
-  const element = h('div', {class: 'dialog-layer'});
+  const element = h('div', { class: 'dialog-layer' });
   /** @type {{dialog: Dialog, node: HTMLDialogElement, content: Content, ended: AbortController}|null} */
   let open = null;
 
@@ -120,17 +120,43 @@ export function createDialogs(app) {
     // What it edits is the run that it was opened on, also where another one has come to the screen behind it.
     const run = app.store.get().review?.run?.id ?? null;
     const create = /** @type {(setup: Setup<any>) => Content} */ (KINDS[dialog.kind]);
-    const content = create({app: {...app, edit: (command) => app.edit(command, run)}, data: dialog.data ?? {}, close, signal: AbortSignal.any([ended.signal, app.signal])});
-    const node = h('dialog', {class: `dialog dialog-${content.size ?? 'middle'} dialog-${dialog.kind} ${content.side ? `dialog-${content.side}` : ''}`, 'aria-labelledby': 'dialog-title'},
-      h('form', {class: 'dialog-form', method: 'dialog', novalidate: true, onsubmit: (/** @type {Event} */ event) => {
-        event.preventDefault();
-        content.submit?.();
-      }},
-      h('header', {class: 'dialog-head'},
-        h('h2', {id: 'dialog-title', tabIndex: -1}, content.title),
-        h('button', {class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', onclick: close}, icon('close'))),
-      h('div', {class: 'dialog-body'}, content.body),
-      content.footer && h('footer', {class: 'dialog-foot'}, ...content.footer)));
+    const content = create({
+      app: { ...app, edit: (command) => app.edit(command, run) },
+      data: dialog.data ?? {},
+      close,
+      signal: AbortSignal.any([ended.signal, app.signal]),
+    });
+    const node = h(
+      'dialog',
+      {
+        class: `dialog dialog-${content.size ?? 'middle'} dialog-${dialog.kind} ${content.side ? `dialog-${content.side}` : ''}`,
+        'aria-labelledby': 'dialog-title',
+      },
+      h(
+        'form',
+        {
+          class: 'dialog-form',
+          method: 'dialog',
+          novalidate: true,
+          onsubmit: (/** @type {Event} */ event) => {
+            event.preventDefault();
+            content.submit?.();
+          },
+        },
+        h(
+          'header',
+          { class: 'dialog-head' },
+          h('h2', { id: 'dialog-title', tabIndex: -1 }, content.title),
+          h(
+            'button',
+            { class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', onclick: close },
+            icon('close'),
+          ),
+        ),
+        h('div', { class: 'dialog-body' }, content.body),
+        content.footer && h('footer', { class: 'dialog-foot' }, ...content.footer),
+      ),
+    );
     // Keys of the review screen stay out of a dialog; Escape is the dialog's own.
     node.addEventListener('keydown', (event) => event.stopPropagation());
     node.addEventListener('close', close);
@@ -140,7 +166,7 @@ export function createDialogs(app) {
     element.append(node);
     node.showModal();
     (content.focus ?? node.querySelector('h2'))?.focus();
-    open = {dialog, node, content, ended};
+    open = { dialog, node, content, ended };
   }
 
   function hide() {

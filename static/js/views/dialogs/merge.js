@@ -1,17 +1,17 @@
 // @ts-check
 /** Tracks that are to be merged have boxes in the same frames: both are shown, and a person says whose stay. */
 
-import {docOf} from '../../editing/revisions.js';
-import {clearestFrame} from '../../model/clearest.js';
-import {engineName} from '../../model/labels.js';
-import {trackEntries} from '../../model/track_entries.js';
-import {trackName} from '../../model/track_name.js';
-import {sharedFrames, sharedWords, mergeTracks} from '../../operations/merge.js';
-import {knownBox} from '../../review/known_box.js';
-import {putOverlays} from '../../store/actions/review.js';
-import {fill, h, setText} from '../dom.js';
-import {count} from '../../model/format.js';
-import {partOfFrame} from './two-versions.js';
+import { docOf } from '../../editing/revisions.js';
+import { clearestFrame } from '../../model/clearest.js';
+import { engineName } from '../../model/labels.js';
+import { trackEntries } from '../../model/track_entries.js';
+import { trackName } from '../../model/track_name.js';
+import { sharedFrames, sharedWords, mergeTracks } from '../../operations/merge.js';
+import { knownBox } from '../../review/known_box.js';
+import { putOverlays } from '../../store/actions/review.js';
+import { fill, h, setText } from '../dom.js';
+import { count } from '../../model/format.js';
+import { partOfFrame } from './two-versions.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 
@@ -32,23 +32,42 @@ export function nearestIn(runs, frame) {
  * @param {import('./layer.js').Setup<'merge'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function mergeDialog({app, data, close, signal}) {
+export function mergeDialog({ app, data, close, signal }) {
   /** @type {string[]} */
   const marked = data.marked;
   let first = marked[0];
   const order = () => [first, ...marked.filter((key) => key !== first)];
-  const pictures = h('div', {class: 'stack'});
-  const choice = h('fieldset', {class: 'stack'}, h('legend', null, 'Keep the boxes of'), ...marked.map((key) => {
-    const {review, labels} = app.store.get();
-    const entry = review && trackEntries(review.tracks, review.docs).find((one) => one.key === key);
-    return h('label', {class: 'row'},
-      h('input', {type: 'radio', name: 'merge-first', value: key, checked: key === first, onchange: () => {
-        first = key;
-        show();
-      }}), h('span', {dir: 'auto', class: 'merge-name'}, `${trackName(key, review?.docs[key])} · ${engineName(labels, entry?.class_id, entry?.word ?? null)}`));
-  }));
-  const cancel = h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel');
-  const go = h('button', {class: 'btn btn-primary', type: 'submit'}, 'Merge');
+  const pictures = h('div', { class: 'stack' });
+  const choice = h(
+    'fieldset',
+    { class: 'stack' },
+    h('legend', null, 'Keep the boxes of'),
+    ...marked.map((key) => {
+      const { review, labels } = app.store.get();
+      const entry = review && trackEntries(review.tracks, review.docs).find((one) => one.key === key);
+      return h(
+        'label',
+        { class: 'row' },
+        h('input', {
+          type: 'radio',
+          name: 'merge-first',
+          value: key,
+          checked: key === first,
+          onchange: () => {
+            first = key;
+            show();
+          },
+        }),
+        h(
+          'span',
+          { dir: 'auto', class: 'merge-name' },
+          `${trackName(key, review?.docs[key])} · ${engineName(labels, entry?.class_id, entry?.word ?? null)}`,
+        ),
+      );
+    }),
+  );
+  const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
+  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, 'Merge');
   /** What was asked for. @type {Set<number>} */
   const asked = new Set();
 
@@ -58,7 +77,7 @@ export function mergeDialog({app, data, close, signal}) {
     if (!run || asked.has(frame)) return;
     asked.add(frame);
     try {
-      const found = await app.api.overlays(run, frame, frame, {signal});
+      const found = await app.api.overlays(run, frame, frame, { signal });
       if (app.store.get().review?.run?.id === run) app.store.dispatch((state) => putOverlays(state, 'overlays', found));
     } catch {
       // the words say which frames it is about
@@ -66,35 +85,64 @@ export function mergeDialog({app, data, close, signal}) {
   }
 
   function show() {
-    const {review} = app.store.get();
+    const { review } = app.store.get();
     if (!review) return;
     const shared = sharedFrames(review, first, order().slice(1));
-    fill(pictures, ...shared.slice(0, MOST).map((one) => {
-      const doc = docOf(review, one.key);
-      const frame = nearestIn(one.runs, (doc && clearestFrame(doc, review.tracks)) ?? review.frame);
-      if (!review.overlays[frame]) void fetchBoxes(review, frame);
-      const pair = /** @type {const} */ ([[one.stays[0], 'mine', 'stays'], [one.key, 'saved', 'goes']]);
-      return h('section', {class: 'merge-pair'},
-        h('p', null, sharedWords(review, one)),
-        h('div', {class: 'row two-versions'}, ...pair.map(([key, whose, fate]) => partOfFrame(app, review.video, frame, [{box: knownBox(review, key, frame), whose}],
-          `Frame ${count(frame)}: the box of ${trackName(key, review.docs[key])} ${fate}`))));
-    }), shared.length > MOST && h('p', {class: 'muted small'}, `${count(shared.length - MOST)} more tracks share frames.`));
+    fill(
+      pictures,
+      ...shared.slice(0, MOST).map((one) => {
+        const doc = docOf(review, one.key);
+        const frame = nearestIn(one.runs, (doc && clearestFrame(doc, review.tracks)) ?? review.frame);
+        if (!review.overlays[frame]) void fetchBoxes(review, frame);
+        const pair = /** @type {const} */ ([
+          [one.stays[0], 'mine', 'stays'],
+          [one.key, 'saved', 'goes'],
+        ]);
+        return h(
+          'section',
+          { class: 'merge-pair' },
+          h('p', null, sharedWords(review, one)),
+          h(
+            'div',
+            { class: 'row two-versions' },
+            ...pair.map(([key, whose, fate]) =>
+              partOfFrame(
+                app,
+                review.video,
+                frame,
+                [{ box: knownBox(review, key, frame), whose }],
+                `Frame ${count(frame)}: the box of ${trackName(key, review.docs[key])} ${fate}`,
+              ),
+            ),
+          ),
+        );
+      }),
+      shared.length > MOST && h('p', { class: 'muted small' }, `${count(shared.length - MOST)} more tracks share frames.`),
+    );
     setText(go, `Merge into ${trackName(first, review.docs[first])}`);
   }
 
   let drawn = app.store.get().review?.overlays;
   show();
   return {
-    title: 'These tracks share frames', size: 'middle', focus: cancel,
+    title: 'These tracks share frames',
+    size: 'middle',
+    focus: cancel,
     submit() {
       if (mergeTracks(app, first, order().slice(1))) close();
     },
-    update({review}) {
+    update({ review }) {
       if (review?.overlays === drawn) return;
       drawn = review?.overlays;
       show();
     },
-    body: h('div', {class: 'stack'}, pictures, choice, h('p', {class: 'muted small'}, 'Two signs are two tracks: cancel if these are not one and the same. Undo takes a merge back.')),
-    footer: [h('span', {class: 'grow'}), cancel, go],
+    body: h(
+      'div',
+      { class: 'stack' },
+      pictures,
+      choice,
+      h('p', { class: 'muted small' }, 'Two signs are two tracks: cancel if these are not one and the same. Undo takes a merge back.'),
+    ),
+    footer: [h('span', { class: 'grow' }), cancel, go],
   };
 }

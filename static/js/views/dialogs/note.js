@@ -1,9 +1,9 @@
 // @ts-check
 /** A note on a track, pinned to a frame. */
 
-import {trackName} from '../../model/track_name.js';
-import {edit} from '../app.js';
-import {h, setText} from '../dom.js';
+import { trackName } from '../../model/track_name.js';
+import { edit } from '../app.js';
+import { h, setText } from '../dom.js';
 
 const LONGEST = 2000;
 
@@ -11,15 +11,22 @@ const LONGEST = 2000;
  * @param {import('./layer.js').Setup<'note'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function noteDialog({app, data, close}) {
+export function noteDialog({ app, data, close }) {
   const review = app.store.get().review;
   const key = data.key ?? review?.selected ?? null;
   const frame = data.frame ?? review?.frame ?? 0;
   const run = review?.run?.id ?? '';
   // a new note is the one that is half written in the inspector, if any
   const draft = key !== null && !data.note_id;
-  const text = h('textarea', {class: 'textarea', rows: 4, maxlength: LONGEST, id: 'note-text', value: data.text ?? (draft ? app.notes.of(run, key) : ''), 'aria-describedby': 'note-hint note-error'});
-  const error = h('p', {class: 'field-error', id: 'note-error', role: 'alert', hidden: true});
+  const text = h('textarea', {
+    class: 'textarea',
+    rows: 4,
+    maxlength: LONGEST,
+    id: 'note-text',
+    value: data.text ?? (draft ? app.notes.of(run, key) : ''),
+    'aria-describedby': 'note-hint note-error',
+  });
+  const error = h('p', { class: 'field-error', id: 'note-error', role: 'alert', hidden: true });
   /** @param {string} value */
   const keep = (value) => {
     if (draft) app.notes.keep(run, key, value);
@@ -37,17 +44,50 @@ export function noteDialog({app, data, close}) {
       text.focus();
       return;
     }
-    if (edit(app, key, data.note_id ? {name: 'edit_note', note_id: data.note_id, text: value, frame} : {name: 'add_note', note_id: crypto.randomUUID(), text: value, frame})) keep('');
+    if (
+      edit(
+        app,
+        key,
+        data.note_id
+          ? { name: 'edit_note', note_id: data.note_id, text: value, frame }
+          : { name: 'add_note', note_id: crypto.randomUUID(), text: value, frame },
+      )
+    )
+      keep('');
     close();
   }
 
   return {
-    title: data.note_id ? 'Change the note' : key ? `Note on track ${trackName(key, review?.docs[key])}, frame ${frame}` : 'Note', size: 'narrow', focus: text, submit,
-    body: h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'note-text'}, 'Text'), text,
-      h('span', {class: 'field-hint', id: 'note-hint'}, draft ? 'Ctrl+Enter saves; after Escape the text is still here.' : 'Ctrl+Enter saves.'), error),
-    footer: [h('button', {class: 'btn', type: 'button', onclick: () => {
-      keep('');
-      close();
-    }}, 'Cancel'), h('button', {class: 'btn btn-primary', type: 'submit'}, 'Save')],
+    title: data.note_id ? 'Change the note' : key ? `Note on track ${trackName(key, review?.docs[key])}, frame ${frame}` : 'Note',
+    size: 'narrow',
+    focus: text,
+    submit,
+    body: h(
+      'div',
+      { class: 'field' },
+      h('label', { class: 'field-label', for: 'note-text' }, 'Text'),
+      text,
+      h(
+        'span',
+        { class: 'field-hint', id: 'note-hint' },
+        draft ? 'Ctrl+Enter saves; after Escape the text is still here.' : 'Ctrl+Enter saves.',
+      ),
+      error,
+    ),
+    footer: [
+      h(
+        'button',
+        {
+          class: 'btn',
+          type: 'button',
+          onclick: () => {
+            keep('');
+            close();
+          },
+        },
+        'Cancel',
+      ),
+      h('button', { class: 'btn btn-primary', type: 'submit' }, 'Save'),
+    ],
   };
 }

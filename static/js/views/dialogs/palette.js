@@ -1,18 +1,18 @@
 // @ts-check
 /** The command palette: every command with its key, every label, track and setting, found by typing. */
 
-import {stepTo} from '../../model/list_keys.js';
-import {engineName, offeredLabels} from '../../model/labels.js';
-import {findItems, prepared} from '../../model/palette.js';
-import {trackEntries} from '../../model/track_entries.js';
-import {needsTrack, onReview} from '../../operations/helpers.js';
-import {openTrack} from '../../operations/navigate.js';
-import {runOperation} from '../../operations/registry.js';
-import {giveLabel} from '../../operations/verdicts.js';
-import {h, reconcile, setText} from '../dom.js';
-import {count, frameSpan} from '../../model/format.js';
-import {toast} from '../../core/toast.js';
-import {keyHint} from './help.js';
+import { stepTo } from '../../model/list_keys.js';
+import { engineName, offeredLabels } from '../../model/labels.js';
+import { findItems, prepared } from '../../model/palette.js';
+import { trackEntries } from '../../model/track_entries.js';
+import { needsTrack, onReview } from '../../operations/helpers.js';
+import { openTrack } from '../../operations/navigate.js';
+import { runOperation } from '../../operations/registry.js';
+import { giveLabel } from '../../operations/verdicts.js';
+import { h, reconcile, setText } from '../dom.js';
+import { count, frameSpan } from '../../model/format.js';
+import { toast } from '../../core/toast.js';
+import { keyHint } from './help.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */
@@ -28,21 +28,39 @@ const MOST = 60;
  * @returns {Item[]}
  */
 function paletteItems(app, state) {
-  const commands = app.operations.filter((operation) => operation.id !== 'palette' && operation.available(state)).flatMap((operation) => {
-    const {id, label, tooltip, group, keys, each = false} = operation;
-    const common = {also: `${tooltip} ${group}`, kind: group, reason: operation.disabled(state)};
-    if (!each) return [{...common, id, text: label, key: keys[0] ?? '', run: () => runOperation(app, operation, toast)}];
-    return keys.map((key) => ({...common, id: `${id}-${key}`, text: `${label}: ${key.slice(-1)}`, key, run: () => runOperation(app, operation, toast, key)}));
-  });
-  const {review, labels} = state;
+  const commands = app.operations
+    .filter((operation) => operation.id !== 'palette' && operation.available(state))
+    .flatMap((operation) => {
+      const { id, label, tooltip, group, keys, each = false } = operation;
+      const common = { also: `${tooltip} ${group}`, kind: group, reason: operation.disabled(state) };
+      if (!each) return [{ ...common, id, text: label, key: keys[0] ?? '', run: () => runOperation(app, operation, toast) }];
+      return keys.map((key) => ({
+        ...common,
+        id: `${id}-${key}`,
+        text: `${label}: ${key.slice(-1)}`,
+        key,
+        run: () => runOperation(app, operation, toast, key),
+      }));
+    });
+  const { review, labels } = state;
   if (review === null || !onReview(state)) return commands;
   const reason = needsTrack(state);
   const given = offeredLabels(labels).map((label) => ({
-    id: `label-${label.id}`, text: label.name, also: [label.key, ...label.aliases, 'label relabel'].join(' '), kind: 'Label', key: label.pinned === null ? '' : `Ctrl+${label.pinned}`, reason,
+    id: `label-${label.id}`,
+    text: label.name,
+    also: [label.key, ...label.aliases, 'label relabel'].join(' '),
+    kind: 'Label',
+    key: label.pinned === null ? '' : `Ctrl+${label.pinned}`,
+    reason,
     run: () => giveLabel(app, label),
   }));
   const tracks = trackEntries(review.tracks, review.docs).map((entry) => ({
-    id: `track-${entry.key}`, text: `Track ${entry.name} · ${engineName(labels, entry.class_id, entry.word)}`, also: String(entry.track ?? ''), kind: `Frames ${frameSpan(entry.first, entry.last)}`, key: '', reason: null,
+    id: `track-${entry.key}`,
+    text: `Track ${entry.name} · ${engineName(labels, entry.class_id, entry.word)}`,
+    also: String(entry.track ?? ''),
+    kind: `Frames ${frameSpan(entry.first, entry.last)}`,
+    key: '',
+    reason: null,
     run: () => openTrack(app, entry.key),
   }));
   return [...commands, ...given, ...tracks];
@@ -52,32 +70,64 @@ function paletteItems(app, state) {
  * @param {import('./layer.js').Setup<'palette'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function paletteDialog({app, close, signal}) {
+export function paletteDialog({ app, close, signal }) {
   const items = prepared(paletteItems(app, app.store.get()));
   /** @type {Item[]} */
   let found = [];
   let at = 0;
-  const list = h('ul', {class: 'palette-list', role: 'listbox', id: 'palette-list', 'aria-label': 'Found'});
-  const told = h('p', {class: 'muted small palette-told', role: 'status'});
+  const list = h('ul', { class: 'palette-list', role: 'listbox', id: 'palette-list', 'aria-label': 'Found' });
+  const told = h('p', { class: 'muted small palette-told', role: 'status' });
   const search = h('input', {
-    class: 'input', type: 'text', role: 'combobox', autocomplete: 'off', spellcheck: 'false', maxlength: 200, placeholder: 'Command, label, track or setting',
-    'aria-label': 'Find', 'aria-expanded': 'true', 'aria-controls': 'palette-list', 'aria-autocomplete': 'list', oninput: show,
+    class: 'input',
+    type: 'text',
+    role: 'combobox',
+    autocomplete: 'off',
+    spellcheck: 'false',
+    maxlength: 200,
+    placeholder: 'Command, label, track or setting',
+    'aria-label': 'Find',
+    'aria-expanded': 'true',
+    'aria-controls': 'palette-list',
+    'aria-autocomplete': 'list',
+    oninput: show,
   });
 
   function show() {
-    const {found: now, total} = findItems(items, search.value, MOST);
+    const { found: now, total } = findItems(items, search.value, MOST);
     found = now;
     at = 0;
-    reconcile(list, found, ({id}) => id, create);
-    setText(told, total === 0 ? 'Nothing found. Try fewer letters.' : total > found.length ? `The first ${count(found.length)} of ${count(total)}; type to find the others.` : '');
+    reconcile(list, found, ({ id }) => id, create);
+    setText(
+      told,
+      total === 0
+        ? 'Nothing found. Try fewer letters.'
+        : total > found.length
+          ? `The first ${count(found.length)} of ${count(total)}; type to find the others.`
+          : '',
+    );
     mark();
   }
 
   /** @param {Item} item */
   function create(item) {
-    return h('li', {class: 'palette-item', role: 'option', id: `palette-${item.id}`, 'aria-disabled': item.reason === null ? null : 'true', onclick: () => take(item)},
-      h('span', {class: 'palette-text', dir: 'auto'}, item.text, item.reason && h('span', {class: 'muted small palette-reason'}, item.reason)),
-      h('span', {class: 'muted small palette-kind'}, item.kind), item.key && keyHint(item.key));
+    return h(
+      'li',
+      {
+        class: 'palette-item',
+        role: 'option',
+        id: `palette-${item.id}`,
+        'aria-disabled': item.reason === null ? null : 'true',
+        onclick: () => take(item),
+      },
+      h(
+        'span',
+        { class: 'palette-text', dir: 'auto' },
+        item.text,
+        item.reason && h('span', { class: 'muted small palette-reason' }, item.reason),
+      ),
+      h('span', { class: 'muted small palette-kind' }, item.kind),
+      item.key && keyHint(item.key),
+    );
   }
 
   function mark() {
@@ -86,7 +136,7 @@ export function paletteDialog({app, close, signal}) {
     row?.setAttribute('aria-selected', 'true');
     if (row) search.setAttribute('aria-activedescendant', row.id);
     else search.removeAttribute('aria-activedescendant');
-    row?.scrollIntoView({block: 'nearest'});
+    row?.scrollIntoView({ block: 'nearest' });
   }
 
   /** @param {Item|undefined} item */
@@ -97,12 +147,12 @@ export function paletteDialog({app, close, signal}) {
       return;
     }
     // once the palette is gone: a command may open a dialog or move the focus
-    signal.addEventListener('abort', () => app.signal.aborted || setTimeout(item.run), {once: true});
+    signal.addEventListener('abort', () => app.signal.aborted || setTimeout(item.run), { once: true });
     close();
   }
 
   search.addEventListener('keydown', (event) => {
-    const next = stepTo(event.key, at, found.length, {page: 10, typed: true});
+    const next = stepTo(event.key, at, found.length, { page: 10, typed: true });
     if (next !== null) {
       event.preventDefault();
       at = next;
@@ -117,5 +167,5 @@ export function paletteDialog({app, close, signal}) {
   });
   show();
 
-  return {title: 'Find anything', size: 'middle', focus: search, body: h('div', {class: 'palette'}, search, list, told)};
+  return { title: 'Find anything', size: 'middle', focus: search, body: h('div', { class: 'palette' }, search, list, told) };
 }

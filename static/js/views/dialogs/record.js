@@ -1,13 +1,13 @@
 // @ts-check
 /** Make a recording for the Rerun viewer of a range of frames. */
 
-import {sentence} from '../../api/errors.js';
-import {putOutput} from '../../store/actions/page.js';
-import {changeReview} from '../../store/actions/review.js';
-import {h, setText} from '../dom.js';
-import {icon} from '../icons.js';
-import {toast} from '../../core/toast.js';
-import {createFrameRange} from './frame-range.js';
+import { sentence } from '../../api/errors.js';
+import { putOutput } from '../../store/actions/page.js';
+import { changeReview } from '../../store/actions/review.js';
+import { h, setText } from '../dom.js';
+import { icon } from '../icons.js';
+import { toast } from '../../core/toast.js';
+import { createFrameRange } from './frame-range.js';
 
 const OFFERED = 300;
 const MOST = 20_000;
@@ -16,14 +16,19 @@ const MOST = 20_000;
  * @param {import('./layer.js').Setup<'record'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function recordDialog({app, close, signal}) {
+export function recordDialog({ app, close, signal }) {
   const review = app.store.get().review;
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit'}, icon('film'), 'Record');
-  const range = createFrameRange(review, {id: 'record', begin: OFFERED, most: MOST, changed: (wrong) => {
-    setText(error, wrong);
-    go.disabled = wrong !== '';
-  }});
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, icon('film'), 'Record');
+  const range = createFrameRange(review, {
+    id: 'record',
+    begin: OFFERED,
+    most: MOST,
+    changed: (wrong) => {
+      setText(error, wrong);
+      go.disabled = wrong !== '';
+    },
+  });
 
   async function submit() {
     const found = range.value();
@@ -31,11 +36,14 @@ export function recordDialog({app, close, signal}) {
     go.disabled = true;
     try {
       const frame = Math.min(found.stop - 1, Math.max(found.first, review.frame));
-      const {id} = review.run;
-      await app.load(() => app.api.record(id, {...found, frame, track: review.selected}, {signal}), (state, output) => putOutput(changeReview(state, {beside: null}), output));
+      const { id } = review.run;
+      await app.load(
+        () => app.api.record(id, { ...found, frame, track: review.selected }, { signal }),
+        (state, output) => putOutput(changeReview(state, { beside: null }), output),
+      );
       // The view lists what there is when it opens: one that stood open is opened anew, after it is gone.
-      requestAnimationFrame(() => requestAnimationFrame(() => app.store.dispatch((state) => changeReview(state, {beside: 'recording'}))));
-      toast('The recording is made; it opens beside the picture.', {tone: 'good'});
+      requestAnimationFrame(() => requestAnimationFrame(() => app.store.dispatch((state) => changeReview(state, { beside: 'recording' }))));
+      toast('The recording is made; it opens beside the picture.', { tone: 'good' });
       close();
     } catch (thrown) {
       if (signal.aborted) return;
@@ -46,8 +54,20 @@ export function recordDialog({app, close, signal}) {
 
   range.tell();
   return {
-    title: 'Record for the Rerun viewer', size: 'narrow', submit, focus: range.focus,
-    body: h('div', {class: 'stack'}, h('p', {class: 'muted'}, 'Pictures, boxes, the gate’s factors, votes and events of these frames in one .rrd file. It can be looked at beside the picture, or downloaded for a viewer of its own.'), range.element),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
+    title: 'Record for the Rerun viewer',
+    size: 'narrow',
+    submit,
+    focus: range.focus,
+    body: h(
+      'div',
+      { class: 'stack' },
+      h(
+        'p',
+        { class: 'muted' },
+        'Pictures, boxes, the gate’s factors, votes and events of these frames in one .rrd file. It can be looked at beside the picture, or downloaded for a viewer of its own.',
+      ),
+      range.element,
+    ),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
   };
 }

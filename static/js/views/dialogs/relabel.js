@@ -1,25 +1,25 @@
 // @ts-check
 /** Choose one of the labels by typing part of its name, its code or its number, or add one; keyboard alone is enough. */
 
-import {sentence} from '../../api/errors.js';
-import {NO_CLASS} from '../../model/documents.js';
-import {labelAt, labelOf} from '../../model/effective.js';
-import {finderOf} from '../../model/label_finder.js';
-import {className, offeredLabels, resolved} from '../../model/labels.js';
-import {documentLane, lastVotes} from '../../model/track_lane.js';
-import {trackName} from '../../model/track_name.js';
-import {create as createTrack} from '../../operations/place_box.js';
-import {followDrawn} from '../../operations/follow.js';
-import {labelSetKey} from '../../editing/label_sets.js';
-import {judge} from '../../operations/verdicts.js';
-import {docOf} from '../../editing/revisions.js';
-import {shownTrack} from '../../review/shown_tracks.js';
-import {edit} from '../app.js';
-import {h, setText} from '../dom.js';
-import {percent} from '../../model/format.js';
-import {recall, remember} from '../../core/preferences.js';
-import {labelOfKey, noteRecent, recentLabels} from '../recent_labels.js';
-import {createLabelChoice} from './label-choice.js';
+import { sentence } from '../../api/errors.js';
+import { NO_CLASS } from '../../model/documents.js';
+import { labelAt, labelOf } from '../../model/effective.js';
+import { finderOf } from '../../model/label_finder.js';
+import { className, offeredLabels, resolved } from '../../model/labels.js';
+import { documentLane, lastVotes } from '../../model/track_lane.js';
+import { trackName } from '../../model/track_name.js';
+import { create as createTrack } from '../../operations/place_box.js';
+import { followDrawn } from '../../operations/follow.js';
+import { labelSetKey } from '../../editing/label_sets.js';
+import { judge } from '../../operations/verdicts.js';
+import { docOf } from '../../editing/revisions.js';
+import { shownTrack } from '../../review/shown_tracks.js';
+import { edit } from '../app.js';
+import { h, setText } from '../dom.js';
+import { percent } from '../../model/format.js';
+import { recall, remember } from '../../core/preferences.js';
+import { labelOfKey, noteRecent, recentLabels } from '../recent_labels.js';
+import { createLabelChoice } from './label-choice.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -80,42 +80,48 @@ export function sideOf(review, box) {
 export function furtherRow(labels, text) {
   if (text === '' || text.startsWith('#')) return null;
   const named = finderOf(labels).find(text);
-  if (named === null || named.how === 'number') return {text: `Add '${text}'`, hidden: null};
-  return named.label.hidden ? {text: `'${named.label.name}' is hidden: show it again and take it`, hidden: named.label} : null;
+  if (named === null || named.how === 'number') return { text: `Add '${text}'`, hidden: null };
+  return named.label.hidden ? { text: `'${named.label.name}' is hidden: show it again and take it`, hidden: named.label } : null;
 }
 
 /**
  * @param {import('./layer.js').Setup<'relabel'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function relabelDialog({app, data, close, signal}) {
-  const {review} = app.store.get();
+export function relabelDialog({ app, data, close, signal }) {
+  const { review } = app.store.get();
   /** @type {import('../../state-types.js').Draft|null} */
   const draft = data.draft ?? null;
   /** @type {string|null} */
-  const key = draft ? null : data.key ?? review?.selected ?? null;
+  const key = draft ? null : (data.key ?? review?.selected ?? null);
   const frame = draft?.frame ?? data.frame ?? review?.frame ?? 0;
   const doc = review && key ? docOf(review, key) : null;
   /** @param {number} id */
   const engineClass = (id) => review?.tracks?.class_id[review.tracks.id.indexOf(id)] ?? null;
   const votes = votesFor(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
-  let {labels} = app.store.get();
+  let { labels } = app.store.get();
   let set = labelSetKey(app.store.get());
   /** The label is the last thing to be said of the track. */
   let accepting = false;
-  const box = h('input', {type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box', onchange: () => tellBack()});
-  const track = h('input', {type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box', onchange: () => tellBack()});
-  const scopes = h('fieldset', {class: 'row scopes', hidden: draft !== null},
-    h('legend', {class: 'visually-hidden'}, 'What gets the label'),
-    h('label', {class: 'row'}, track, 'Whole track'),
-    h('label', {class: 'row'}, box, `Only the box at frame ${frame}`));
-  const error = h('p', {class: 'field-error', role: 'alert'});
+  const box = h('input', { type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box', onchange: () => tellBack() });
+  const track = h('input', { type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box', onchange: () => tellBack() });
+  const scopes = h(
+    'fieldset',
+    { class: 'row scopes', hidden: draft !== null },
+    h('legend', { class: 'visually-hidden' }, 'What gets the label'),
+    h('label', { class: 'row' }, track, 'Whole track'),
+    h('label', { class: 'row' }, box, `Only the box at frame ${frame}`),
+  );
+  const error = h('p', { class: 'field-error', role: 'alert' });
   const choice = createLabelChoice({
-    take: choose, placeholder: 'Type a name, a code or a number',
-    aside: ({id}) => ((votes.get(id) ?? 0) >= 0.005 ? percent(votes.get(id)) : ''),
+    take: choose,
+    placeholder: 'Type a name, a code or a number',
+    aside: ({ id }) => ((votes.get(id) ?? 0) >= 0.005 ? percent(votes.get(id)) : ''),
     last: (text) => {
       const row = furtherRow(labels, text);
-      return row && {text: row.text, run: () => void change(row.hidden ? {type: 'show', id: row.hidden.id} : {type: 'add', name: text})};
+      return (
+        row && { text: row.text, run: () => void change(row.hidden ? { type: 'show', id: row.hidden.id } : { type: 'add', name: text }) }
+      );
     },
   });
 
@@ -123,11 +129,23 @@ export function relabelDialog({app, data, close, signal}) {
   function offer() {
     labels = app.store.get().labels;
     set = labelSetKey(app.store.get());
-    const ids = draft ? [labelOfKey(labels, recall('draw.label')), ...recentLabels(labels)]
-      : [resolved(labels, doc && labelAt(doc, frame, engineClass)), ...[...votes.keys()].map((id) => resolved(labels, id)), ...recentLabels(labels)];
+    const ids = draft
+      ? [labelOfKey(labels, recall('draw.label')), ...recentLabels(labels)]
+      : [
+          resolved(labels, doc && labelAt(doc, frame, engineClass)),
+          ...[...votes.keys()].map((id) => resolved(labels, id)),
+          ...recentLabels(labels),
+        ];
     const some = withFirst(offeredLabels(labels), ids);
     // what the track is now; of none of the labels none is offered, for Enter would take it
-    choice.offer(labels, some, Math.max(draft ? 0 : -1, some.findIndex(({id}) => id === ids[0])));
+    choice.offer(
+      labels,
+      some,
+      Math.max(
+        draft ? 0 : -1,
+        some.findIndex(({ id }) => id === ids[0]),
+      ),
+    );
     tellBack();
   }
 
@@ -136,7 +154,7 @@ export function relabelDialog({app, data, close, signal}) {
     choice.search.readOnly = true;
     setText(error, '');
     try {
-      const {label} = await app.labels.change(wanted, set);
+      const { label } = await app.labels.change(wanted, set);
       if (signal.aborted) return;
       if (label !== null) choose(label);
     } catch (thrown) {
@@ -162,24 +180,35 @@ export function relabelDialog({app, data, close, signal}) {
     if (draft) {
       createTrack(app, draft, class_id, label_key);
       followDrawn(app, draft);
-    }
-    else if (key && !(said && isSaid(said, box.checked ? frame : null, class_id))) edit(app, key, {name: box.checked ? 'relabel_box' : 'relabel_track', class_id, frame, ...(label_key !== undefined && {label_key})});
+    } else if (key && !(said && isSaid(said, box.checked ? frame : null, class_id)))
+      edit(app, key, {
+        name: box.checked ? 'relabel_box' : 'relabel_track',
+        class_id,
+        frame,
+        ...(label_key !== undefined && { label_key }),
+      });
     close();
     if (accepting && key && app.store.get().review?.selected === key) judge(app, 'accepted');
   }
 
   /** What is left to say nothing: of one box that it is as its track, of a track that it is as the engine says. */
   function tellBack() {
-    const [text, id] = box.checked ? ['As the whole track', doc && labelOf(doc, engineClass)] : ['As the engine says', doc && labelOf({...doc, class_id: null}, engineClass)];
+    const [text, id] = box.checked
+      ? ['As the whole track', doc && labelOf(doc, engineClass)]
+      : ['As the engine says', doc && labelOf({ ...doc, class_id: null }, engineClass)];
     setText(back, text);
     back.title = `${text}: ${className(labels, id)}`;
     back.hidden = !box.checked && !doc?.key.startsWith('m') && !doc?.segments.length;
   }
 
   // before the list takes the label
-  choice.search.addEventListener('keydown', (event) => {
-    accepting = event.key === 'Enter' && (event.ctrlKey || event.metaKey) && draft === null;
-  }, {capture: true});
+  choice.search.addEventListener(
+    'keydown',
+    (event) => {
+      accepting = event.key === 'Enter' && (event.ctrlKey || event.metaKey) && draft === null;
+    },
+    { capture: true },
+  );
   choice.search.addEventListener('keydown', (event) => {
     if (event.altKey && event.key.toLowerCase() === 'b') {
       event.preventDefault();
@@ -188,15 +217,31 @@ export function relabelDialog({app, data, close, signal}) {
     }
   });
   if (!draft) choice.onEnter(close);
-  const unknown = h('button', {class: 'btn', type: 'button', title: 'A sign that no label of the set names', onclick: () => put(NO_CLASS)}, 'Not in the set');
-  const back = h('button', {class: 'btn', type: 'button', onclick: () => put(null)});
+  const unknown = h(
+    'button',
+    { class: 'btn', type: 'button', title: 'A sign that no label of the set names', onclick: () => put(NO_CLASS) },
+    'Not in the set',
+  );
+  const back = h('button', { class: 'btn', type: 'button', onclick: () => put(null) });
   offer();
   choice.reveal();
   return {
     side: sideOf(review, draft?.box ?? (review && key ? shownTrack(review, key)?.box : null) ?? null),
-    title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Label of the new track', size: 'middle', focus: choice.search,
-    body: h('div', {class: 'stack relabel'}, choice.search, scopes, choice.list, choice.none, error),
-    footer: [h('span', {class: 'muted small grow'}, draft ? 'Arrows choose, Enter takes, Escape takes the box back.' : 'Arrows choose, Enter takes, Ctrl+Enter takes and accepts the track, Alt+B switches between track and box.'), ...(draft ? [unknown] : [back, unknown]), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],
+    title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Label of the new track',
+    size: 'middle',
+    focus: choice.search,
+    body: h('div', { class: 'stack relabel' }, choice.search, scopes, choice.list, choice.none, error),
+    footer: [
+      h(
+        'span',
+        { class: 'muted small grow' },
+        draft
+          ? 'Arrows choose, Enter takes, Escape takes the box back.'
+          : 'Arrows choose, Enter takes, Ctrl+Enter takes and accepts the track, Alt+B switches between track and box.',
+      ),
+      ...(draft ? [unknown] : [back, unknown]),
+      h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'),
+    ],
     update(state) {
       if (state.labels !== labels) offer();
     },

@@ -1,17 +1,17 @@
 // @ts-check
 /** Make a new model version from present reviews, from exports of corrections, or from public data. */
 
-import {ApiError, sentence} from '../../api/errors.js';
-import {numberIn} from '../../model/exchange.js';
-import {REVIEW_CHOICES, ageWords, firstChoice, isChosen, reviewWords} from '../../model/training_sources.js';
-import {openDialog, putModel, setOutputs, setModels} from '../../store/actions/page.js';
-import {fill, h, setText} from '../dom.js';
-import {moment} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {content} from '../output-words.js';
-import {PART_NAMES} from '../model-words.js';
-import {toast} from '../../core/toast.js';
-import {field, group, numberInput, tick} from './fields.js';
+import { ApiError, sentence } from '../../api/errors.js';
+import { numberIn } from '../../model/exchange.js';
+import { REVIEW_CHOICES, ageWords, firstChoice, isChosen, reviewWords } from '../../model/training_sources.js';
+import { openDialog, putModel, setOutputs, setModels } from '../../store/actions/page.js';
+import { fill, h, setText } from '../dom.js';
+import { moment } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { content } from '../output-words.js';
+import { PART_NAMES } from '../model-words.js';
+import { toast } from '../../core/toast.js';
+import { field, group, numberInput, tick } from './fields.js';
 
 const PARTS = /** @type {const} */ ([
   ['detector', PART_NAMES.detector, 'Boosted trees go on from the earlier version.'],
@@ -25,21 +25,69 @@ const PARTS = /** @type {const} */ ([
  * @param {import('./layer.js').Setup<'retrain'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function retrainDialog({app, data, close, signal}) {
-  const {store, api} = app;
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('run'), 'Retrain');
-  const reviews = h('ul', {class: 'pick-list', 'aria-label': 'Reviews to learn from'});
-  const which = h('select', {class: 'select', id: 'retrain-which', onchange: () => tickReviews()}, ...Object.entries(REVIEW_CHOICES).map(([value, text]) => h('option', {value}, text)));
-  const noReview = h('p', {class: 'muted'}, 'Nobody has corrected a run yet. Accept or correct some tracks first, or take a file or public data below.');
-  const exports = h('ul', {class: 'pick-list', 'aria-label': 'Exports to learn from'});
-  const none = h('p', {class: 'muted'}, 'No complete export yet. ', h('button', {class: 'btn-link', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, 'Export corrections'), '.');
-  const parts = PARTS.map(([value, label, title]) => tick('checkbox', {value, checked: true, onchange: check}, h('span', {class: 'kind-name'}, label), h('span', {class: 'muted small'}, title)));
-  const parent = h('select', {class: 'select', id: 'retrain-parent'});
-  const name = h('input', {class: 'input', type: 'text', id: 'retrain-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional'});
-  const seed = numberInput('retrain-seed', '0', check, {inputmode: 'numeric'});
-  const gtsdb = h('input', {class: 'input', type: 'text', id: 'retrain-gtsdb', autocomplete: 'off', spellcheck: 'false', placeholder: 'optional', oninput: check});
-  const gtsrb = h('input', {class: 'input', type: 'text', id: 'retrain-gtsrb', autocomplete: 'off', spellcheck: 'false', placeholder: 'optional', oninput: check});
+export function retrainDialog({ app, data, close, signal }) {
+  const { store, api } = app;
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('run'), 'Retrain');
+  const reviews = h('ul', { class: 'pick-list', 'aria-label': 'Reviews to learn from' });
+  const which = h(
+    'select',
+    { class: 'select', id: 'retrain-which', onchange: () => tickReviews() },
+    ...Object.entries(REVIEW_CHOICES).map(([value, text]) => h('option', { value }, text)),
+  );
+  const noReview = h(
+    'p',
+    { class: 'muted' },
+    'Nobody has corrected a run yet. Accept or correct some tracks first, or take a file or public data below.',
+  );
+  const exports = h('ul', { class: 'pick-list', 'aria-label': 'Exports to learn from' });
+  const none = h(
+    'p',
+    { class: 'muted' },
+    'No complete export yet. ',
+    h(
+      'button',
+      { class: 'btn-link', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })) },
+      'Export corrections',
+    ),
+    '.',
+  );
+  const parts = PARTS.map(([value, label, title]) =>
+    tick(
+      'checkbox',
+      { value, checked: true, onchange: check },
+      h('span', { class: 'kind-name' }, label),
+      h('span', { class: 'muted small' }, title),
+    ),
+  );
+  const parent = h('select', { class: 'select', id: 'retrain-parent' });
+  const name = h('input', {
+    class: 'input',
+    type: 'text',
+    id: 'retrain-name',
+    maxlength: 120,
+    autocomplete: 'off',
+    placeholder: 'optional',
+  });
+  const seed = numberInput('retrain-seed', '0', check, { inputmode: 'numeric' });
+  const gtsdb = h('input', {
+    class: 'input',
+    type: 'text',
+    id: 'retrain-gtsdb',
+    autocomplete: 'off',
+    spellcheck: 'false',
+    placeholder: 'optional',
+    oninput: check,
+  });
+  const gtsrb = h('input', {
+    class: 'input',
+    type: 'text',
+    id: 'retrain-gtsrb',
+    autocomplete: 'off',
+    spellcheck: 'false',
+    placeholder: 'optional',
+    oninput: check,
+  });
   /** @type {unknown} */
   let shown = null;
   /** @type {import('../../model/training_sources.js').ReviewSource[]} */
@@ -48,13 +96,14 @@ export function retrainDialog({app, data, close, signal}) {
   let ages = [];
 
   /** @param {HTMLElement} list */
-  const ticked = (list) => [...list.querySelectorAll('input')].filter(({checked}) => checked).map(({value}) => value);
+  const ticked = (list) => [...list.querySelectorAll('input')].filter(({ checked }) => checked).map(({ value }) => value);
   const chosen = () => ticked(exports);
 
   function problem() {
-    if (ticked(reviews).length === 0 && chosen().length === 0 && !gtsdb.value.trim() && !gtsrb.value.trim()) return 'Tick a review or an export, or name a folder.';
-    if (!parts.some(({input}) => input.checked)) return 'Tick at least one part.';
-    const found = numberIn(seed.value, {name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true});
+    if (ticked(reviews).length === 0 && chosen().length === 0 && !gtsdb.value.trim() && !gtsrb.value.trim())
+      return 'Tick a review or an export, or name a folder.';
+    if (!parts.some(({ input }) => input.checked)) return 'Tick at least one part.';
+    const found = numberIn(seed.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true });
     return 'error' in found ? found.error : '';
   }
 
@@ -69,16 +118,34 @@ export function retrainDialog({app, data, close, signal}) {
   async function submit() {
     if (problem()) return;
     go.disabled = true;
-    const folders = Object.fromEntries([['gtsdb', gtsdb.value.trim()], ['gtsrb', gtsrb.value.trim()]].filter(([, path]) => path));
+    const folders = Object.fromEntries(
+      [
+        ['gtsdb', gtsdb.value.trim()],
+        ['gtsrb', gtsrb.value.trim()],
+      ].filter(([, path]) => path),
+    );
     try {
-      const version = await app.load(() => api.train({
-        name: name.value.trim(),
-        parts: /** @type {import('../../types.js').ModelRequest['parts']} */ (parts.filter(({input}) => input.checked).map(({input}) => input.value)),
-        reviews: ticked(reviews), exports: chosen(), folders, seed: Number(seed.value), parent: parent.value || null,
-      }, {signal}), putModel);
+      const version = await app.load(
+        () =>
+          api.train(
+            {
+              name: name.value.trim(),
+              parts: /** @type {import('../../types.js').ModelRequest['parts']} */ (
+                parts.filter(({ input }) => input.checked).map(({ input }) => input.value)
+              ),
+              reviews: ticked(reviews),
+              exports: chosen(),
+              folders,
+              seed: Number(seed.value),
+              parent: parent.value || null,
+            },
+            { signal },
+          ),
+        putModel,
+      );
       close();
       location.hash = '#/models';
-      toast(`${version.name} is being made. Its card shows how far it is.`, {tone: 'good'}); // there
+      toast(`${version.name} is being made. Its card shows how far it is.`, { tone: 'good' }); // there
     } catch (thrown) {
       if (signal.aborted) return;
       const where = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
@@ -90,19 +157,39 @@ export function retrainDialog({app, data, close, signal}) {
   /** Tick the videos of the chosen state, and no others. */
   function tickReviews() {
     for (const input of reviews.querySelectorAll('input')) {
-      const source = sources.find(({run}) => run === input.value);
-      input.checked = source !== undefined && isChosen(source, /** @type {import('../../model/training_sources.js').ReviewChoice} */ (which.value));
+      const source = sources.find(({ run }) => run === input.value);
+      input.checked =
+        source !== undefined && isChosen(source, /** @type {import('../../model/training_sources.js').ReviewChoice} */ (which.value));
     }
     check();
   }
 
   function showReviews() {
-    fill(reviews, ...sources.map((one) => h('li', {class: 'pick'}, h('label', {class: 'tick grow'}, h('input', {type: 'checkbox', value: one.run, onchange: check}),
-      h('span', {class: 'stack made-text'}, h('span', {class: 'truncate', title: one.run_name ? `${one.video_name}, ${one.run_name}` : one.video_name}, one.video_name), h('span', {class: 'muted small'}, reviewWords(one)))))));
+    fill(
+      reviews,
+      ...sources.map((one) =>
+        h(
+          'li',
+          { class: 'pick' },
+          h(
+            'label',
+            { class: 'tick grow' },
+            h('input', { type: 'checkbox', value: one.run, onchange: check }),
+            h(
+              'span',
+              { class: 'stack made-text' },
+              h('span', { class: 'truncate', title: one.run_name ? `${one.video_name}, ${one.run_name}` : one.video_name }, one.video_name),
+              h('span', { class: 'muted small' }, reviewWords(one)),
+            ),
+          ),
+        ),
+      ),
+    );
     reviews.hidden = sources.length === 0;
     choice.hidden = reviews.hidden;
     noReview.hidden = !reviews.hidden;
-    if (data.exports) check(); // who comes from a file asks for that one alone
+    if (data.exports)
+      check(); // who comes from a file asks for that one alone
     else {
       which.value = firstChoice(sources);
       tickReviews();
@@ -111,40 +198,111 @@ export function retrainDialog({app, data, close, signal}) {
 
   async function load() {
     try {
-      ({reviews: sources, exports: ages} = await api.trainingSources({signal}));
+      ({ reviews: sources, exports: ages } = await api.trainingSources({ signal }));
       showReviews();
-      const [, models] = await app.load(() => Promise.all([api.outputs({}, {signal}), api.models({signal})]),
-        (state, [files, versions]) => setModels(setOutputs(state, files), versions));
-      fill(parent, ...models.filter(({state}) => state === 'complete').map((one) => h('option', {value: one.id}, one.active ? `${one.name} (in use)` : one.name)));
-      parent.value = models.find(({active}) => active)?.id ?? 'shipped';
+      const [, models] = await app.load(
+        () => Promise.all([api.outputs({}, { signal }), api.models({ signal })]),
+        (state, [files, versions]) => setModels(setOutputs(state, files), versions),
+      );
+      fill(
+        parent,
+        ...models
+          .filter(({ state }) => state === 'complete')
+          .map((one) => h('option', { value: one.id }, one.active ? `${one.name} (in use)` : one.name)),
+      );
+      parent.value = models.find(({ active }) => active)?.id ?? 'shipped';
     } catch (thrown) {
       if (!signal.aborted) setText(error, sentence(thrown));
     }
   }
 
   const choice = field('Videos', which);
-  const files = h('details', {class: 'details', open: Boolean(data.exports)}, h('summary', null, 'Files that were exported'), h('div', {class: 'stack'}, exports, none));
+  const files = h(
+    'details',
+    { class: 'details', open: Boolean(data.exports) },
+    h('summary', null, 'Files that were exported'),
+    h('div', { class: 'stack' }, exports, none),
+  );
   for (const list of [reviews, choice, noReview]) list.hidden = true;
   void load();
   return {
-    title: 'Retrain', size: 'wide', submit, focus: name,
-    body: h('div', {class: 'run-dialog'},
-      h('section', {class: 'run-column', 'aria-labelledby': 'retrain-from'}, h('h3', {id: 'retrain-from'}, 'Learn from the present review'), choice, reviews, noReview, files,
-        h('p', {class: 'field-hint'}, 'Tracks that people have accepted, corrected or drawn teach signs. The new version learns from all of them; its figures are those of a trial version that learns without some, and is measured on these.'),
-        h('p', {class: 'field-hint'}, 'Background is what no track covers in a reviewed video, false positives, and labels that the set counts as background. Open tracks, ignored ones, those that are not in the set, and labels that teach nothing are left alone: neither sign nor background.'),
-        h('details', {class: 'details'}, h('summary', null, 'Public data on this machine'), h('div', {class: 'stack'},
-          field('GTSDB folder', gtsdb, 'With reviews or exports it gives figures; without any, the parts are trained on it from the start, which takes long.'), field('GTSRB folder', gtsrb)))),
-      h('section', {class: 'run-column', 'aria-labelledby': 'retrain-how'}, h('h3', {id: 'retrain-how'}, 'How'),
-        h('div', {class: 'run-fields'}, field('Name', name), field('Seed', seed)), field('Start from', parent, 'It stays as it is: a version never changes.'),
-        group('Parts', h('div', {class: 'kinds'}, ...parts.map(({element}) => element))))),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
+    title: 'Retrain',
+    size: 'wide',
+    submit,
+    focus: name,
+    body: h(
+      'div',
+      { class: 'run-dialog' },
+      h(
+        'section',
+        { class: 'run-column', 'aria-labelledby': 'retrain-from' },
+        h('h3', { id: 'retrain-from' }, 'Learn from the present review'),
+        choice,
+        reviews,
+        noReview,
+        files,
+        h(
+          'p',
+          { class: 'field-hint' },
+          'Tracks that people have accepted, corrected or drawn teach signs. The new version learns from all of them; its figures are those of a trial version that learns without some, and is measured on these.',
+        ),
+        h(
+          'p',
+          { class: 'field-hint' },
+          'Background is what no track covers in a reviewed video, false positives, and labels that the set counts as background. Open tracks, ignored ones, those that are not in the set, and labels that teach nothing are left alone: neither sign nor background.',
+        ),
+        h(
+          'details',
+          { class: 'details' },
+          h('summary', null, 'Public data on this machine'),
+          h(
+            'div',
+            { class: 'stack' },
+            field(
+              'GTSDB folder',
+              gtsdb,
+              'With reviews or exports it gives figures; without any, the parts are trained on it from the start, which takes long.',
+            ),
+            field('GTSRB folder', gtsrb),
+          ),
+        ),
+      ),
+      h(
+        'section',
+        { class: 'run-column', 'aria-labelledby': 'retrain-how' },
+        h('h3', { id: 'retrain-how' }, 'How'),
+        h('div', { class: 'run-fields' }, field('Name', name), field('Seed', seed)),
+        field('Start from', parent, 'It stays as it is: a version never changes.'),
+        group('Parts', h('div', { class: 'kinds' }, ...parts.map(({ element }) => element))),
+      ),
+    ),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
     update(state) {
       if (state.outputs === shown) return;
       const before = shown === null ? new Set(data.exports ?? []) : new Set(chosen());
       shown = state.outputs;
       const usable = (state.outputs ?? []).filter((one) => one.kind === 'export' && one.state === 'complete');
-      fill(exports, ...usable.map((one) => h('li', {class: 'pick'}, h('label', {class: 'tick grow'}, h('input', {type: 'checkbox', value: one.id, checked: before.has(one.id), onchange: check}),
-        h('span', {class: 'stack made-text'}, h('span', {class: 'truncate'}, one.name), h('span', {class: 'muted small'}, [content(one), moment(one.finished)].filter(Boolean).join(' · ')), h('span', {class: 'field-warning small'}, ageWords(ages.find(({id}) => id === one.id))))))));
+      fill(
+        exports,
+        ...usable.map((one) =>
+          h(
+            'li',
+            { class: 'pick' },
+            h(
+              'label',
+              { class: 'tick grow' },
+              h('input', { type: 'checkbox', value: one.id, checked: before.has(one.id), onchange: check }),
+              h(
+                'span',
+                { class: 'stack made-text' },
+                h('span', { class: 'truncate' }, one.name),
+                h('span', { class: 'muted small' }, [content(one), moment(one.finished)].filter(Boolean).join(' · ')),
+                h('span', { class: 'field-warning small' }, ageWords(ages.find(({ id }) => id === one.id))),
+              ),
+            ),
+          ),
+        ),
+      );
       exports.hidden = usable.length === 0;
       none.hidden = usable.length > 0;
       check();

@@ -1,13 +1,13 @@
 // @ts-check
 /** What a new run is asked with: preset, changed parameters, and for one video the range of frames. */
 
-import {setModels} from '../../store/actions/page.js';
-import {keptChoice, restoredChoice} from '../../model/run_choice.js';
-import {fill, h, setText} from '../dom.js';
-import {plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {createParameters, presetValue} from '../parameters.js';
-import {recall, remember} from '../../core/preferences.js';
+import { setModels } from '../../store/actions/page.js';
+import { keptChoice, restoredChoice } from '../../model/run_choice.js';
+import { fill, h, setText } from '../dom.js';
+import { plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { createParameters, presetValue } from '../parameters.js';
+import { recall, remember } from '../../core/preferences.js';
 
 /** @typedef {import('../../api/runs.js').RunRequest} RunRequest */
 
@@ -20,22 +20,53 @@ const LAST = 'run.last';
  *   frames: of the video; several: the run is for several videos, so it has neither name nor range;
  *   words: on the button; send: starts it, and says what went wrong
  */
-export function createRunForm({app, signal, close}, {frames, several, words, send}) {
-  const {session, parameters} = app.store.get();
+export function createRunForm({ app, signal, close }, { frames, several, words, send }) {
+  const { session, parameters } = app.store.get();
   const presets = session?.presets ?? ['default'];
   const last = restoredChoice(recall(LAST), presets, parameters);
-  const preset = h('select', {class: 'select', id: 'run-preset', onchange: () => fields.rebase((parameter) => presetValue(parameter, preset.value))}, ...presets.map((name) => h('option', {value: name}, name)));
+  const preset = h(
+    'select',
+    { class: 'select', id: 'run-preset', onchange: () => fields.rebase((parameter) => presetValue(parameter, preset.value)) },
+    ...presets.map((name) => h('option', { value: name }, name)),
+  );
   preset.value = last.preset;
-  const name = h('input', {class: 'input', type: 'text', id: 'run-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional'});
-  const first = h('input', {class: 'input', type: 'text', inputmode: 'numeric', id: 'run-first', value: '0', autocomplete: 'off', 'aria-describedby': 'run-range-error', oninput: check});
-  const end = h('input', {class: 'input', type: 'text', inputmode: 'numeric', id: 'run-last', autocomplete: 'off', placeholder: frames === null ? 'end' : String(frames - 1), 'aria-describedby': 'run-range-error', oninput: check});
-  const rangeError = h('span', {class: 'field-error', id: 'run-range-error', role: 'alert'});
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const start = h('button', {class: 'btn btn-primary', type: 'submit'}, icon('run'), words);
+  const name = h('input', { class: 'input', type: 'text', id: 'run-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
+  const first = h('input', {
+    class: 'input',
+    type: 'text',
+    inputmode: 'numeric',
+    id: 'run-first',
+    value: '0',
+    autocomplete: 'off',
+    'aria-describedby': 'run-range-error',
+    oninput: check,
+  });
+  const end = h('input', {
+    class: 'input',
+    type: 'text',
+    inputmode: 'numeric',
+    id: 'run-last',
+    autocomplete: 'off',
+    placeholder: frames === null ? 'end' : String(frames - 1),
+    'aria-describedby': 'run-range-error',
+    oninput: check,
+  });
+  const rangeError = h('span', { class: 'field-error', id: 'run-range-error', role: 'alert' });
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const start = h('button', { class: 'btn btn-primary', type: 'submit' }, icon('run'), words);
   const summary = h('summary', null);
-  const asLast = h('p', {class: 'field-hint run-as-last', hidden: Object.keys(last.parameters).length === 0}, 'These changes are those of the last run. ',
-    h('button', {class: 'btn btn-small btn-quiet', type: 'button', onclick: () => fields.reset()}, 'Use the preset alone'));
-  const fields = createParameters({parameters, base: (parameter) => presetValue(parameter, preset.value), initial: last.parameters, onChange: told});
+  const asLast = h(
+    'p',
+    { class: 'field-hint run-as-last', hidden: Object.keys(last.parameters).length === 0 },
+    'These changes are those of the last run. ',
+    h('button', { class: 'btn btn-small btn-quiet', type: 'button', onclick: () => fields.reset() }, 'Use the preset alone'),
+  );
+  const fields = createParameters({
+    parameters,
+    base: (parameter) => presetValue(parameter, preset.value),
+    initial: last.parameters,
+    onChange: told,
+  });
   let sending = false;
 
   /** @param {number} changed   number of changed parameters */
@@ -48,10 +79,11 @@ export function createRunForm({app, signal, close}, {frames, several, words, sen
   function range() {
     const from = first.value.trim() === '' ? 0 : Number(first.value);
     const to = end.value.trim() === '' ? null : Number(end.value);
-    if (!Number.isInteger(from) || from < 0) return {error: 'The first frame is a whole number from 0.'};
-    if (to !== null && (!Number.isInteger(to) || to < from)) return {error: `The last frame is a whole number from ${from}, or empty for the end.`};
-    if (frames !== null && Math.max(from, to ?? 0) >= frames) return {error: `The video has the frames 0 to ${frames - 1}.`};
-    return {first: from, stop: to === null ? null : to + 1};
+    if (!Number.isInteger(from) || from < 0) return { error: 'The first frame is a whole number from 0.' };
+    if (to !== null && (!Number.isInteger(to) || to < from))
+      return { error: `The last frame is a whole number from ${from}, or empty for the end.` };
+    if (frames !== null && Math.max(from, to ?? 0) >= frames) return { error: `The video has the frames 0 to ${frames - 1}.` };
+    return { first: from, stop: to === null ? null : to + 1 };
   }
 
   function check() {
@@ -67,31 +99,51 @@ export function createRunForm({app, signal, close}, {frames, several, words, sen
     sending = true;
     check();
     setText(error, '');
-    const choice = {preset: preset.value, parameters: fields.changes()};
+    const choice = { preset: preset.value, parameters: fields.changes() };
     remember(LAST, keptChoice(choice));
-    const wrong = await send(several ? choice : {...choice, first: wanted.first, stop: wanted.stop, name: name.value.trim()});
+    const wrong = await send(several ? choice : { ...choice, first: wanted.first, stop: wanted.stop, name: name.value.trim() });
     sending = false;
     if (signal.aborted) return;
     setText(error, wrong);
     check();
   }
 
-  const models = h('p', {class: 'field-hint run-models'}, 'Models: …');
-  app.load(() => app.api.models({signal}), setModels).then(
-    (found) => {
-      fill(models, 'Models: ', h('strong', null, found.find(({active}) => active)?.name ?? 'Shipped'), ', ', h('a', {href: '#/models', onclick: close}, 'choose another'));
-    },
-    () => {
-      models.hidden = true; // the server chooses by itself
-    });
+  const models = h('p', { class: 'field-hint run-models' }, 'Models: …');
+  app
+    .load(() => app.api.models({ signal }), setModels)
+    .then(
+      (found) => {
+        fill(
+          models,
+          'Models: ',
+          h('strong', null, found.find(({ active }) => active)?.name ?? 'Shipped'),
+          ', ',
+          h('a', { href: '#/models', onclick: close }, 'choose another'),
+        );
+      },
+      () => {
+        models.hidden = true; // the server chooses by itself
+      },
+    );
   told(Object.keys(last.parameters).length);
-  const element = h('div', {class: 'stack'},
-    h('div', {class: 'run-fields'},
-      h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-preset'}, 'Preset'), preset),
-      ...several ? [] : [
-        h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-name'}, 'Name'), name),
-        h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-first'}, 'First frame'), first),
-        h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-last'}, 'Last frame'), end)]),
-    rangeError, models, h('details', {class: 'details'}, summary, asLast, fields.element));
-  return {element, submit, focus: preset, footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), start]};
+  const element = h(
+    'div',
+    { class: 'stack' },
+    h(
+      'div',
+      { class: 'run-fields' },
+      h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'run-preset' }, 'Preset'), preset),
+      ...(several
+        ? []
+        : [
+            h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'run-name' }, 'Name'), name),
+            h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'run-first' }, 'First frame'), first),
+            h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'run-last' }, 'Last frame'), end),
+          ]),
+    ),
+    rangeError,
+    models,
+    h('details', { class: 'details' }, summary, asLast, fields.element),
+  );
+  return { element, submit, focus: preset, footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), start] };
 }

@@ -1,16 +1,16 @@
 // @ts-check
 /** One run in the list of a video's runs: what it is, how far it is, and what can be done with it. */
 
-import {formatRoute} from '../../model/route.js';
-import {resumable, runPart} from '../../model/run_progress.js';
-import {dropRun, openDialog} from '../../store/actions/page.js';
-import {changeRun} from '../change_run.js';
-import {h, setText} from '../dom.js';
-import {moment, plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {modelsOf} from '../model-words.js';
-import {runChanges, runInexact, runKind, runName, runProgress, runState, runTone} from '../../model/run_words.js';
-import {toast} from '../../core/toast.js';
+import { formatRoute } from '../../model/route.js';
+import { resumable, runPart } from '../../model/run_progress.js';
+import { dropRun, openDialog } from '../../store/actions/page.js';
+import { changeRun } from '../change_run.js';
+import { h, setText } from '../dom.js';
+import { moment, plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { modelsOf } from '../model-words.js';
+import { runChanges, runInexact, runKind, runName, runProgress, runState, runTone } from '../../model/run_words.js';
+import { toast } from '../../core/toast.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../types.js').Run} Run */
@@ -20,24 +20,97 @@ import {toast} from '../../core/toast.js';
  * @param {import('./layer.js').Setup} setup
  * @param {Run} run
  */
-export function runItem({app, close, signal}, run) {
-  return h('li', {class: 'run-item'},
-    h('div', {class: 'row'}, h('strong', {class: 'run-name truncate'}), renameField(app, signal, run), h('span', {class: 'badge run-badge'}), h('span', {class: 'grow'}), h('span', {class: 'muted small run-time'}, moment(run.created))),
-    h('p', {class: 'run-changes muted small'}), h('p', {class: 'run-progress small'}), h('p', {class: 'run-inexact field-warning'}),
-    h('span', {class: 'meter run-meter', role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span')),
-    h('div', {class: 'row run-actions'},
-      h('a', {class: 'btn btn-small run-open', href: formatRoute({screen: 'review', video: run.video_id, run: run.id, frame: null, track: null}), onclick: close}, 'Open'),
-      h('button', {class: 'btn btn-small run-cancel', type: 'button', onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal)}, 'Cancel'),
-      h('button', {class: 'btn btn-small run-resume', type: 'button', onclick: () => changeRun(app, () => app.api.resumeRun(run.id), signal)}, 'Go on'),
-      h('button', {class: 'btn btn-small run-whatif', type: 'button', onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'whatif', data: {run: run.id}}))}, 'What if …'),
-      h('button', {class: 'btn btn-small run-adopt', type: 'button', title: 'Bring the corrections that were made on this run to the run that is open', onclick: () => {
-        const to = app.store.get().review?.run;
-        if (to) app.store.dispatch((state) => openDialog(state, {kind: 'adopted', data: {from: run, to}}));
-      }}, 'Bring its corrections'),
-      h('span', {class: 'grow'}),
-      h('button', {class: 'btn btn-small btn-quiet run-whatifs', type: 'button', onclick: () => askRemoveWhatIfs(app, run)}),
-      h('button', {class: 'btn btn-small btn-quiet run-rename', type: 'button', 'aria-label': `Rename ${runName(run)}`, title: 'Rename this run', onclick: (/** @type {Event} */ event) => beginRename(event)}, 'Rename'),
-      h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Remove ${runName(run)}`, title: 'Remove this run …', onclick: () => askRemove(app, run)}, icon('trash'))));
+export function runItem({ app, close, signal }, run) {
+  return h(
+    'li',
+    { class: 'run-item' },
+    h(
+      'div',
+      { class: 'row' },
+      h('strong', { class: 'run-name truncate' }),
+      renameField(app, signal, run),
+      h('span', { class: 'badge run-badge' }),
+      h('span', { class: 'grow' }),
+      h('span', { class: 'muted small run-time' }, moment(run.created)),
+    ),
+    h('p', { class: 'run-changes muted small' }),
+    h('p', { class: 'run-progress small' }),
+    h('p', { class: 'run-inexact field-warning' }),
+    h(
+      'span',
+      { class: 'meter run-meter', role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100 },
+      h('span'),
+    ),
+    h(
+      'div',
+      { class: 'row run-actions' },
+      h(
+        'a',
+        {
+          class: 'btn btn-small run-open',
+          href: formatRoute({ screen: 'review', video: run.video_id, run: run.id, frame: null, track: null }),
+          onclick: close,
+        },
+        'Open',
+      ),
+      h(
+        'button',
+        { class: 'btn btn-small run-cancel', type: 'button', onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal) },
+        'Cancel',
+      ),
+      h(
+        'button',
+        { class: 'btn btn-small run-resume', type: 'button', onclick: () => changeRun(app, () => app.api.resumeRun(run.id), signal) },
+        'Go on',
+      ),
+      h(
+        'button',
+        {
+          class: 'btn btn-small run-whatif',
+          type: 'button',
+          onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'whatif', data: { run: run.id } })),
+        },
+        'What if …',
+      ),
+      h(
+        'button',
+        {
+          class: 'btn btn-small run-adopt',
+          type: 'button',
+          title: 'Bring the corrections that were made on this run to the run that is open',
+          onclick: () => {
+            const to = app.store.get().review?.run;
+            if (to) app.store.dispatch((state) => openDialog(state, { kind: 'adopted', data: { from: run, to } }));
+          },
+        },
+        'Bring its corrections',
+      ),
+      h('span', { class: 'grow' }),
+      h('button', { class: 'btn btn-small btn-quiet run-whatifs', type: 'button', onclick: () => askRemoveWhatIfs(app, run) }),
+      h(
+        'button',
+        {
+          class: 'btn btn-small btn-quiet run-rename',
+          type: 'button',
+          'aria-label': `Rename ${runName(run)}`,
+          title: 'Rename this run',
+          onclick: (/** @type {Event} */ event) => beginRename(event),
+        },
+        'Rename',
+      ),
+      h(
+        'button',
+        {
+          class: 'btn btn-small btn-quiet btn-icon',
+          type: 'button',
+          'aria-label': `Remove ${runName(run)}`,
+          title: 'Remove this run …',
+          onclick: () => askRemove(app, run),
+        },
+        icon('trash'),
+      ),
+    ),
+  );
 }
 
 /**
@@ -45,7 +118,7 @@ export function runItem({app, close, signal}, run) {
  * @param {HTMLElement} item
  * @param {Listed} listed
  */
-export function showRun({app}, item, {run, under, whatifs}) {
+export function showRun({ app }, item, { run, under, whatifs }) {
   /** @param {string} name */
   const part = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
   const open = run.state === 'queued' || run.state === 'running';
@@ -54,7 +127,10 @@ export function showRun({app}, item, {run, under, whatifs}) {
   setText(part('badge'), runState(run));
   part('badge').className = `badge run-badge ${runTone(run)}`;
   const range = run.first > 0 || run.stop !== null ? `frames ${run.first} to ${run.stop === null ? 'the end' : run.stop - 1}` : '';
-  setText(part('changes'), [run.name ? runKind(run) : '', range, runChanges(run), modelsOf(run, app.store.get().models)].filter(Boolean).join(' · '));
+  setText(
+    part('changes'),
+    [run.name ? runKind(run) : '', range, runChanges(run), modelsOf(run, app.store.get().models)].filter(Boolean).join(' · '),
+  );
   part('changes').hidden = !part('changes').textContent;
   setText(part('progress'), runProgress(run));
   setText(part('inexact'), runInexact(run));
@@ -66,7 +142,8 @@ export function showRun({app}, item, {run, under, whatifs}) {
   part('resume').hidden = !resumable(run);
   part('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';
   const shown = app.store.get().review?.run;
-  part('adopt').hidden = !shown || shown.id === run.id || shown.video_id !== run.video_id || shown.state !== 'complete' || run.state !== 'complete';
+  part('adopt').hidden =
+    !shown || shown.id === run.id || shown.video_id !== run.video_id || shown.state !== 'complete' || run.state !== 'complete';
   part('open').hidden = run.state === 'queued';
   part('whatifs').hidden = whatifs === 0;
   setText(part('whatifs'), `Remove ${whatifs === 1 ? 'its what-if' : `its ${whatifs} what-ifs`} …`);
@@ -80,7 +157,14 @@ export function showRun({app}, item, {run, under, whatifs}) {
  * @param {Run} run
  */
 function renameField(app, signal, run) {
-  const input = h('input', {class: 'input run-new-name grow', type: 'text', maxlength: 120, autocomplete: 'off', hidden: true, 'aria-label': `New name of ${runName(run)}`});
+  const input = h('input', {
+    class: 'input run-new-name grow',
+    type: 'text',
+    maxlength: 120,
+    autocomplete: 'off',
+    hidden: true,
+    'aria-label': `New name of ${runName(run)}`,
+  });
   const end = () => {
     if (input.hidden) return;
     input.hidden = true;
@@ -94,7 +178,8 @@ function renameField(app, signal, run) {
     const item = input.closest('.run-item');
     end();
     /** @type {HTMLElement|null|undefined} */ (item?.querySelector('.run-rename'))?.focus();
-    if (event.key === 'Enter' && name && name !== item?.querySelector('.run-name')?.textContent) void changeRun(app, () => app.api.renameRun(run.id, name), signal);
+    if (event.key === 'Enter' && name && name !== item?.querySelector('.run-name')?.textContent)
+      void changeRun(app, () => app.api.renameRun(run.id, name), signal);
   });
   input.addEventListener('blur', end);
   return input;
@@ -116,16 +201,23 @@ function beginRename(event) {
  * @param {Run} run
  */
 function askRemove(app, run) {
-  app.store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
-    title: 'Remove this run?', confirm: 'Remove', danger: true,
-    text: `“${runName(run)}” goes, with its evidence, its what-ifs and all corrections and notes that were made on it. They cannot be brought back.`,
-    note: 'The video, its other runs and its ground truth stay.',
-    run: async () => {
-      await app.api.removeRun(run.id);
-      app.store.dispatch((now) => dropRun(now, run.id));
-      toast('The run was removed.');
-    },
-  }}));
+  app.store.dispatch((state) =>
+    openDialog(state, {
+      kind: 'confirm',
+      data: {
+        title: 'Remove this run?',
+        confirm: 'Remove',
+        danger: true,
+        text: `“${runName(run)}” goes, with its evidence, its what-ifs and all corrections and notes that were made on it. They cannot be brought back.`,
+        note: 'The video, its other runs and its ground truth stay.',
+        run: async () => {
+          await app.api.removeRun(run.id);
+          app.store.dispatch((now) => dropRun(now, run.id));
+          toast('The run was removed.');
+        },
+      },
+    }),
+  );
 }
 
 /**
@@ -133,14 +225,25 @@ function askRemove(app, run) {
  * @param {Run} run
  */
 function askRemoveWhatIfs(app, run) {
-  app.store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
-    title: 'Remove the what-ifs of this run?', confirm: 'Remove', danger: true,
-    text: `All what-ifs of “${runName(run)}” go, with what was corrected and noted on them. They can be asked again; corrections on them cannot be brought back.`,
-    note: 'The run itself and its corrections stay. A what-if that is still being replayed stays too.',
-    run: async () => {
-      const gone = await app.api.removeWhatIfs(run.id);
-      app.store.dispatch((now) => gone.reduce(dropRun, now));
-      toast(gone.length ? `${plural(gone.length, 'what-if')} ${gone.length === 1 ? 'was' : 'were'} removed.` : 'Nothing was removed: they are still being replayed.');
-    },
-  }}));
+  app.store.dispatch((state) =>
+    openDialog(state, {
+      kind: 'confirm',
+      data: {
+        title: 'Remove the what-ifs of this run?',
+        confirm: 'Remove',
+        danger: true,
+        text: `All what-ifs of “${runName(run)}” go, with what was corrected and noted on them. They can be asked again; corrections on them cannot be brought back.`,
+        note: 'The run itself and its corrections stay. A what-if that is still being replayed stays too.',
+        run: async () => {
+          const gone = await app.api.removeWhatIfs(run.id);
+          app.store.dispatch((now) => gone.reduce(dropRun, now));
+          toast(
+            gone.length
+              ? `${plural(gone.length, 'what-if')} ${gone.length === 1 ? 'was' : 'were'} removed.`
+              : 'Nothing was removed: they are still being replayed.',
+          );
+        },
+      },
+    }),
+  );
 }

@@ -1,15 +1,15 @@
 // @ts-check
 /** Runs that go on or wait for a worker; those that wait are put in order by drag or keyboard. */
 
-import {sentence} from '../../api/errors.js';
-import {runPart} from '../../model/run_progress.js';
-import {changeRun} from '../change_run.js';
-import {h, reconcile, setText} from '../dom.js';
-import {emptyState} from '../empty.js';
-import {count, plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {runKind, runProgress} from '../../model/run_words.js';
-import {toast} from '../../core/toast.js';
+import { sentence } from '../../api/errors.js';
+import { runPart } from '../../model/run_progress.js';
+import { changeRun } from '../change_run.js';
+import { h, reconcile, setText } from '../dom.js';
+import { emptyState } from '../empty.js';
+import { count, plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { runKind, runProgress } from '../../model/run_words.js';
+import { toast } from '../../core/toast.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
@@ -20,10 +20,14 @@ const PAUSE = 1000;
  * @param {import('./layer.js').Setup<'run-queue'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function runQueueDialog({app, close, signal}) {
-  const list = h('ol', {class: 'line', 'aria-label': 'Runs in the order of their turns'});
-  const told = h('p', {class: 'muted small', role: 'status'});
-  const none = h('div', {hidden: true}, emptyState({icon: 'run', title: 'No run waits', text: 'Runs that are started stand here until a worker has done them.'}));
+export function runQueueDialog({ app, close, signal }) {
+  const list = h('ol', { class: 'line', 'aria-label': 'Runs in the order of their turns' });
+  const told = h('p', { class: 'muted small', role: 'status' });
+  const none = h(
+    'div',
+    { hidden: true },
+    emptyState({ icon: 'run', title: 'No run waits', text: 'Runs that are started stand here until a worker has done them.' }),
+  );
   /** @type {Run[]} */
   let runs = [];
   /** @type {string|null} */
@@ -39,7 +43,7 @@ export function runQueueDialog({app, close, signal}) {
   async function load() {
     waiting = undefined;
     try {
-      runs = await app.api.runQueue({signal});
+      runs = await app.api.runQueue({ signal });
       draw();
     } catch (thrown) {
       if (!signal.aborted) setText(told, sentence(thrown));
@@ -47,10 +51,16 @@ export function runQueueDialog({app, close, signal}) {
   }
 
   function draw() {
-    const names = new Map((app.store.get().videos ?? []).map(({id, name}) => [id, name]));
-    const waits = runs.filter(({state}) => state === 'queued');
+    const names = new Map((app.store.get().videos ?? []).map(({ id, name }) => [id, name]));
+    const waits = runs.filter(({ state }) => state === 'queued');
     const held = document.activeElement;
-    reconcile(list, runs, ({id}) => id, row, (item, run) => show(item, run, names.get(run.video_id) ?? 'A video', waits));
+    reconcile(
+      list,
+      runs,
+      ({ id }) => id,
+      row,
+      (item, run) => show(item, run, names.get(run.video_id) ?? 'A video', waits),
+    );
     // an element that is moved in the page loses the focus
     if (held instanceof HTMLElement && list.contains(held)) held.focus();
     none.hidden = runs.length > 0;
@@ -60,45 +70,74 @@ export function runQueueDialog({app, close, signal}) {
   /** @param {Run} run */
   function row(run) {
     /** @param {number} by */
-    const button = (by) => h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', dataset: {by: String(by)}, onclick: () => step(run.id, by)}, icon(by < 0 ? 'up' : 'down'));
-    return h('li', {
-      class: 'line-run', draggable: 'false', tabIndex: -1,
-      onkeydown: (/** @type {KeyboardEvent} */ event) => {
-        const by = event.altKey ? {ArrowUp: -1, ArrowDown: 1}[event.key] : undefined;
-        if (by === undefined) return;
-        event.preventDefault();
-        step(run.id, by);
+    const button = (by) =>
+      h(
+        'button',
+        { class: 'btn btn-small btn-quiet btn-icon', type: 'button', dataset: { by: String(by) }, onclick: () => step(run.id, by) },
+        icon(by < 0 ? 'up' : 'down'),
+      );
+    return h(
+      'li',
+      {
+        class: 'line-run',
+        draggable: 'false',
+        tabIndex: -1,
+        onkeydown: (/** @type {KeyboardEvent} */ event) => {
+          const by = event.altKey ? { ArrowUp: -1, ArrowDown: 1 }[event.key] : undefined;
+          if (by === undefined) return;
+          event.preventDefault();
+          step(run.id, by);
+        },
+        ondragstart: (/** @type {DragEvent} */ event) => {
+          dragged = run.id;
+          event.dataTransfer?.setData('text/plain', run.id);
+        },
+        ondragend: () => {
+          dragged = null;
+          mark(null, false);
+        },
+        ondragover: (/** @type {DragEvent} */ event) => {
+          if (dragged === null || !isWaiting(run.id)) return;
+          event.preventDefault();
+          mark(/** @type {HTMLElement} */ (event.currentTarget), isLower(event));
+        },
+        ondrop: (/** @type {DragEvent} */ event) => {
+          event.preventDefault();
+          if (dragged !== null) void move(dragged, isLower(event) ? after(run.id, 1) : run.id);
+        },
       },
-      ondragstart: (/** @type {DragEvent} */ event) => {
-        dragged = run.id;
-        event.dataTransfer?.setData('text/plain', run.id);
-      },
-      ondragend: () => {
-        dragged = null;
-        mark(null, false);
-      },
-      ondragover: (/** @type {DragEvent} */ event) => {
-        if (dragged === null || !isWaiting(run.id)) return;
-        event.preventDefault();
-        mark(/** @type {HTMLElement} */ (event.currentTarget), isLower(event));
-      },
-      ondrop: (/** @type {DragEvent} */ event) => {
-        event.preventDefault();
-        if (dragged !== null) void move(dragged, isLower(event) ? after(run.id, 1) : run.id);
-      },
-    }, h('span', {class: 'line-grip', 'aria-hidden': 'true'}, '⠿'), h('span', {class: 'line-words'}, h('strong', {class: 'truncate line-name'}), h('span', {class: 'muted small line-facts'}),
-      h('span', {class: 'meter', role: 'progressbar', 'aria-label': 'Run', 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span'))),
-    button(-1), button(1),
-    h('button', {class: 'btn btn-small line-cancel', type: 'button', onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal).then(load)}, 'Cancel'));
+      h('span', { class: 'line-grip', 'aria-hidden': 'true' }, '⠿'),
+      h(
+        'span',
+        { class: 'line-words' },
+        h('strong', { class: 'truncate line-name' }),
+        h('span', { class: 'muted small line-facts' }),
+        h('span', { class: 'meter', role: 'progressbar', 'aria-label': 'Run', 'aria-valuemin': 0, 'aria-valuemax': 100 }, h('span')),
+      ),
+      button(-1),
+      button(1),
+      h(
+        'button',
+        {
+          class: 'btn btn-small line-cancel',
+          type: 'button',
+          onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal).then(load),
+        },
+        'Cancel',
+      ),
+    );
   }
 
   /** @param {HTMLElement} item @param {Run} run @param {string} video @param {readonly Run[]} waits */
   function show(item, run, video, waits) {
-    const at = waits.findIndex(({id}) => id === run.id);
+    const at = waits.findIndex(({ id }) => id === run.id);
     item.draggable = at >= 0;
     item.classList.toggle('line-waits', at >= 0);
     setText(/** @type {HTMLElement} */ (item.querySelector('.line-name')), video);
-    setText(/** @type {HTMLElement} */ (item.querySelector('.line-facts')), [run.name || runKind(run), at < 0 ? runProgress(run) : `${count(at + 1)}. in the queue`].join(' · '));
+    setText(
+      /** @type {HTMLElement} */ (item.querySelector('.line-facts')),
+      [run.name || runKind(run), at < 0 ? runProgress(run) : `${count(at + 1)}. in the queue`].join(' · '),
+    );
     const meter = /** @type {HTMLElement} */ (item.querySelector('.meter'));
     meter.hidden = at >= 0;
     meter.style.setProperty('--part', `${runPart(run) * 100}%`);
@@ -115,7 +154,7 @@ export function runQueueDialog({app, close, signal}) {
   }
 
   /** Ids of those that wait, in order. */
-  const line = () => runs.filter(({state}) => state === 'queued').map(({id}) => id);
+  const line = () => runs.filter(({ state }) => state === 'queued').map(({ id }) => id);
 
   /** The run so many places after another one that waits; null: the end. @param {string} id @param {number} by */
   const after = (id, by) => line()[line().indexOf(id) + by] ?? null;
@@ -125,7 +164,7 @@ export function runQueueDialog({app, close, signal}) {
 
   /** @param {DragEvent} event   over a row */
   const isLower = (event) => {
-    const {top, height} = /** @type {HTMLElement} */ (event.currentTarget).getBoundingClientRect();
+    const { top, height } = /** @type {HTMLElement} */ (event.currentTarget).getBoundingClientRect();
     return event.clientY > top + height / 2;
   };
 
@@ -148,18 +187,26 @@ export function runQueueDialog({app, close, signal}) {
   async function move(id, before) {
     if (id === before) return;
     try {
-      await app.api.moveRun(id, before, {signal});
+      await app.api.moveRun(id, before, { signal });
     } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), {tone: 'bad'});
+      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
     }
     await load();
   }
 
   void load();
   return {
-    title: 'Run queue', size: 'middle',
-    body: h('div', {class: 'stack'}, h('p', {class: 'muted'}, 'Drag a run that waits, or move it with Alt and an arrow key.'), told, list, none),
-    footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Close')],
+    title: 'Run queue',
+    size: 'middle',
+    body: h(
+      'div',
+      { class: 'stack' },
+      h('p', { class: 'muted' }, 'Drag a run that waits, or move it with Alt and an arrow key.'),
+      told,
+      list,
+      none,
+    ),
+    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Close')],
     update(state) {
       const changed = videos !== undefined && (state.videos !== videos || state.runs !== known);
       [videos, known] = [state.videos, state.runs];

@@ -1,15 +1,15 @@
 // @ts-check
 /** The runs of a video, and a new one: preset, changed parameters, range of frames. */
 
-import {ApiError, sentence} from '../../api/errors.js';
-import {formatRoute} from '../../model/route.js';
-import {listRuns} from '../../model/run_groups.js';
-import {putRun, setRuns} from '../../store/actions/page.js';
-import {fill, h, reconcile} from '../dom.js';
-import {toast} from '../../core/toast.js';
-import {createRunForm} from './run-form.js';
-import {runItem, showRun} from './run-item.js';
-import {createVideoLabels} from './video-labels.js';
+import { ApiError, sentence } from '../../api/errors.js';
+import { formatRoute } from '../../model/route.js';
+import { listRuns } from '../../model/run_groups.js';
+import { putRun, setRuns } from '../../store/actions/page.js';
+import { fill, h, reconcile } from '../dom.js';
+import { toast } from '../../core/toast.js';
+import { createRunForm } from './run-form.js';
+import { runItem, showRun } from './run-item.js';
+import { createVideoLabels } from './video-labels.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
@@ -18,12 +18,12 @@ import {createVideoLabels} from './video-labels.js';
  * @returns {import('./layer.js').Content}
  */
 export function runDialog(setup) {
-  const {app, data, signal, close} = setup;
-  const {store, api} = app;
-  const video = store.get().videos?.find(({id}) => id === data.video) ?? store.get().review?.video;
-  const list = h('ul', {class: 'run-list'});
-  const none = h('p', {class: 'muted'}, 'No run yet. Start the first one: the presets are good for most videos.');
-  const form = createRunForm(setup, {frames: video?.frames ?? null, several: false, words: 'Start the run', send});
+  const { app, data, signal, close } = setup;
+  const { store, api } = app;
+  const video = store.get().videos?.find(({ id }) => id === data.video) ?? store.get().review?.video;
+  const list = h('ul', { class: 'run-list' });
+  const none = h('p', { class: 'muted' }, 'No run yet. Start the first one: the presets are good for most videos.');
+  const form = createRunForm(setup, { frames: video?.frames ?? null, several: false, words: 'Start the run', send });
   /** @type {readonly Run[]|null|undefined} */
   let shown = null;
   /** @type {readonly import('../../types.js').ModelVersion[]|null} */
@@ -32,11 +32,17 @@ export function runDialog(setup) {
   /** @param {import('../../api/runs.js').RunRequest} order */
   async function send(order) {
     try {
-      const run = await app.load(() => api.startRun(data.video, order, {signal}), putRun);
-      toast('The run is started.', {tone: 'good', action: {label: 'Open', run: () => {
-        close();
-        location.hash = formatRoute({screen: 'review', video: run.video_id, run: run.id, frame: null, track: null});
-      }}});
+      const run = await app.load(() => api.startRun(data.video, order, { signal }), putRun);
+      toast('The run is started.', {
+        tone: 'good',
+        action: {
+          label: 'Open',
+          run: () => {
+            close();
+            location.hash = formatRoute({ screen: 'review', video: run.video_id, run: run.id, frame: null, track: null });
+          },
+        },
+      });
       return '';
     } catch (thrown) {
       const field = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
@@ -44,23 +50,47 @@ export function runDialog(setup) {
     }
   }
 
-  app.load(() => api.runs(data.video, {signal}), (state, runs) => setRuns(state, data.video, runs)).catch((thrown) => {
-    if (!signal.aborted) fill(none, sentence(thrown));
-  });
+  app
+    .load(
+      () => api.runs(data.video, { signal }),
+      (state, runs) => setRuns(state, data.video, runs),
+    )
+    .catch((thrown) => {
+      if (!signal.aborted) fill(none, sentence(thrown));
+    });
 
   return {
-    title: `Runs of ${video?.name ?? 'this video'}`, size: 'wide',
-    body: h('div', {class: 'run-dialog'},
-      h('section', {class: 'run-column', 'aria-labelledby': 'runs-title'}, h('h3', {id: 'runs-title'}, 'Runs'), none, list, video && createVideoLabels(app, video, signal)),
-      h('section', {class: 'run-column', 'aria-labelledby': 'new-run-title'}, h('h3', {id: 'new-run-title'}, 'New run'), form.element)),
-    footer: form.footer, submit: form.submit, focus: form.focus,
+    title: `Runs of ${video?.name ?? 'this video'}`,
+    size: 'wide',
+    body: h(
+      'div',
+      { class: 'run-dialog' },
+      h(
+        'section',
+        { class: 'run-column', 'aria-labelledby': 'runs-title' },
+        h('h3', { id: 'runs-title' }, 'Runs'),
+        none,
+        list,
+        video && createVideoLabels(app, video, signal),
+      ),
+      h('section', { class: 'run-column', 'aria-labelledby': 'new-run-title' }, h('h3', { id: 'new-run-title' }, 'New run'), form.element),
+    ),
+    footer: form.footer,
+    submit: form.submit,
+    focus: form.focus,
     update(state) {
       const runs = state.runs[data.video];
       if (runs === shown && state.models === versions) return;
       shown = runs;
       versions = state.models;
       none.hidden = Boolean(runs?.length);
-      reconcile(list, listRuns(runs ?? []), ({run}) => run.id, ({run}) => runItem(setup, run), (item, listed) => showRun(setup, item, listed));
+      reconcile(
+        list,
+        listRuns(runs ?? []),
+        ({ run }) => run.id,
+        ({ run }) => runItem(setup, run),
+        (item, listed) => showRun(setup, item, listed),
+      );
     },
   };
 }

@@ -1,42 +1,71 @@
 // @ts-check
 /** Which other run of the video lies over the one that is open. */
 
-import {layable} from '../../model/second_run.js';
-import {openDialog} from '../../store/actions/page.js';
-import {h} from '../dom.js';
-import {emptyState} from '../empty.js';
-import {icon} from '../icons.js';
-import {modelsTag} from '../model-words.js';
-import {runTitle} from '../../model/run_words.js';
-import {group, tick} from './fields.js';
+import { layable } from '../../model/second_run.js';
+import { openDialog } from '../../store/actions/page.js';
+import { h } from '../dom.js';
+import { emptyState } from '../empty.js';
+import { icon } from '../icons.js';
+import { modelsTag } from '../model-words.js';
+import { runTitle } from '../../model/run_words.js';
+import { group, tick } from './fields.js';
 
 /**
  * @param {import('./layer.js').Setup<'second'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function secondDialog({app, close}) {
-  const {store} = app;
-  const {review, runs, models} = store.get();
+export function secondDialog({ app, close }) {
+  const { store } = app;
+  const { review, runs, models } = store.get();
   const others = review ? layable(runs[review.video.id] ?? [], review.run?.id ?? null) : [];
-  const cancel = h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel');
+  const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
   const title = 'Second run over this one';
   if (review === null || others.length === 0) {
-    const start = h('button', {class: 'btn btn-primary', type: 'button', onclick: () => review && store.dispatch((state) => openDialog(state, {kind: 'run', data: {video: review.video.id}}))}, icon('run'), 'Runs');
+    const start = h(
+      'button',
+      {
+        class: 'btn btn-primary',
+        type: 'button',
+        onclick: () => review && store.dispatch((state) => openDialog(state, { kind: 'run', data: { video: review.video.id } })),
+      },
+      icon('run'),
+      'Runs',
+    );
     return {
-      title, size: 'narrow', focus: start, footer: [h('span', {class: 'grow'}), cancel, start],
-      body: emptyState({icon: 'run', title: 'No other run yet', text: 'Start another run of this video, or a what-if: its results then lie over this one, with dashed boxes.'}),
+      title,
+      size: 'narrow',
+      focus: start,
+      footer: [h('span', { class: 'grow' }), cancel, start],
+      body: emptyState({
+        icon: 'run',
+        title: 'No other run yet',
+        text: 'Start another run of this video, or a what-if: its results then lie over this one, with dashed boxes.',
+      }),
     };
   }
   const present = review.second ?? others[0].id;
-  const choices = [...others.map((run) => ({id: run.id, words: `${runTitle(run)}${modelsTag(run, models)}`})), {id: '', words: 'None'}]
-    .map(({id, words}) => tick('radio', {name: 'second-run', value: id, checked: id === present}, words));
-  const corrected = tick('checkbox', {checked: Object.keys(review.secondDocs).length > 0}, 'With its corrections, not as the engine left it');
+  const choices = [
+    ...others.map((run) => ({ id: run.id, words: `${runTitle(run)}${modelsTag(run, models)}` })),
+    { id: '', words: 'None' },
+  ].map(({ id, words }) => tick('radio', { name: 'second-run', value: id, checked: id === present }, words));
+  const corrected = tick(
+    'checkbox',
+    { checked: Object.keys(review.secondDocs).length > 0 },
+    'With its corrections, not as the engine left it',
+  );
   return {
-    title, size: 'narrow', focus: choices.find(({input}) => input.checked)?.input,
-    body: h('div', {class: 'stack'}, group('Run', h('div', {class: 'stack'}, ...choices.map(({element}) => element))), corrected.element),
-    footer: [h('span', {class: 'grow'}), cancel, h('button', {class: 'btn btn-primary', type: 'submit'}, 'Show')],
+    title,
+    size: 'narrow',
+    focus: choices.find(({ input }) => input.checked)?.input,
+    body: h(
+      'div',
+      { class: 'stack' },
+      group('Run', h('div', { class: 'stack' }, ...choices.map(({ element }) => element))),
+      corrected.element,
+    ),
+    footer: [h('span', { class: 'grow' }), cancel, h('button', { class: 'btn btn-primary', type: 'submit' }, 'Show')],
     submit() {
-      const id = choices.find(({input}) => input.checked)?.input.value || null;
+      const id = choices.find(({ input }) => input.checked)?.input.value || null;
       app.loader.showSecond(id, corrected.input.checked);
       close();
     },

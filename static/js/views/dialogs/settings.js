@@ -1,20 +1,34 @@
 // @ts-check
 /** What this browser is reported once: the name that edits carry, and the theme. */
 
-import {setTheme} from '../../store/actions/page.js';
-import {h} from '../dom.js';
-import {forget, recall, remember} from '../../core/preferences.js';
-import {toast} from '../../core/toast.js';
-import {field} from './fields.js';
+import { setTheme } from '../../store/actions/page.js';
+import { h } from '../dom.js';
+import { forget, recall, remember } from '../../core/preferences.js';
+import { toast } from '../../core/toast.js';
+import { field } from './fields.js';
 
 /**
  * @param {import('./layer.js').Setup<'settings'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function settingsDialog({app, close}) {
-  const {session, theme: present} = app.store.get();
-  const author = h('input', {class: 'input', type: 'text', id: 'settings-author', maxlength: 80, autocomplete: 'name', value: recall('author') ?? '', placeholder: session?.author ?? ''});
-  const theme = h('select', {class: 'select', id: 'settings-theme'}, h('option', {value: 'auto'}, 'as the system'), h('option', {value: 'light'}, 'light'), h('option', {value: 'dark'}, 'dark'));
+export function settingsDialog({ app, close }) {
+  const { session, theme: present } = app.store.get();
+  const author = h('input', {
+    class: 'input',
+    type: 'text',
+    id: 'settings-author',
+    maxlength: 80,
+    autocomplete: 'name',
+    value: recall('author') ?? '',
+    placeholder: session?.author ?? '',
+  });
+  const theme = h(
+    'select',
+    { class: 'select', id: 'settings-theme' },
+    h('option', { value: 'auto' }, 'as the system'),
+    h('option', { value: 'light' }, 'light'),
+    h('option', { value: 'dark' }, 'dark'),
+  );
   theme.value = present;
 
   function submit() {
@@ -25,14 +39,30 @@ export function settingsDialog({app, close}) {
     if (name) remember('author', name);
     else forget('author');
     if (app.store.get().review) void app.editor.refresh();
-    toast(`Your changes are signed “${name || session?.author || 'someone'}”.`, {tone: 'good'});
+    toast(`Your changes are signed “${name || session?.author || 'someone'}”.`, { tone: 'good' });
   }
 
   return {
-    title: 'Preferences', size: 'narrow', submit, focus: session?.person ? theme : author,
-    body: h('div', {class: 'stack'},
-      session?.person ? h('p', {class: 'small'}, `You are signed in as ${session.person.name}. What you change carries that name.`) : field('Your name', author, 'Corrections and notes that you make from now on carry it. Undo takes back your own changes, by this name. Empty: the server’s.'),
-      field('Theme', theme)),
-    footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), h('button', {class: 'btn btn-primary', type: 'submit'}, 'Save')],
+    title: 'Preferences',
+    size: 'narrow',
+    submit,
+    focus: session?.person ? theme : author,
+    body: h(
+      'div',
+      { class: 'stack' },
+      session?.person
+        ? h('p', { class: 'small' }, `You are signed in as ${session.person.name}. What you change carries that name.`)
+        : field(
+            'Your name',
+            author,
+            'Corrections and notes that you make from now on carry it. Undo takes back your own changes, by this name. Empty: the server’s.',
+          ),
+      field('Theme', theme),
+    ),
+    footer: [
+      h('span', { class: 'grow' }),
+      h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'),
+      h('button', { class: 'btn btn-primary', type: 'submit' }, 'Save'),
+    ],
   };
 }

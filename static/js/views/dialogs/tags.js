@@ -1,25 +1,36 @@
 // @ts-check
 /** Tags of videos: give some, take some away. */
 
-import {sentence} from '../../api/errors.js';
-import {h, setText} from '../dom.js';
-import {plural} from '../../model/format.js';
-import {toast} from '../../core/toast.js';
-import {field, group, tick} from './fields.js';
+import { sentence } from '../../api/errors.js';
+import { h, setText } from '../dom.js';
+import { plural } from '../../model/format.js';
+import { toast } from '../../core/toast.js';
+import { field, group, tick } from './fields.js';
 
 /**
  * @param {import('./layer.js').Setup<'tags'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function tagsDialog({app, data, close, signal}) {
-  const used = [...new Set((app.store.get().videos ?? []).flatMap(({tags}) => tags ?? []))].sort();
-  const add = h('input', {class: 'input', type: 'text', id: 'tags-add', maxlength: 400, autocomplete: 'off', placeholder: 'night, rain', list: 'tags-used'});
-  const remove = data.known.map((/** @type {string} */ tag) => tick('checkbox', {value: tag}, tag));
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const go = h('button', {class: 'btn btn-primary', type: 'submit'}, 'Save');
+export function tagsDialog({ app, data, close, signal }) {
+  const used = [...new Set((app.store.get().videos ?? []).flatMap(({ tags }) => tags ?? []))].sort();
+  const add = h('input', {
+    class: 'input',
+    type: 'text',
+    id: 'tags-add',
+    maxlength: 400,
+    autocomplete: 'off',
+    placeholder: 'night, rain',
+    list: 'tags-used',
+  });
+  const remove = data.known.map((/** @type {string} */ tag) => tick('checkbox', { value: tag }, tag));
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, 'Save');
 
   async function submit() {
-    const given = add.value.split(',').map((tag) => tag.trim()).filter(Boolean);
+    const given = add.value
+      .split(',')
+      .map((tag) => tag.trim())
+      .filter(Boolean);
     const taken = remove.filter((/** @type {any} */ one) => one.input.checked).map((/** @type {any} */ one) => one.input.value);
     if (given.length + taken.length === 0) {
       setText(error, 'Write a tag, or tick one to take away.');
@@ -27,8 +38,8 @@ export function tagsDialog({app, data, close, signal}) {
     }
     go.disabled = true;
     try {
-      const {changed} = await app.api.tagVideos({videos: data.videos, add: given, remove: taken}, {signal});
-      toast(`${plural(changed, 'video')} changed.`, {tone: 'good'});
+      const { changed } = await app.api.tagVideos({ videos: data.videos, add: given, remove: taken }, { signal });
+      toast(`${plural(changed, 'video')} changed.`, { tone: 'good' });
       close();
       data.done();
     } catch (thrown) {
@@ -39,10 +50,21 @@ export function tagsDialog({app, data, close, signal}) {
   }
 
   return {
-    title: `Tags of ${plural(data.videos.length, 'video')}`, size: 'narrow', focus: add, submit: () => void submit(),
-    body: h('div', {class: 'stack'},
-      field('Add', add, 'Several with commas between.'), h('datalist', {id: 'tags-used'}, used.map((tag) => h('option', {value: tag}))),
-      remove.length > 0 && group('Take away', h('div', {class: 'ticks'}, ...remove.map((/** @type {any} */ one) => one.element)))),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
+    title: `Tags of ${plural(data.videos.length, 'video')}`,
+    size: 'narrow',
+    focus: add,
+    submit: () => void submit(),
+    body: h(
+      'div',
+      { class: 'stack' },
+      field('Add', add, 'Several with commas between.'),
+      h(
+        'datalist',
+        { id: 'tags-used' },
+        used.map((tag) => h('option', { value: tag })),
+      ),
+      remove.length > 0 && group('Take away', h('div', { class: 'ticks' }, ...remove.map((/** @type {any} */ one) => one.element))),
+    ),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
   };
 }

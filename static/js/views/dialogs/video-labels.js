@@ -1,10 +1,10 @@
 // @ts-check
 /** Which label set a video uses: the library's, or one of its own. */
 
-import {sentence} from '../../api/errors.js';
-import {putVideo} from '../../store/actions/page.js';
-import {h, setText} from '../dom.js';
-import {field} from './fields.js';
+import { sentence } from '../../api/errors.js';
+import { putVideo } from '../../store/actions/page.js';
+import { h, setText } from '../dom.js';
+import { field } from './fields.js';
 
 /**
  * @param {import('../../page-types.js').App} app
@@ -12,12 +12,16 @@ import {field} from './fields.js';
  * @param {AbortSignal} signal
  */
 export function createVideoLabels(app, video, signal) {
-  const {store, api} = app;
+  const { store, api } = app;
   const sets = store.get().labelSets ?? [];
   const usual = sets.find((set) => set.default);
-  const error = h('p', {class: 'field-error', role: 'alert'});
-  const select = h('select', {class: 'select', id: 'video-labels', onchange: () => void use()}, h('option', {value: ''}, `the library’s: ${usual?.name ?? '…'}`),
-    ...sets.map(({key, name}) => h('option', {value: key}, name)));
+  const error = h('p', { class: 'field-error', role: 'alert' });
+  const select = h(
+    'select',
+    { class: 'select', id: 'video-labels', onchange: () => void use() },
+    h('option', { value: '' }, `the library’s: ${usual?.name ?? '…'}`),
+    ...sets.map(({ key, name }) => h('option', { value: key }, name)),
+  );
   let now = video.label_set ?? '';
   select.value = now;
 
@@ -25,9 +29,9 @@ export function createVideoLabels(app, video, signal) {
     select.disabled = true;
     setText(error, '');
     try {
-      await api.useLabelSet(video.id, select.value || null, {signal});
+      await api.useLabelSet(video.id, select.value || null, { signal });
       now = select.value;
-      await app.load(() => api.video(video.id, {signal}), putVideo);
+      await app.load(() => api.video(video.id, { signal }), putVideo);
       await app.labels.reload();
     } catch (thrown) {
       if (signal.aborted) return;
@@ -38,5 +42,5 @@ export function createVideoLabels(app, video, signal) {
     }
   }
 
-  return h('div', {class: 'stack'}, field('Label set', select), error);
+  return h('div', { class: 'stack' }, field('Label set', select), error);
 }

@@ -1,16 +1,16 @@
 // @ts-check
 /** What if a parameter were different: replays the stored evidence and lists what would change. */
 
-import {sentence} from '../../api/errors.js';
-import {formatRoute} from '../../model/route.js';
-import {runPart} from '../../model/run_progress.js';
-import {putRun} from '../../store/actions/page.js';
-import {fill, h, setText} from '../dom.js';
-import {plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {createParameters, presetValue} from '../parameters.js';
-import {replayWarning, runChanges, runInexact, runProgress} from '../../model/run_words.js';
-import {changeList} from '../whatif.js';
+import { sentence } from '../../api/errors.js';
+import { formatRoute } from '../../model/route.js';
+import { runPart } from '../../model/run_progress.js';
+import { putRun } from '../../store/actions/page.js';
+import { fill, h, setText } from '../dom.js';
+import { plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { createParameters, presetValue } from '../parameters.js';
+import { replayWarning, runChanges, runInexact, runProgress } from '../../model/run_words.js';
+import { changeList } from '../whatif.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
@@ -18,24 +18,27 @@ import {changeList} from '../whatif.js';
  * @param {import('./layer.js').Setup<'whatif'>} setup
  * @returns {import('./layer.js').Content}
  */
-export function whatIfDialog({app, data, close, signal}) {
-  const {store, api} = app;
+export function whatIfDialog({ app, data, close, signal }) {
+  const { store, api } = app;
   const state = store.get();
   const known = [...(state.review?.run ? [state.review.run] : []), ...Object.values(state.runs).flat()];
-  const parent = known.find(({id}) => id === (data.run ?? state.review?.run?.id));
+  const parent = known.find(({ id }) => id === (data.run ?? state.review?.run?.id));
   /** What the run was made with. @param {import('../../types.js').Parameter} parameter */
-  const base = (parameter) => parent && Object.hasOwn(parent.parameters, parameter.name) ? parent.parameters[parameter.name] : presetValue(parameter, parent?.preset ?? 'default');
-  const keep = state.parameters.find(({name}) => name === 'keep_radius');
+  const base = (parameter) =>
+    parent && Object.hasOwn(parent.parameters, parameter.name)
+      ? parent.parameters[parameter.name]
+      : presetValue(parameter, parent?.preset ?? 'default');
+  const keep = state.parameters.find(({ name }) => name === 'keep_radius');
   const fields = createParameters({
-    parameters: state.parameters.filter(({replayable}) => replayable),
-    initial: state.review?.tau !== null && state.review?.tau !== undefined ? {tau: state.review.tau} : {},
+    parameters: state.parameters.filter(({ replayable }) => replayable),
+    initial: state.review?.tau !== null && state.review?.tau !== undefined ? { tau: state.review.tau } : {},
     base,
     warn: (name, value) => replayWarning(name, value, keep && base(keep)),
     onChange: check,
   });
-  const error = h('p', {class: 'field-error grow', role: 'alert'});
-  const start = h('button', {class: 'btn btn-primary', type: 'submit'}, icon('whatif'), 'Replay');
-  const result = h('div', {class: 'whatif-result', role: 'status'});
+  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const start = h('button', { class: 'btn btn-primary', type: 'submit' }, icon('whatif'), 'Replay');
+  const result = h('div', { class: 'whatif-result', role: 'status' });
   /** @type {string|null} */
   let started = null;
   /** @type {Run|null} */
@@ -50,7 +53,7 @@ export function whatIfDialog({app, data, close, signal}) {
     start.disabled = true;
     setText(error, '');
     try {
-      const run = await app.load(() => api.whatIf(parent.id, {parameters: fields.changes()}, {signal}), putRun);
+      const run = await app.load(() => api.whatIf(parent.id, { parameters: fields.changes() }, { signal }), putRun);
       started = run.id;
       show(run);
       void follow(run.id);
@@ -70,7 +73,7 @@ export function whatIfDialog({app, data, close, signal}) {
       await new Promise((resolve) => setTimeout(resolve, 2000));
       if (signal.aborted) return;
       try {
-        const run = await app.load(() => api.run(id, {signal}), putRun);
+        const run = await app.load(() => api.run(id, { signal }), putRun);
         show(run);
       } catch (thrown) {
         if (!signal.aborted) setText(error, sentence(thrown));
@@ -83,29 +86,78 @@ export function whatIfDialog({app, data, close, signal}) {
     if (shown === run) return;
     shown = run;
     if (run.state === 'complete') {
-      fill(result, h('div', {class: 'row'}, h('h3', {class: 'grow'}, runChanges(run)),
-        h('a', {class: 'btn btn-small', href: `${formatRoute({screen: 'compare', a: `run:${run.parent_id}`, b: `run:${run.id}`})}`, onclick: close}, icon('compare'), 'Compare in figures')),
-      runInexact(run) && h('p', {class: 'field-warning'}, runInexact(run)),
-      changeList(app, run, {close}));
+      fill(
+        result,
+        h(
+          'div',
+          { class: 'row' },
+          h('h3', { class: 'grow' }, runChanges(run)),
+          h(
+            'a',
+            {
+              class: 'btn btn-small',
+              href: `${formatRoute({ screen: 'compare', a: `run:${run.parent_id}`, b: `run:${run.id}` })}`,
+              onclick: close,
+            },
+            icon('compare'),
+            'Compare in figures',
+          ),
+        ),
+        runInexact(run) && h('p', { class: 'field-warning' }, runInexact(run)),
+        changeList(app, run, { close }),
+      );
     } else if (run.state === 'queued' || run.state === 'running') {
-      fill(result, h('p', null, run.state === 'queued' ? 'The replay waits for a free worker.' : runProgress(run)),
-        h('span', {class: 'meter', style: {'--part': `${runPart(run) * 100}%`}}, h('span')),
-        h('button', {class: 'btn btn-small', type: 'button', onclick: () => api.cancelRun(run.id).catch((thrown) => setText(error, sentence(thrown)))}, 'Cancel'));
+      fill(
+        result,
+        h('p', null, run.state === 'queued' ? 'The replay waits for a free worker.' : runProgress(run)),
+        h('span', { class: 'meter', style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
+        h(
+          'button',
+          {
+            class: 'btn btn-small',
+            type: 'button',
+            onclick: () => api.cancelRun(run.id).catch((thrown) => setText(error, sentence(thrown))),
+          },
+          'Cancel',
+        ),
+      );
     } else {
-      fill(result, h('p', {class: 'field-error'}, runProgress(run)));
+      fill(result, h('p', { class: 'field-error' }, runProgress(run)));
     }
   }
 
-  fill(result, h('div', {class: 'empty'}, icon('whatif'), h('h3', null, 'See what would change'),
-    h('p', null, parent ? 'Change parameters and replay. Nothing is decoded or detected again, so it takes seconds; the run itself stays as it is.' : 'Open a complete run first: a what-if replays its evidence.')));
+  fill(
+    result,
+    h(
+      'div',
+      { class: 'empty' },
+      icon('whatif'),
+      h('h3', null, 'See what would change'),
+      h(
+        'p',
+        null,
+        parent
+          ? 'Change parameters and replay. Nothing is decoded or detected again, so it takes seconds; the run itself stays as it is.'
+          : 'Open a complete run first: a what-if replays its evidence.',
+      ),
+    ),
+  );
   check();
   return {
-    title: `What if …${parent?.tracks ? ` (${plural(parent.tracks, 'track')})` : ''}`, size: 'wide', focus: fields.focus, submit,
-    body: h('div', {class: 'run-dialog'}, h('section', {class: 'run-column', 'aria-label': 'Parameters'}, fields.element), h('section', {class: 'run-column', 'aria-label': 'What would change'}, result)),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), start],
+    title: `What if …${parent?.tracks ? ` (${plural(parent.tracks, 'track')})` : ''}`,
+    size: 'wide',
+    focus: fields.focus,
+    submit,
+    body: h(
+      'div',
+      { class: 'run-dialog' },
+      h('section', { class: 'run-column', 'aria-label': 'Parameters' }, fields.element),
+      h('section', { class: 'run-column', 'aria-label': 'What would change' }, result),
+    ),
+    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), start],
     update(now) {
       if (!started) return;
-      const run = (parent && now.runs[parent.video_id])?.find(({id}) => id === started);
+      const run = (parent && now.runs[parent.video_id])?.find(({ id }) => id === started);
       if (run) show(run);
     },
   };

@@ -14,10 +14,14 @@ export function createAttributes(app, signal) {
   const list = h('div', { class: 'attributes' });
   const element = h('section', { class: 'inspector-section', 'aria-label': 'Attributes' }, h('h3', null, 'Attributes'), list);
   // letters are commands of the review screen; in a field they are text
-  list.addEventListener('keydown', (event) => {
-    if (event.target instanceof HTMLInputElement && event.target.type !== 'checkbox') event.stopPropagation();
-    if (event.key === 'Enter' && event.target instanceof HTMLInputElement) event.target.blur();
-  }, { signal });
+  list.addEventListener(
+    'keydown',
+    (event) => {
+      if (event.target instanceof HTMLInputElement && event.target.type !== 'checkbox') event.stopPropagation();
+      if (event.key === 'Enter' && event.target instanceof HTMLInputElement) event.target.blur();
+    },
+    { signal },
+  );
   let shown = '';
 
   /** @param {AttributeRow} row @param {Attribute} attribute */
@@ -27,17 +31,37 @@ export function createAttributes(app, signal) {
     const give = (value) => value !== (row.given ? row.value : null) && giveAttribute(app, name, value, mutable);
     if (kind === 'checkbox') {
       return h('input', {
-        type: 'checkbox', 'aria-label': name, checked: row.value === true, title: row.digit <= 9 ? `${name} (Alt+${row.digit})` : '',
+        type: 'checkbox',
+        'aria-label': name,
+        checked: row.value === true,
+        title: row.digit <= 9 ? `${name} (Alt+${row.digit})` : '',
         onchange: (/** @type {Event} */ event) => give(/** @type {HTMLInputElement} */ (event.target).checked),
       });
     }
     if (kind === 'select') {
-      const options = ['', ...values].map((value) => h('option', { value, selected: value === (row.value ?? '') }, value === '' ? 'not said' : value));
-      return h('select', { class: 'select', 'aria-label': name, onchange: (/** @type {Event} */ event) => give(/** @type {HTMLSelectElement} */ (event.target).value || null) }, ...options);
+      const options = ['', ...values].map((value) =>
+        h('option', { value, selected: value === (row.value ?? '') }, value === '' ? 'not said' : value),
+      );
+      return h(
+        'select',
+        {
+          class: 'select',
+          'aria-label': name,
+          onchange: (/** @type {Event} */ event) => give(/** @type {HTMLSelectElement} */ (event.target).value || null),
+        },
+        ...options,
+      );
     }
     const input = h('input', {
-      class: 'input', 'aria-label': name, type: kind === 'number' ? 'number' : 'text', step: 'any', min: low, max: high,
-      maxlength: '1000', value: row.value === null ? '' : String(row.value), dir: 'auto',
+      class: 'input',
+      'aria-label': name,
+      type: kind === 'number' ? 'number' : 'text',
+      step: 'any',
+      min: low,
+      max: high,
+      maxlength: '1000',
+      value: row.value === null ? '' : String(row.value),
+      dir: 'auto',
     });
     input.addEventListener('change', () => {
       const value = valueOfText(attribute, input.value);
@@ -54,18 +78,54 @@ export function createAttributes(app, signal) {
   /** @param {AttributeRow} row */
   function line(row) {
     const { name, attribute, value } = row;
-    const whole = attribute?.mutable && h('button', {
-      class: 'btn btn-quiet btn-small', type: 'button', title: 'Give the value of this frame to the whole track', disabled: value === null || !(row.given && row.changes),
-      onclick: () => giveAttribute(app, name, value, false),
-    }, 'Whole track');
-    const away = row.given && h('button', {
-      class: 'btn btn-quiet btn-small btn-icon', type: 'button', title: 'Take the value away', 'aria-label': `Take ${name} away`,
-      onclick: () => giveAttribute(app, name, null, false),
-    }, icon('trash'));
-    return h('div', { class: 'attribute' },
-      h('span', { class: 'attribute-name', dir: 'auto', title: attribute === null ? 'The label has no such attribute; the value is of an earlier label' : attribute.mutable ? 'From this frame on' : 'Of the whole track' }, name),
+    const whole =
+      attribute?.mutable &&
+      h(
+        'button',
+        {
+          class: 'btn btn-quiet btn-small',
+          type: 'button',
+          title: 'Give the value of this frame to the whole track',
+          disabled: value === null || !(row.given && row.changes),
+          onclick: () => giveAttribute(app, name, value, false),
+        },
+        'Whole track',
+      );
+    const away =
+      row.given &&
+      h(
+        'button',
+        {
+          class: 'btn btn-quiet btn-small btn-icon',
+          type: 'button',
+          title: 'Take the value away',
+          'aria-label': `Take ${name} away`,
+          onclick: () => giveAttribute(app, name, null, false),
+        },
+        icon('trash'),
+      );
+    return h(
+      'div',
+      { class: 'attribute' },
+      h(
+        'span',
+        {
+          class: 'attribute-name',
+          dir: 'auto',
+          title:
+            attribute === null
+              ? 'The label has no such attribute; the value is of an earlier label'
+              : attribute.mutable
+                ? 'From this frame on'
+                : 'Of the whole track',
+        },
+        name,
+      ),
       attribute === null ? h('span', { class: 'muted', dir: 'auto' }, String(value)) : field(row, attribute),
-      attribute?.mutable && h('span', { class: 'small muted' }, 'from here on'), whole, away);
+      attribute?.mutable && h('span', { class: 'small muted' }, 'from here on'),
+      whole,
+      away,
+    );
   }
 
   return {

@@ -79,7 +79,12 @@ export function createCrops(app, signal) {
       now = inspected;
       scroller.hidden = lane === null;
       if (lane === null) {
-        setText(total, isLoaded(inspected.entry.key, review.docs[inspected.entry.key], review.laneOf) ? 'none: the engine has no frame of this track' : 'loading…');
+        setText(
+          total,
+          isLoaded(inspected.entry.key, review.docs[inspected.entry.key], review.laneOf)
+            ? 'none: the engine has no frame of this track'
+            : 'loading…',
+        );
         return;
       }
       if (turned) {
@@ -120,8 +125,21 @@ function createCell(lane, i, labels, url) {
   const probability = lane.top_probability[i];
   const weight = lane.weight[i];
   const label = labelFor(labels, lane.top[i]);
-  return h('button', { class: 'crop', type: 'button', title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}` },
+  return h(
+    'button',
+    {
+      class: 'crop',
+      type: 'button',
+      title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}`,
+    },
     pictureThatMayMiss({ src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
-    h('span', { class: 'crop-frame' }, lane.frame[i]), h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${figure(weight, 2)}`),
-    h('span', { class: 'crop-value' }, label?.picture && pictureThatMayMiss({ class: 'crop-read', src: label.picture, alt: label.name }), `P ${probability === null ? '–' : probability.toFixed(2)}`));
+    h('span', { class: 'crop-frame' }, lane.frame[i]),
+    h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${figure(weight, 2)}`),
+    h(
+      'span',
+      { class: 'crop-value' },
+      label?.picture && pictureThatMayMiss({ class: 'crop-read', src: label.picture, alt: label.name }),
+      `P ${probability === null ? '–' : probability.toFixed(2)}`,
+    ),
+  );
 }

@@ -19,40 +19,78 @@ export function createEvents(app, signal) {
   /** @type {Set<string>} */ let unfolded = new Set();
   let all = false;
   let frame = 0;
-  more.addEventListener('click', () => {
-    all = true;
-    draw();
-  }, { signal });
-  list.addEventListener('click', (event) => {
-    const button = /** @type {HTMLElement} */ (event.target).closest('button');
-    if (button?.dataset.frame) seek(app, Number(button.dataset.frame));
-    if (button?.dataset.fold) {
-      if (!unfolded.delete(button.dataset.fold)) unfolded.add(button.dataset.fold);
+  more.addEventListener(
+    'click',
+    () => {
+      all = true;
       draw();
-    }
-  }, { signal });
+    },
+    { signal },
+  );
+  list.addEventListener(
+    'click',
+    (event) => {
+      const button = /** @type {HTMLElement} */ (event.target).closest('button');
+      if (button?.dataset.frame) seek(app, Number(button.dataset.frame));
+      if (button?.dataset.fold) {
+        if (!unfolded.delete(button.dataset.fold)) unfolded.add(button.dataset.fold);
+        draw();
+      }
+    },
+    { signal },
+  );
 
   function draw() {
     const lines = (all ? stretches : stretches.slice(0, SOME)).flatMap((stretch, i) => {
       const key = `${lane?.id}-${i}-${stretch.kind}-${stretch.frame}`;
-      const inner = unfolded.has(key) ? stretch.sentences.map((sentence) => ({ key: `${key}-${sentence.frame}`, first: sentence.frame, last: sentence.frame, kind: stretch.kind, text: sentence.text, of: 0 })) : [];
-      return [{ key, first: stretch.frame, last: stretch.last, kind: stretch.kind, text: stretch.sentences[0].text, of: stretch.sentences.length }, ...inner];
+      const inner = unfolded.has(key)
+        ? stretch.sentences.map((sentence) => ({
+            key: `${key}-${sentence.frame}`,
+            first: sentence.frame,
+            last: sentence.frame,
+            kind: stretch.kind,
+            text: sentence.text,
+            of: 0,
+          }))
+        : [];
+      return [
+        {
+          key,
+          first: stretch.frame,
+          last: stretch.last,
+          kind: stretch.kind,
+          text: stretch.sentences[0].text,
+          of: stretch.sentences.length,
+        },
+        ...inner,
+      ];
     });
-    reconcile(list, lines, (line) => line.key, lineElement, (element, line) => {
-      const here = line.first <= frame && frame <= line.last && !(line.of > 1 && unfolded.has(line.key));
-      setAttribute(element, 'aria-current', here ? 'true' : null);
-      const fold = element.querySelector('[data-fold]');
-      if (fold) {
-        setAttribute(fold, 'aria-expanded', String(unfolded.has(line.key)));
-        setText(fold, unfolded.has(line.key) ? 'fold' : `all ${line.of}`);
-      }
-    });
+    reconcile(
+      list,
+      lines,
+      (line) => line.key,
+      lineElement,
+      (element, line) => {
+        const here = line.first <= frame && frame <= line.last && !(line.of > 1 && unfolded.has(line.key));
+        setAttribute(element, 'aria-current', here ? 'true' : null);
+        const fold = element.querySelector('[data-fold]');
+        if (fold) {
+          setAttribute(fold, 'aria-expanded', String(unfolded.has(line.key)));
+          setText(fold, unfolded.has(line.key) ? 'fold' : `all ${line.of}`);
+        }
+      },
+    );
     more.hidden = all || stretches.length <= SOME;
     setText(total, stretches.length > SOME && !all ? `${SOME} of ${count(stretches.length)}` : count(stretches.length));
   }
 
   return {
-    element: h('div', { class: 'inspector-section' }, h('div', { class: 'row' }, h('h3', null, 'Events'), total, h('span', { class: 'grow' }), more), list),
+    element: h(
+      'div',
+      { class: 'inspector-section' },
+      h('div', { class: 'row' }, h('h3', null, 'Events'), total, h('span', { class: 'grow' }), more),
+      list,
+    ),
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       if (inspected.lane === lane && inspected.review.frame === frame) return;
@@ -81,9 +119,12 @@ export function createEvents(app, signal) {
 /** @param {Line} line @returns {HTMLElement} */
 function lineElement(line) {
   const place = line.of > 1 ? `frames ${line.first} to ${line.last}` : `frame ${line.first}`;
-  const element = h('li', { class: `event event-${line.kind}${line.of ? '' : ' event-inner'}` },
+  const element = h(
+    'li',
+    { class: `event event-${line.kind}${line.of ? '' : ' event-inner'}` },
     h('button', { class: 'btn-link', type: 'button', dataset: { frame: String(line.first) } }, place),
-    line.of > 1 ? `, the first: ${line.text} ` : `: ${line.text}`);
+    line.of > 1 ? `, the first: ${line.text} ` : `: ${line.text}`,
+  );
   if (line.of > 1) element.append(h('button', { class: 'btn-link', type: 'button', dataset: { fold: line.key } }));
   return element;
 }

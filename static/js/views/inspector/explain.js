@@ -24,26 +24,31 @@ export function createExplain(app, signal) {
   let asked = '';
   let frames = new Int32Array(0);
   let reported = '';
-  button.addEventListener('click', async () => {
-    const run = now?.review.run;
-    if (!now?.found || !run) return;
-    const frame = now.review.frame;
-    const track = now.found.track[placeAt(frames, frame)];
-    const floor = now.found.lane.symmetry_floor;
-    const key = `${run.id} ${now.entry.key} ${frame}`;
-    asked = key;
-    fill(result, h('p', { class: 'small muted' }, 'Looking at the crop again…'));
-    try {
-      const found = await app.api.explain(run.id, track, frame, { signal });
-      if (asked !== key) return;
-      const url = app.api.cropUrl(run.id, track, frame, 256);
-      const prediction = `${url}${url.includes('?') ? '&' : '?'}of=prediction`;
-      const symmetry = /** @type {SymmetryView|null} */ (/** @type {unknown} */ (found.symmetry));
-      fill(result, symmetry ? symmetryFigure(symmetry, prediction, floor) : null, found.hash ? hashFigure(found.hash) : null);
-    } catch (error) {
-      if (asked === key && !signal.aborted) fill(result, h('p', { class: 'small field-error' }, error instanceof Error ? error.message : 'The crop could not be explained.'));
-    }
-  }, { signal });
+  button.addEventListener(
+    'click',
+    async () => {
+      const run = now?.review.run;
+      if (!now?.found || !run) return;
+      const frame = now.review.frame;
+      const track = now.found.track[placeAt(frames, frame)];
+      const floor = now.found.lane.symmetry_floor;
+      const key = `${run.id} ${now.entry.key} ${frame}`;
+      asked = key;
+      fill(result, h('p', { class: 'small muted' }, 'Looking at the crop again…'));
+      try {
+        const found = await app.api.explain(run.id, track, frame, { signal });
+        if (asked !== key) return;
+        const url = app.api.cropUrl(run.id, track, frame, 256);
+        const prediction = `${url}${url.includes('?') ? '&' : '?'}of=prediction`;
+        const symmetry = /** @type {SymmetryView|null} */ (/** @type {unknown} */ (found.symmetry));
+        fill(result, symmetry ? symmetryFigure(symmetry, prediction, floor) : null, found.hash ? hashFigure(found.hash) : null);
+      } catch (error) {
+        if (asked === key && !signal.aborted)
+          fill(result, h('p', { class: 'small field-error' }, error instanceof Error ? error.message : 'The crop could not be explained.'));
+      }
+    },
+    { signal },
+  );
   return {
     element: h('div', { class: 'inspector-section' }, h('div', { class: 'row' }, title, button), facts, result),
     /** @param {import('./index.js').Inspected} inspected */
@@ -62,11 +67,22 @@ export function createExplain(app, signal) {
       button.hidden = verdict === null;
       setText(title, `Frame ${review.frame}`);
       const said = inspected.doc && personAt(inspected.doc, review.frame);
-      const engines = here ? [sourceAt(lane, at), verdict ?? 'The gate judged no prediction in this frame.', verdict && symmetryAt(lane, at), readAs(inspected, at)] : ['The engine has no box of this track in this frame.'];
+      const engines = here
+        ? [
+            sourceAt(lane, at),
+            verdict ?? 'The gate judged no prediction in this frame.',
+            verdict && symmetryAt(lane, at),
+            readAs(inspected, at),
+          ]
+        : ['The engine has no box of this track in this frame.'];
       const lines = said === null ? engines : [said, here ? 'What the engine had here:' : null, ...engines];
       // what the verdict says already is not said twice
-      const events = inspected.sentences.filter(({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')));
-      const all = [...lines, ...events.map(({ text }) => `${text.charAt(0).toUpperCase()}${text.slice(1)}.`)].filter((line) => line !== null);
+      const events = inspected.sentences.filter(
+        ({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')),
+      );
+      const all = [...lines, ...events.map(({ text }) => `${text.charAt(0).toUpperCase()}${text.slice(1)}.`)].filter(
+        (line) => line !== null,
+      );
       if (all.join('\n') === reported) return;
       reported = all.join('\n');
       fill(facts, ...all.map((line) => h('p', null, line)));
@@ -86,12 +102,38 @@ function readAs({ state, lane }, i) {
 function symmetryFigure(symmetry, url, floor) {
   const [width, height] = symmetry.size;
   const strongest = Math.max(1e-9, ...symmetry.matches.map((match) => match[4]));
-  const drawing = s('svg', { viewBox: `0 0 ${width} ${height}`, class: 'explain-matches', role: 'img', 'aria-label': `${symmetry.matches.length} mirrored pairs of features` },
+  const drawing = s(
+    'svg',
+    {
+      viewBox: `0 0 ${width} ${height}`,
+      class: 'explain-matches',
+      role: 'img',
+      'aria-label': `${symmetry.matches.length} mirrored pairs of features`,
+    },
     s('image', { href: url, width, height, preserveAspectRatio: 'none' }),
-    symmetry.matches.map(([x1, y1, x2, y2, weight]) => s('g', { opacity: (0.35 + (0.65 * weight) / strongest).toFixed(2) },
-      s('line', { x1, y1, x2, y2, class: 'explain-pair' }), s('circle', { cx: x1, cy: y1, r: width / 60, class: 'explain-point' }), s('circle', { cx: x2, cy: y2, r: width / 60, class: 'explain-point' }))),
-    symmetry.axis ? s('line', { x1: symmetry.axis[0], y1: symmetry.axis[1], x2: symmetry.axis[2], y2: symmetry.axis[3], class: 'explain-axis' }) : null);
-  return h('figure', null, drawing, h('figcaption', { class: 'small muted' }, `Symmetry from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}: ${short(symmetry.magnitude)}${countsAs(symmetry.magnitude, floor)}`));
+    symmetry.matches.map(([x1, y1, x2, y2, weight]) =>
+      s(
+        'g',
+        { opacity: (0.35 + (0.65 * weight) / strongest).toFixed(2) },
+        s('line', { x1, y1, x2, y2, class: 'explain-pair' }),
+        s('circle', { cx: x1, cy: y1, r: width / 60, class: 'explain-point' }),
+        s('circle', { cx: x2, cy: y2, r: width / 60, class: 'explain-point' }),
+      ),
+    ),
+    symmetry.axis
+      ? s('line', { x1: symmetry.axis[0], y1: symmetry.axis[1], x2: symmetry.axis[2], y2: symmetry.axis[3], class: 'explain-axis' })
+      : null,
+  );
+  return h(
+    'figure',
+    null,
+    drawing,
+    h(
+      'figcaption',
+      { class: 'small muted' },
+      `Symmetry from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}: ${short(symmetry.magnitude)}${countsAs(symmetry.magnitude, floor)}`,
+    ),
+  );
 }
 
 /** @param {{crop: string, mean: string, distance: number}} hash */
@@ -99,10 +141,34 @@ function hashFigure(hash) {
   const crop = hashBits(hash.crop);
   const mean = hashBits(hash.mean);
   /** @param {Uint8Array} bits @param {string} name */
-  const grid = (bits, name) => h('figure', { class: 'explain-hash' }, s('svg', { viewBox: '0 0 8 8', role: 'img', 'aria-label': `Hash of the ${name}` },
-    [...bits].map((bit, i) => s('rect', { x: (i % 8) + 0.04, y: Math.floor(i / 8) + 0.04, width: 0.92, height: 0.92, class: bit ? 'explain-one' : 'explain-zero' })),
-    [...bits].map((bit, i) => (crop[i] !== mean[i] ? s('rect', { x: (i % 8) + 0.12, y: Math.floor(i / 8) + 0.12, width: 0.76, height: 0.76, class: 'explain-differs' }) : null))),
-  h('figcaption', { class: 'small muted' }, name));
-  return h('figure', null, h('div', { class: 'explain-hashes' }, grid(crop, 'crop'), grid(mean, 'mean of earlier crops')),
-    h('figcaption', { class: 'small muted' }, `${short(hash.distance)} of 64 bits differ (framed)`));
+  const grid = (bits, name) =>
+    h(
+      'figure',
+      { class: 'explain-hash' },
+      s(
+        'svg',
+        { viewBox: '0 0 8 8', role: 'img', 'aria-label': `Hash of the ${name}` },
+        [...bits].map((bit, i) =>
+          s('rect', {
+            x: (i % 8) + 0.04,
+            y: Math.floor(i / 8) + 0.04,
+            width: 0.92,
+            height: 0.92,
+            class: bit ? 'explain-one' : 'explain-zero',
+          }),
+        ),
+        [...bits].map((bit, i) =>
+          crop[i] !== mean[i]
+            ? s('rect', { x: (i % 8) + 0.12, y: Math.floor(i / 8) + 0.12, width: 0.76, height: 0.76, class: 'explain-differs' })
+            : null,
+        ),
+      ),
+      h('figcaption', { class: 'small muted' }, name),
+    );
+  return h(
+    'figure',
+    null,
+    h('div', { class: 'explain-hashes' }, grid(crop, 'crop'), grid(mean, 'mean of earlier crops')),
+    h('figcaption', { class: 'small muted' }, `${short(hash.distance)} of 64 bits differ (framed)`),
+  );
 }

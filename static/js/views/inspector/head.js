@@ -32,15 +32,25 @@ export function createHead(app, signal) {
   let key = '';
   const buttons = CHOICES.map((choice) => {
     const button = h('button', { class: 'btn btn-small', type: 'button' }, icon(choice.icon), choice.label);
-    button.addEventListener('click', () => {
-      const { review } = app.store.get();
-      if (review) giveVerdict(app, review, key, now === choice.review ? 'open' : choice.review);
-    }, { signal });
+    button.addEventListener(
+      'click',
+      () => {
+        const { review } = app.store.get();
+        if (review) giveVerdict(app, review, key, now === choice.review ? 'open' : choice.review);
+      },
+      { signal },
+    );
     return button;
   });
   return {
-    element: h('div', { class: 'inspector-head' }, h('div', { class: 'inspector-title' }, picture, h('div', { class: 'grow' }, name, sub, human)),
-      margin, votes, h('div', { class: 'inspector-review', role: 'group', 'aria-label': 'Review state' }, buttons)),
+    element: h(
+      'div',
+      { class: 'inspector-head' },
+      h('div', { class: 'inspector-title' }, picture, h('div', { class: 'grow' }, name, sub, human)),
+      margin,
+      votes,
+      h('div', { class: 'inspector-review', role: 'group', 'aria-label': 'Review state' }, buttons),
+    ),
     /** @param {import('./index.js').Inspected} inspected */
     update({ state, review, entry, found }) {
       /** @param {number|null|undefined} id */
@@ -51,28 +61,42 @@ export function createHead(app, signal) {
       picture.hidden = address === null;
       showPicture(picture, address);
       setText(name, engineName(state.labels, entry.class_id, entry.word));
-      setText(sub, `Track ${entry.name} · ${entry.first === entry.last ? 'frame' : 'frames'} ${frameSpan(entry.first, entry.last)} (${count(framesIn(entry.runs))})`);
+      setText(
+        sub,
+        `Track ${entry.name} · ${entry.first === entry.last ? 'frame' : 'frames'} ${frameSpan(entry.first, entry.last)} (${count(framesIn(entry.runs))})`,
+      );
       const i = entry.column;
       const tracks = i < 0 ? null : review.tracks;
       const whose = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf, tracks?.word?.[i]);
       human.hidden = whose === null && entry.track !== null;
       setText(human, whose ?? (tracks ? 'Made by a person out of the engine’s tracks.' : 'Drawn by a person.'));
-      const read = entry.whole ? readingOf(tracks, i) : found?.reading ?? null;
+      const read = entry.whole ? readingOf(tracks, i) : (found?.reading ?? null);
       margin.hidden = votes.hidden = read === null;
       own.style.setProperty('width', `${(read?.share ?? 0) * 100}%`);
       other.style.setProperty('width', `${(read?.runner_up_share ?? 0) * 100}%`);
       if (read) {
         const called = engineName(state.labels, read.class_id, read.word);
-        const runner = read.runner_up === null ? '' : `; runner-up ${engineName(state.labels, read.runner_up, read.runner_up_word)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
+        const runner =
+          read.runner_up === null
+            ? ''
+            : `; runner-up ${engineName(state.labels, read.runner_up, read.runner_up_word)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
         // of a part the engine has no answer of its own: its frames' votes are counted, and may name another class
-        const asked = !entry.whole ? `These frames alone: ${called}, fused probability` : entry.relabelled ? `The engine’s ${called}: fused probability` : 'Fused probability';
+        const asked = !entry.whole
+          ? `These frames alone: ${called}, fused probability`
+          : entry.relabelled
+            ? `The engine’s ${called}: fused probability`
+            : 'Fused probability';
         setText(votes, `${asked} ${percent(read.share)}${runner}`);
       }
       setAttribute(margin, 'aria-label', votes.textContent);
       buttons.forEach((button, k) => {
         const given = CHOICES[k].review === entry.review;
         setAttribute(button, 'aria-pressed', String(given));
-        setAttribute(button, 'title', given ? 'Click again to take the verdict back' : `${CHOICES[k].title ?? CHOICES[k].label} (${CHOICES[k].key})`);
+        setAttribute(
+          button,
+          'title',
+          given ? 'Click again to take the verdict back' : `${CHOICES[k].title ?? CHOICES[k].label} (${CHOICES[k].key})`,
+        );
       });
     },
   };
@@ -83,5 +107,12 @@ function readingOf(tracks, i) {
   const class_id = tracks?.class_id[i] ?? null;
   const share = tracks?.share[i] ?? null;
   if (!tracks || class_id === null || share === null) return null;
-  return { class_id, word: tracks.word?.[i] ?? null, share, runner_up: tracks.runner_up[i], runner_up_word: tracks.runner_up_word?.[i] ?? null, runner_up_share: tracks.runner_up_share[i] ?? 0 };
+  return {
+    class_id,
+    word: tracks.word?.[i] ?? null,
+    share,
+    runner_up: tracks.runner_up[i],
+    runner_up_word: tracks.runner_up_word?.[i] ?? null,
+    runner_up_share: tracks.runner_up_share[i] ?? 0,
+  };
 }

@@ -13,9 +13,20 @@ import { moment } from '../../model/format.js';
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createHistory(app, signal) {
   const list = h('ol', { class: 'history', 'aria-label': 'Changes of this track, the newest first' });
-  const more = h('button', { class: 'btn btn-small', type: 'button', hidden: true, onclick: () => void load(false) }, 'Show earlier changes');
+  const more = h(
+    'button',
+    { class: 'btn btn-small', type: 'button', hidden: true, onclick: () => void load(false) },
+    'Show earlier changes',
+  );
   const notice = h('p', { class: 'small muted', role: 'status' });
-  const section = h('details', { class: 'inspector-section inspector-history', ontoggle: () => void load(true) }, h('summary', null, h('h3', null, 'History')), list, notice, more);
+  const section = h(
+    'details',
+    { class: 'inspector-section inspector-history', ontoggle: () => void load(true) },
+    h('summary', null, h('h3', null, 'History')),
+    list,
+    notice,
+    more,
+  );
   /** Run, track and revision that the list is about. */
   let about = '';
   let loaded = '';
@@ -24,12 +35,24 @@ export function createHistory(app, signal) {
   /** @param {Happened} one */
   function row(one) {
     const { labels } = app.store.get();
-    return h('li', null,
-      h('div', { class: 'row small' },
-        h('strong', { dir: 'auto', class: 'truncate' }, one.author), h('span', { class: 'muted grow' }, moment(one.time)),
-        one.frame !== null && h('button', { class: 'btn-link small', type: 'button', onclick: () => seek(app, /** @type {number} */ (one.frame)) }, `frame ${one.frame}`)),
+    return h(
+      'li',
+      null,
+      h(
+        'div',
+        { class: 'row small' },
+        h('strong', { dir: 'auto', class: 'truncate' }, one.author),
+        h('span', { class: 'muted grow' }, moment(one.time)),
+        one.frame !== null &&
+          h(
+            'button',
+            { class: 'btn-link small', type: 'button', onclick: () => seek(app, /** @type {number} */ (one.frame)) },
+            `frame ${one.frame}`,
+          ),
+      ),
       h('div', null, describe(one.name)),
-      ...one.differences.map((each) => h('div', { class: 'small muted history-difference', dir: 'auto' }, differenceWords(each, labels))));
+      ...one.differences.map((each) => h('div', { class: 'small muted history-difference', dir: 'auto' }, differenceWords(each, labels))),
+    );
   }
 
   /** @param {boolean} anew */
@@ -58,7 +81,7 @@ export function createHistory(app, signal) {
     element: section,
     /** @param {import('./index.js').Inspected} inspected */
     update({ entry, doc, review }) {
-      const now = `${review.run?.id ?? ''} ${entry.key} ${review.unsaved.length > 0 ? 'unsaved' : doc?.revision ?? 0}`;
+      const now = `${review.run?.id ?? ''} ${entry.key} ${review.unsaved.length > 0 ? 'unsaved' : (doc?.revision ?? 0)}`;
       if (now === about) return;
       about = now;
       void load(true);

@@ -20,11 +20,36 @@ import { createRunFacts } from './run_facts.js';
 export function createInspector(app) {
   const life = new AbortController();
   const explain = createExplain(app, life.signal);
-  const sections = [createHead(app, life.signal), createPinned(app, life.signal), createAttributes(app, life.signal), explain, createCrops(app, life.signal), createEvents(app, life.signal), createNotes(app, life.signal), createHistory(app, life.signal)];
+  const sections = [
+    createHead(app, life.signal),
+    createPinned(app, life.signal),
+    createAttributes(app, life.signal),
+    explain,
+    createCrops(app, life.signal),
+    createEvents(app, life.signal),
+    createNotes(app, life.signal),
+    createHistory(app, life.signal),
+  ];
   const facts = createRunFacts();
-  const body = h('div', { class: 'inspector-track' }, sections.map((section) => section.element));
-  const empty = h('div', { class: 'empty' }, h('p', null, 'Select a track in the picture, the lanes or the queue: here stands why its boxes are where they are and why it has its label. J selects the most uncertain one.'));
-  const element = h('section', { class: 'inspector panel', 'aria-label': 'Inspector' }, h('div', { class: 'inspector-scroll', tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element));
+  const body = h(
+    'div',
+    { class: 'inspector-track' },
+    sections.map((section) => section.element),
+  );
+  const empty = h(
+    'div',
+    { class: 'empty' },
+    h(
+      'p',
+      null,
+      'Select a track in the picture, the lanes or the queue: here stands why its boxes are where they are and why it has its label. J selects the most uncertain one.',
+    ),
+  );
+  const element = h(
+    'section',
+    { class: 'inspector panel', 'aria-label': 'Inspector' },
+    h('div', { class: 'inspector-scroll', tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element),
+  );
   /** @type {import('../../state-types.js').ReviewState|null} */ let old = null;
   /** @type {State['labels']|null} */ let labels = null;
   /** @type {readonly import('../../model/track_entries.js').TrackEntry[]} */ let entries = [];
@@ -47,7 +72,8 @@ export function createInspector(app) {
       const found = documentLane(entry.key, review.docs[entry.key], review.laneOf);
       if (found !== reported) sentences = found ? sentencesOfTrack(found) : [];
       reported = found;
-      for (const section of sections) section.update({ state, review, entry, found, lane: found?.lane ?? null, sentences, doc: review.docs[entry.key] ?? null });
+      for (const section of sections)
+        section.update({ state, review, entry, found, lane: found?.lane ?? null, sentences, doc: review.docs[entry.key] ?? null });
     },
     destroy() {
       life.abort();

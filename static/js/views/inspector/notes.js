@@ -18,13 +18,17 @@ export function createNotes(app, signal) {
   let key = '';
   /** Ends the change of a note that is under way. */
   let finish = () => {};
-  form.addEventListener('submit', (event) => {
-    event.preventDefault();
-    const words = text.value.trim();
-    if (words === '' || !edit(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: words }, run)) return;
-    text.value = '';
-    app.notes.keep(run, key, '');
-  }, { signal });
+  form.addEventListener(
+    'submit',
+    (event) => {
+      event.preventDefault();
+      const words = text.value.trim();
+      if (words === '' || !edit(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: words }, run)) return;
+      text.value = '';
+      app.notes.keep(run, key, '');
+    },
+    { signal },
+  );
   text.addEventListener('input', () => app.notes.keep(run, key, text.value), { signal });
   // the dialog of P writes the same one
   app.notes.onKept(() => document.activeElement === text || showDraft(), signal);
@@ -34,20 +38,51 @@ export function createNotes(app, signal) {
     if (text.value !== draft) text.value = draft;
   }
   // Keys of the review screen are letters; here they are text.
-  form.addEventListener('keydown', (event) => {
-    event.stopPropagation();
-    if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) form.requestSubmit();
-  }, { signal });
+  form.addEventListener(
+    'keydown',
+    (event) => {
+      event.stopPropagation();
+      if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) form.requestSubmit();
+    },
+    { signal },
+  );
 
   /** @param {HTMLElement} item @param {import('../../types.js').Note} note */
   function show(item, note) {
     if (item.dataset.text === note.text) return;
     item.dataset.text = note.text;
-    fill(item, h('div', { class: 'row' }, h('button', { class: 'btn-link small', type: 'button', onclick: () => seek(app, note.frame) }, `frame ${note.frame}`),
-      h('span', { class: 'small muted truncate grow' }, `${note.author}, ${moment(note.time)}`),
-      h('button', { class: 'btn btn-quiet btn-small btn-icon', type: 'button', title: 'Edit the note', 'aria-label': 'Edit the note', onclick: () => change(item, note) }, icon('label')),
-      h('button', { class: 'btn btn-quiet btn-small btn-icon', type: 'button', title: 'Remove the note', 'aria-label': 'Remove the note', onclick: () => edit(app, key, { name: 'remove_note', note_id: note.id }) }, icon('trash'))),
-    h('p', { class: 'note-text' }, note.text));
+    fill(
+      item,
+      h(
+        'div',
+        { class: 'row' },
+        h('button', { class: 'btn-link small', type: 'button', onclick: () => seek(app, note.frame) }, `frame ${note.frame}`),
+        h('span', { class: 'small muted truncate grow' }, `${note.author}, ${moment(note.time)}`),
+        h(
+          'button',
+          {
+            class: 'btn btn-quiet btn-small btn-icon',
+            type: 'button',
+            title: 'Edit the note',
+            'aria-label': 'Edit the note',
+            onclick: () => change(item, note),
+          },
+          icon('label'),
+        ),
+        h(
+          'button',
+          {
+            class: 'btn btn-quiet btn-small btn-icon',
+            type: 'button',
+            title: 'Remove the note',
+            'aria-label': 'Remove the note',
+            onclick: () => edit(app, key, { name: 'remove_note', note_id: note.id }),
+          },
+          icon('trash'),
+        ),
+      ),
+      h('p', { class: 'note-text' }, note.text),
+    );
   }
 
   /** @param {HTMLElement} item @param {import('../../types.js').Note} note */
@@ -85,7 +120,13 @@ export function createNotes(app, signal) {
       run = here;
       key = entry.key;
       if (other) showDraft();
-      reconcile(list, doc?.notes ?? [], (note) => note.id, () => h('li', { class: 'note' }), show);
+      reconcile(
+        list,
+        doc?.notes ?? [],
+        (note) => note.id,
+        () => h('li', { class: 'note' }),
+        show,
+      );
       setText(add.children[1], `Pin to track ${trackName(key, doc ?? undefined)}, frame ${review.frame}`);
     },
   };

@@ -17,7 +17,12 @@ import { toast } from '../../core/toast.js';
 /** @param {import('../../page-types.js').App} app @param {AbortSignal} signal */
 export function createPinned(app, signal) {
   const strip = h('div', { class: 'pinned-labels', role: 'group', 'aria-label': 'Pinned labels' });
-  const cut = h('button', { class: 'btn btn-small', type: 'button', title: 'Make the box in this frame the picture of the label; the label has none' }, icon('box'), 'Use as the label’s picture');
+  const cut = h(
+    'button',
+    { class: 'btn btn-small', type: 'button', title: 'Make the box in this frame the picture of the label; the label has none' },
+    icon('box'),
+    'Use as the label’s picture',
+  );
   const element = h('div', { class: 'inspector-pinned' }, strip, cut);
   /** @type {Label|null} */ let label = null;
   /** @type {readonly Label[]|null} */ let listed = null;
@@ -36,7 +41,9 @@ export function createPinned(app, signal) {
     cut.disabled = true;
     try {
       const { blob } = await app.api.frame(review.video.id, review.frame, { signal });
-      toast((await app.labels.change({ type: 'picture', id: given.id, png: await pngOf(blob, shown.box) }, set)).sentence, { tone: 'good' });
+      toast((await app.labels.change({ type: 'picture', id: given.id, png: await pngOf(blob, shown.box) }, set)).sentence, {
+        tone: 'good',
+      });
     } catch (thrown) {
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
     } finally {
@@ -45,8 +52,19 @@ export function createPinned(app, signal) {
   }
 
   /** @param {Label} one */
-  const button = (one) => h('button', { class: 'btn btn-small', type: 'button', title: `${one.name} (Ctrl+${one.pinned})`, onclick: () => givePinned(app, String(one.pinned)) },
-    one.picture && pictureThatMayMiss({ class: 'pinned-picture', src: one.picture }), h('span', { class: 'truncate', dir: 'auto' }, one.short || one.name.slice(0, 12)), h('kbd', null, one.pinned));
+  const button = (one) =>
+    h(
+      'button',
+      {
+        class: 'btn btn-small',
+        type: 'button',
+        title: `${one.name} (Ctrl+${one.pinned})`,
+        onclick: () => givePinned(app, String(one.pinned)),
+      },
+      one.picture && pictureThatMayMiss({ class: 'pinned-picture', src: one.picture }),
+      h('span', { class: 'truncate', dir: 'auto' }, one.short || one.name.slice(0, 12)),
+      h('kbd', null, one.pinned),
+    );
 
   return {
     element,
@@ -54,7 +72,9 @@ export function createPinned(app, signal) {
     update({ state, entry }) {
       if (state.labels !== listed) {
         listed = state.labels;
-        const pinned = offeredLabels(listed).filter((one) => one.pinned !== null).sort((a, b) => Number(a.pinned) - Number(b.pinned));
+        const pinned = offeredLabels(listed)
+          .filter((one) => one.pinned !== null)
+          .sort((a, b) => Number(a.pinned) - Number(b.pinned));
         fill(strip, ...pinned.map(button));
         strip.hidden = pinned.length === 0;
       }

@@ -18,12 +18,19 @@ export function createRunFacts() {
       shown = run;
       element.hidden = run === null;
       if (run === null) return;
-      const rows = [['Preset', run.preset], ['Engine', run.engine_version], ['Made', moment(run.created)],
+      const rows = [
+        ['Preset', run.preset],
+        ['Engine', run.engine_version],
+        ['Made', moment(run.created)],
         ...Object.entries(run.parameters).map(([name, value]) => [name, typeof value === 'string' ? value : JSON.stringify(value)]),
         ...[runInexact(run)].filter((text) => text !== '').map((text) => ['Replay', text]),
         ...[focusWords(run)].filter((text) => text !== null).map((text) => ['Focus of expansion', text]),
-        ...Object.entries(run.models).map(([name, hash]) => [`Model ${name}`, hash])];
-      fill(table, rows.flatMap(([name, value]) => [h('dt', null, name), h('dd', { class: 'mono', title: value }, value)]));
+        ...Object.entries(run.models).map(([name, hash]) => [`Model ${name}`, hash]),
+      ];
+      fill(
+        table,
+        rows.flatMap(([name, value]) => [h('dt', null, name), h('dd', { class: 'mono', title: value }, value)]),
+      );
     },
   };
 }

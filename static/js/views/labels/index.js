@@ -32,32 +32,110 @@ export function createLabels(app) {
   let heads = null;
 
   const sets = h('select', { class: 'select', 'aria-label': 'Label set', onchange: () => void load(sets.value) });
-  const use = h('button', { class: 'btn', type: 'button', hidden: true, title: 'Videos without a set of their own use this one from now on', onclick: () => void useForAll() }, 'Use for the library');
+  const use = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      hidden: true,
+      title: 'Videos without a set of their own use this one from now on',
+      onclick: () => void useForAll(),
+    },
+    'Use for the library',
+  );
   const total = h('span', { class: 'muted', role: 'status' });
-  const search = h('input', { class: 'input', type: 'search', placeholder: 'Name, key, alias or #number', 'aria-label': 'Search labels', oninput: show });
+  const search = h('input', {
+    class: 'input',
+    type: 'search',
+    placeholder: 'Name, key, alias or #number',
+    'aria-label': 'Search labels',
+    oninput: show,
+  });
   const hidden = h('input', { type: 'checkbox', onchange: show });
   const hiddenText = h('span');
-  const edit = h('button', { class: 'btn', type: 'button', title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) }, 'Edit');
-  const merge = h('button', { class: 'btn', type: 'button', title: 'Make the selected label another one; tracks that have it then count as that', onclick: () => {
-    const label = current();
-    if (label) dialog((set) => ({ kind: 'label-merge', data: { ...set, label, usage: set.usage && (set.usage[String(label.id)] ?? { tracks: 0, videos: 0 }) } }));
-  } }, icon('merge'), 'Merge into …');
+  const edit = h(
+    'button',
+    { class: 'btn', type: 'button', title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) },
+    'Edit',
+  );
+  const merge = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      title: 'Make the selected label another one; tracks that have it then count as that',
+      onclick: () => {
+        const label = current();
+        if (label)
+          dialog((set) => ({
+            kind: 'label-merge',
+            data: { ...set, label, usage: set.usage && (set.usage[String(label.id)] ?? { tracks: 0, videos: 0 }) },
+          }));
+      },
+    },
+    icon('merge'),
+    'Merge into …',
+  );
   const hide = h('button', { class: 'btn', type: 'button', onclick: () => void toggleHidden() });
-  const table = createTable({ signal, choose: (label) => {
-    selected = label.id;
-    showActions();
-  }, open: openLabel });
+  const table = createTable({
+    signal,
+    choose: (label) => {
+      selected = label.id;
+      showActions();
+    },
+    open: openLabel,
+  });
   const notice = h('div', { class: 'library-notice' }, waiting('The labels are listed', { retry: () => load(wanted), signal }));
   const none = h('p', { class: 'muted', role: 'status' });
-  const element = h('div', { class: 'labels-page' },
-    h('div', { class: 'labels-head' },
-      h('h1', null, 'Labels'), sets, use, total, h('div', { class: 'grow' }),
-      h('button', { class: 'btn', type: 'button', title: 'Who changed what and when; take a change back', onclick: () => dialog((set) => ({ kind: 'label-history', data: set })) }, icon('undo'), 'History'),
-      h('button', { class: 'btn', type: 'button', title: 'Bring in labels of a file or of another set, or save this set as a file', onclick: () => dialog((set) => ({ kind: 'label-files', data: set })) }, icon('import'), 'Files'),
-      h('button', { class: 'btn btn-primary', type: 'button', onclick: () => openLabel(null) }, icon('add'), 'Add a label')),
-    h('div', { class: 'labels-head' },
-      h('div', { class: 'input-with-icon library-search' }, icon('search'), search), h('label', { class: 'tick' }, hidden, hiddenText), h('div', { class: 'grow' }), edit, merge, hide),
-    notice, table.element, none);
+  const element = h(
+    'div',
+    { class: 'labels-page' },
+    h(
+      'div',
+      { class: 'labels-head' },
+      h('h1', null, 'Labels'),
+      sets,
+      use,
+      total,
+      h('div', { class: 'grow' }),
+      h(
+        'button',
+        {
+          class: 'btn',
+          type: 'button',
+          title: 'Who changed what and when; take a change back',
+          onclick: () => dialog((set) => ({ kind: 'label-history', data: set })),
+        },
+        icon('undo'),
+        'History',
+      ),
+      h(
+        'button',
+        {
+          class: 'btn',
+          type: 'button',
+          title: 'Bring in labels of a file or of another set, or save this set as a file',
+          onclick: () => dialog((set) => ({ kind: 'label-files', data: set })),
+        },
+        icon('import'),
+        'Files',
+      ),
+      h('button', { class: 'btn btn-primary', type: 'button', onclick: () => openLabel(null) }, icon('add'), 'Add a label'),
+    ),
+    h(
+      'div',
+      { class: 'labels-head' },
+      h('div', { class: 'input-with-icon library-search' }, icon('search'), search),
+      h('label', { class: 'tick' }, hidden, hiddenText),
+      h('div', { class: 'grow' }),
+      edit,
+      merge,
+      hide,
+    ),
+    notice,
+    table.element,
+    none,
+  );
 
   const current = () => shown?.labels.find(({ id }) => id === selected) ?? null;
 
@@ -128,8 +206,18 @@ export function createLabels(app) {
   function failed(thrown) {
     if (signal.aborted) return;
     notice.hidden = false;
-    fill(notice, emptyState({ error: true, icon: 'alert', title: 'The labels could not be listed', text: sentence(thrown),
-      actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load(wanted) }, icon('refresh'), 'Try again')] }));
+    fill(
+      notice,
+      emptyState({
+        error: true,
+        icon: 'alert',
+        title: 'The labels could not be listed',
+        text: sentence(thrown),
+        actions: [
+          h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load(wanted) }, icon('refresh'), 'Try again'),
+        ],
+      }),
+    );
   }
 
   function show() {
@@ -139,7 +227,14 @@ export function createLabels(app) {
     const found = finderOf(labels).search(search.value, hidden.checked ? labels : offered);
     setText(total, search.value.trim() === '' ? plural(offered.length, 'label') : `${count(found.length)} found`);
     setText(hiddenText, `Hidden and merged ones too (${labels.length - offered.length})`);
-    setText(none, found.length > 0 ? '' : labels.length === 0 ? 'The set has no label yet. Add one, or bring some in under Files.' : 'No label has that name. Hidden and merged ones are shown on request.');
+    setText(
+      none,
+      found.length > 0
+        ? ''
+        : labels.length === 0
+          ? 'The set has no label yet. Add one, or bring some in under Files.'
+          : 'No label has that name. Hidden and merged ones are shown on request.',
+    );
     table.show(labels, found, usage, selected);
     showActions();
   }
@@ -149,7 +244,12 @@ export function createLabels(app) {
     edit.disabled = label === null;
     merge.disabled = hide.disabled = label === null || label.merged_into !== null;
     setText(hide, label?.hidden ? 'Show again' : 'Hide');
-    hide.title = label?.merged_into != null ? 'It was merged; the history takes that back' : label?.hidden ? 'Offer the label again' : 'Offer the label no more; tracks that have it keep it';
+    hide.title =
+      label?.merged_into != null
+        ? 'It was merged; the history takes that back'
+        : label?.hidden
+          ? 'Offer the label again'
+          : 'Offer the label no more; tracks that have it keep it';
   }
 
   showActions();
@@ -158,7 +258,7 @@ export function createLabels(app) {
     update(state) {
       if (state.labelSets === heads || state.labelSets === null) return;
       heads = state.labelSets;
-      const key = heads.some((head) => head.key === wanted) ? wanted : heads.find((head) => head.default)?.key ?? heads[0]?.key ?? '';
+      const key = heads.some((head) => head.key === wanted) ? wanted : (heads.find((head) => head.default)?.key ?? heads[0]?.key ?? '');
       fill(sets, ...heads.map((head) => h('option', { value: head.key }, `${head.name}${head.default ? ' · the library’s' : ''}`)));
       sets.value = key;
       use.hidden = heads.find((head) => head.key === key)?.default !== false;

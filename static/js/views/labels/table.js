@@ -17,15 +17,30 @@ const SPARE = 6;
 const ROW = 11;
 
 /** What is said of a label that is not on offer. @param {Label} label @param {readonly Label[]} labels */
-const away = (label, labels) => (label.merged_into !== null ? `merged into ${labelsById(labels).get(label.id)?.name}` : label.hidden ? 'hidden' : '');
+const away = (label, labels) =>
+  label.merged_into !== null ? `merged into ${labelsById(labels).get(label.id)?.name}` : label.hidden ? 'hidden' : '';
 
 /**
  * @param {{choose: (label: Label) => void, open: (label: Label) => void, signal: AbortSignal}} setup   choose: it is selected; open: its form
  */
 export function createTable({ choose, open, signal }) {
   const body = h('div', { class: 'label-rows', role: 'rowgroup' });
-  const scroller = h('div', { class: 'label-scroller', role: 'grid', tabIndex: 0, 'aria-label': 'Labels of the set' },
-    h('div', { class: 'label-row label-heads', role: 'row' }, ...COLUMNS.map((text) => h('span', { role: 'columnheader', title: text === 'Tracks' ? 'Tracks that people have given the label' : text }, text || h('span', { class: 'visually-hidden' }, 'Picture')))), body);
+  const scroller = h(
+    'div',
+    { class: 'label-scroller', role: 'grid', tabIndex: 0, 'aria-label': 'Labels of the set' },
+    h(
+      'div',
+      { class: 'label-row label-heads', role: 'row' },
+      ...COLUMNS.map((text) =>
+        h(
+          'span',
+          { role: 'columnheader', title: text === 'Tracks' ? 'Tracks that people have given the label' : text },
+          text || h('span', { class: 'visually-hidden' }, 'Picture'),
+        ),
+      ),
+    ),
+    body,
+  );
   /** @type {readonly Label[]} */ let labels = [];
   /** @type {readonly Label[]} */ let shown = [];
   /** @type {Usage} */ let usage = null;
@@ -70,7 +85,8 @@ export function createTable({ choose, open, signal }) {
     const top = shown.indexOf(label) * height;
     const head = /** @type {HTMLElement} */ (scroller.firstElementChild).offsetHeight;
     if (top < scroller.scrollTop) scroller.scrollTop = top;
-    else if (top + height + head > scroller.scrollTop + scroller.clientHeight) scroller.scrollTop = top + height + head - scroller.clientHeight;
+    else if (top + height + head > scroller.scrollTop + scroller.clientHeight)
+      scroller.scrollTop = top + height + head - scroller.clientHeight;
     choose(label);
     later();
   }
@@ -79,23 +95,35 @@ export function createTable({ choose, open, signal }) {
     const row = /** @type {HTMLElement} */ (event.target).closest('[data-id]');
     return row instanceof HTMLElement ? shown.find(({ id }) => String(id) === row.dataset.id) : undefined;
   };
-  body.addEventListener('click', (event) => {
-    const label = labelAt(event);
-    if (label) go(label);
-  }, { signal });
-  body.addEventListener('dblclick', (event) => {
-    const label = labelAt(event);
-    if (label) open(label);
-  }, { signal });
-  scroller.addEventListener('keydown', (event) => {
-    const at = shown.findIndex(({ id }) => id === selected);
-    const next = stepTo(event.key, at, shown.length, { page: Math.max(1, Math.floor(scroller.clientHeight / height) - 2) });
-    if (event.key === 'Enter' && at >= 0) open(shown[at]);
-    else if (next !== null) go(shown[next]);
-    else return;
-    event.preventDefault();
-    event.stopPropagation();
-  }, { signal });
+  body.addEventListener(
+    'click',
+    (event) => {
+      const label = labelAt(event);
+      if (label) go(label);
+    },
+    { signal },
+  );
+  body.addEventListener(
+    'dblclick',
+    (event) => {
+      const label = labelAt(event);
+      if (label) open(label);
+    },
+    { signal },
+  );
+  scroller.addEventListener(
+    'keydown',
+    (event) => {
+      const at = shown.findIndex(({ id }) => id === selected);
+      const next = stepTo(event.key, at, shown.length, { page: Math.max(1, Math.floor(scroller.clientHeight / height) - 2) });
+      if (event.key === 'Enter' && at >= 0) open(shown[at]);
+      else if (next !== null) go(shown[next]);
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+    },
+    { signal },
+  );
   scroller.addEventListener('scroll', later, { signal, passive: true });
   const observer = new ResizeObserver(later);
   observer.observe(scroller);
@@ -123,7 +151,12 @@ export function createTable({ choose, open, signal }) {
 function createRow(id) {
   const picture = pictureThatMayMiss({ class: 'label-picture', loading: 'lazy', decoding: 'async', width: 32, height: 32 });
   const cells = COLUMNS.slice(1).map(() => h('span', { class: 'truncate', role: 'gridcell', dir: 'auto' }));
-  const element = h('div', { class: 'label-row', role: 'row', id: `label-row-${id}`, dataset: { id: String(id) } }, h('span', { role: 'gridcell' }, picture), ...cells);
+  const element = h(
+    'div',
+    { class: 'label-row', role: 'row', id: `label-row-${id}`, dataset: { id: String(id) } },
+    h('span', { role: 'gridcell' }, picture),
+    ...cells,
+  );
   return {
     element,
     /**
@@ -142,8 +175,15 @@ function createRow(id) {
       showPicture(picture, label.picture);
       const used = usage?.[String(label.id)];
       const texts = [
-        label.key, label.name + (label.pinned === null ? '' : ` · Ctrl+${label.pinned}`) + (gone && ` · ${gone}`), label.short, label.aliases.join(', '), label.shape, label.category,
-        label.attributes.map(({ name }) => name).join(', '), { sign: 'sign', background: 'background', ignore: 'nothing' }[label.teach], usage === null ? '–' : count(used?.tracks ?? 0),
+        label.key,
+        label.name + (label.pinned === null ? '' : ` · Ctrl+${label.pinned}`) + (gone && ` · ${gone}`),
+        label.short,
+        label.aliases.join(', '),
+        label.shape,
+        label.category,
+        label.attributes.map(({ name }) => name).join(', '),
+        { sign: 'sign', background: 'background', ignore: 'nothing' }[label.teach],
+        usage === null ? '–' : count(used?.tracks ?? 0),
       ];
       cells.forEach((cell, at) => {
         setText(cell, texts[at]);

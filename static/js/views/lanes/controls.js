@@ -38,7 +38,8 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
       const r = review();
       if (r) seek(app, Math.floor(toFrame(spanOf(r), x, width())));
     },
-    pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((from - to) / Math.max(1, width())) * (span.last - span.first), frames)),
+    pan: (from, to) =>
+      changeSpan((_, span, frames) => panBy(span, ((from - to) / Math.max(1, width())) * (span.last - span.first), frames)),
     zoom: (x, factor) => changeSpan((_, span, frames) => zoomAround(span, toFrame(span, x, width()), factor, frames)),
     hover,
   };
@@ -46,42 +47,60 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
   attachGestures(parts.detailPlot, 'seek', plot, signal);
   attachGestures(proposed, 'seek', plot, signal);
   attachGestures(parts.tracksPlot, 'seek', { ...plot, press: pick }, signal);
-  attachGestures(parts.overviewPlot, 'seek', {
-    ...plot,
-    hover: undefined,
-    seek: (x) => {
-      const frame = (x / Math.max(1, width())) * framesOf(review());
-      seek(app, Math.floor(frame));
-      changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
+  attachGestures(
+    parts.overviewPlot,
+    'seek',
+    {
+      ...plot,
+      hover: undefined,
+      seek: (x) => {
+        const frame = (x / Math.max(1, width())) * framesOf(review());
+        seek(app, Math.floor(frame));
+        changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
+      },
+      pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((to - from) / Math.max(1, width())) * frames, frames)),
     },
-    pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((to - from) / Math.max(1, width())) * frames, frames)),
-  }, signal);
+    signal,
+  );
 
   /** @param {number} factor */
-  const zoomButton = (factor) => changeSpan((r, span, frames) => {
-    const visible = r.frame >= span.first && r.frame < span.last;
-    return zoomAround(span, visible ? r.frame + 0.5 : (span.first + span.last) / 2, factor, frames);
-  });
+  const zoomButton = (factor) =>
+    changeSpan((r, span, frames) => {
+      const visible = r.frame >= span.first && r.frame < span.last;
+      return zoomAround(span, visible ? r.frame + 0.5 : (span.first + span.last) / 2, factor, frames);
+    });
   parts.zoomIn.addEventListener('click', () => zoomButton(0.5), { signal });
   parts.zoomOut.addEventListener('click', () => zoomButton(2), { signal });
   parts.fit.addEventListener('click', () => changeSpan((_, __, frames) => ({ first: 0, last: frames })), { signal });
-  parts.toTrack.addEventListener('click', () => {
-    const track = selected();
-    if (track) changeSpan((_, __, frames) => spanAround(track.first, track.last, frames));
-  }, { signal });
-  parts.fold.addEventListener('click', () => app.store.dispatch((now) => changeLanesView(now, { folded: !now.lanesView.folded })), { signal });
-  parts.chosen.addEventListener('change', () => app.store.dispatch((now) => changeLanesView(now, { lane: parts.chosen.value })), { signal });
+  parts.toTrack.addEventListener(
+    'click',
+    () => {
+      const track = selected();
+      if (track) changeSpan((_, __, frames) => spanAround(track.first, track.last, frames));
+    },
+    { signal },
+  );
+  parts.fold.addEventListener('click', () => app.store.dispatch((now) => changeLanesView(now, { folded: !now.lanesView.folded })), {
+    signal,
+  });
+  parts.chosen.addEventListener('change', () => app.store.dispatch((now) => changeLanesView(now, { lane: parts.chosen.value })), {
+    signal,
+  });
   parts.reset.addEventListener('click', () => setTau(app, null), { signal });
   parts.whatIf.addEventListener('click', () => dialog(app, { kind: 'whatif' }), { signal });
-  parts.axisPlot.addEventListener('keydown', (event) => {
-    /** @type {Record<string, number>} */
-    const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -100, PageUp: 100, Home: -1e9, End: 1e9 };
-    const r = review();
-    if (r === null || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (event.key === '+' || event.key === '-') zoomButton(event.key === '+' ? 0.5 : 2);
-    else if (steps[event.key] !== undefined) seek(app, r.frame + steps[event.key]);
-    else return;
-    event.preventDefault();
-    event.stopPropagation();
-  }, { signal });
+  parts.axisPlot.addEventListener(
+    'keydown',
+    (event) => {
+      /** @type {Record<string, number>} */
+      const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -100, PageUp: 100, Home: -1e9, End: 1e9 };
+      const r = review();
+      if (r === null || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (event.key === '+' || event.key === '-') zoomButton(event.key === '+' ? 0.5 : 2);
+      else if (steps[event.key] !== undefined) seek(app, r.frame + steps[event.key]);
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+    },
+    { signal },
+  );
 }

@@ -54,16 +54,24 @@ export function createDriveFlips(app, signal) {
     }
     const tracks = new Set(places.map(({ key }) => key)).size;
     const outcome = found.tau < found.run_tau ? 'be rejected' : 'be confident';
-    say(`Drive: ${plural(turned, 'verdict flips', 'verdicts flip')} in ${plural(tracks, 'track')}`, `They would ${outcome}, of the run’s ${all}. Click: the next track with one`, true);
+    say(
+      `Drive: ${plural(turned, 'verdict flips', 'verdicts flip')} in ${plural(tracks, 'track')}`,
+      `They would ${outcome}, of the run’s ${all}. Click: the next track with one`,
+      true,
+    );
   }
 
-  element.addEventListener('click', () => {
-    const { review } = app.store.get();
-    const place = review && nextPlace(places, review.selected, review.frame);
-    if (!place) return;
-    select(app, place.key);
-    seek(app, place.frame);
-  }, { signal });
+  element.addEventListener(
+    'click',
+    () => {
+      const { review } = app.store.get();
+      const place = review && nextPlace(places, review.selected, review.frame);
+      if (!place) return;
+      select(app, place.key);
+      seek(app, place.frame);
+    },
+    { signal },
+  );
 
   return {
     element,

@@ -12,7 +12,12 @@ const UNCERTAIN = 0.5;
 export function createFollowingStrip() {
   const canvas = h('canvas', { class: 'lanes-canvas', 'aria-hidden': 'true' });
   const plot = h('div', { class: 'lanes-plot', title: 'Confidence of each proposed box; what is cut off is pale' }, canvas);
-  const element = h('div', { class: 'lanes-strip lanes-following', hidden: true }, h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Proposal')), plot);
+  const element = h(
+    'div',
+    { class: 'lanes-strip lanes-following', hidden: true },
+    h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Proposal')),
+    plot,
+  );
   return {
     element,
     plot,

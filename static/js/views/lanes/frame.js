@@ -31,37 +31,118 @@ export function createFrame() {
     zoomOut: button('zoom_out', 'Zoom out (wheel)'),
     zoomIn: button('zoom_in', 'Zoom in (wheel)'),
     fit: button('fit', 'Show the whole drive'),
-    toTrack: h('button', { class: 'btn btn-small btn-quiet', type: 'button', title: 'Show the selected track from its first to its last frame' }, 'Fit track'),
-    fold: h('button', { class: 'btn btn-small btn-quiet', type: 'button', title: 'All lanes, or only the chosen one (Shift+L)' }, 'All lanes'),
-    chosen: h('select', { class: 'select lanes-chosen', 'aria-label': 'Lane', title: 'The value of the selected track that is shown below its bar' }, SUB_LANES.map(({ id, label }) => h('option', { value: id }, label))),
+    toTrack: h(
+      'button',
+      { class: 'btn btn-small btn-quiet', type: 'button', title: 'Show the selected track from its first to its last frame' },
+      'Fit track',
+    ),
+    fold: h(
+      'button',
+      { class: 'btn btn-small btn-quiet', type: 'button', title: 'All lanes, or only the chosen one (Shift+L)' },
+      'All lanes',
+    ),
+    chosen: h(
+      'select',
+      { class: 'select lanes-chosen', 'aria-label': 'Lane', title: 'The value of the selected track that is shown below its bar' },
+      SUB_LANES.map(({ id, label }) => h('option', { value: id }, label)),
+    ),
     reset: h('button', { class: 'btn btn-small btn-quiet', type: 'button', title: 'Back to the tau of the run' }, 'Reset'),
     whatIf: h('button', { class: 'btn btn-small', type: 'button' }, icon('whatif'), h('span', null, 'What if tau = …')),
   };
   const values = SUB_LANES.map(() => h('span', { class: 'lanes-value' }));
-  const names = SUB_LANES.map((lane, i) => h('div', {
-    class: `lanes-lane-name lanes-lane-${lane.kind}`, title: lane.hint, style: { '--lane': String(lane.height) },
-  }, h('span', { class: 'lanes-lane-title' }, h('span', { class: 'truncate' }, lane.label), values[i]),
-  lane.kind === 'gate' ? parts.flips : null, lane.kind === 'votes' ? parts.legend : null));
+  const names = SUB_LANES.map((lane, i) =>
+    h(
+      'div',
+      {
+        class: `lanes-lane-name lanes-lane-${lane.kind}`,
+        title: lane.hint,
+        style: { '--lane': String(lane.height) },
+      },
+      h('span', { class: 'lanes-lane-title' }, h('span', { class: 'truncate' }, lane.label), values[i]),
+      lane.kind === 'gate' ? parts.flips : null,
+      lane.kind === 'votes' ? parts.legend : null,
+    ),
+  );
   const gutter = h('div', { class: 'lanes-gutter lanes-detail-gutter' }, names);
-  const overviewPlot = h('div', { class: 'lanes-plot', title: 'The whole drive: tracks at once (height), open uncertainty (lower band)' }, parts.overview, parts.window, parts.overviewCursor);
-  const axisPlot = h('div', {
-    class: 'lanes-plot', role: 'slider', tabindex: '0', 'aria-label': 'Position in the video',
-    title: 'Drag: move. Wheel: zoom. Arrow keys: step; + and -: zoom',
-  }, parts.axis);
+  const overviewPlot = h(
+    'div',
+    { class: 'lanes-plot', title: 'The whole drive: tracks at once (height), open uncertainty (lower band)' },
+    parts.overview,
+    parts.window,
+    parts.overviewCursor,
+  );
+  const axisPlot = h(
+    'div',
+    {
+      class: 'lanes-plot',
+      role: 'slider',
+      tabindex: '0',
+      'aria-label': 'Position in the video',
+      title: 'Drag: move. Wheel: zoom. Arrow keys: step; + and -: zoom',
+    },
+    parts.axis,
+  );
   const tracksPlot = h('div', { class: 'lanes-plot lanes-stick' }, parts.tracks);
-  const tracksPane = h('div', { class: 'lanes-pane lanes-tracks', tabindex: '0', role: 'group', 'aria-label': 'Tracks over time; the queue lists them for the keyboard' },
-    h('div', { class: 'lanes-gutter' }), tracksPlot, parts.spacer);
+  const tracksPane = h(
+    'div',
+    {
+      class: 'lanes-pane lanes-tracks',
+      tabindex: '0',
+      role: 'group',
+      'aria-label': 'Tracks over time; the queue lists them for the keyboard',
+    },
+    h('div', { class: 'lanes-gutter' }),
+    tracksPlot,
+    parts.spacer,
+  );
   const detailPlot = h('div', { class: 'lanes-plot' }, parts.detail);
-  const detailPane = h('div', { class: 'lanes-pane lanes-detail', tabindex: '0', role: 'group', 'aria-label': 'Why: values of the selected track over time' }, gutter, detailPlot);
-  const head = h('div', { class: 'lanes-head' },
+  const detailPane = h(
+    'div',
+    { class: 'lanes-pane lanes-detail', tabindex: '0', role: 'group', 'aria-label': 'Why: values of the selected track over time' },
+    gutter,
+    detailPlot,
+  );
+  const head = h(
+    'div',
+    { class: 'lanes-head' },
     h('h2', { class: 'lanes-title' }, 'Timeline'),
-    h('ul', { class: 'lanes-legend' }, SOURCES.map((name) => h('li', null, h('span', { class: `lanes-swatch lanes-swatch-${name}` }), NAMES[name]))),
-    parts.readout, h('span', { class: 'grow' }), parts.fold, parts.zoomOut, parts.zoomIn, parts.fit);
-  const detailHead = h('div', { class: 'lanes-detail-head' }, parts.detailName, h('span', { class: 'grow' }), parts.chosen, parts.reset, parts.whatIf, parts.toTrack);
-  const body = h('div', { class: 'lanes-body' },
-    h('div', { class: 'lanes-strip lanes-overview' }, h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Drive')), overviewPlot),
+    h(
+      'ul',
+      { class: 'lanes-legend' },
+      SOURCES.map((name) => h('li', null, h('span', { class: `lanes-swatch lanes-swatch-${name}` }), NAMES[name])),
+    ),
+    parts.readout,
+    h('span', { class: 'grow' }),
+    parts.fold,
+    parts.zoomOut,
+    parts.zoomIn,
+    parts.fit,
+  );
+  const detailHead = h(
+    'div',
+    { class: 'lanes-detail-head' },
+    parts.detailName,
+    h('span', { class: 'grow' }),
+    parts.chosen,
+    parts.reset,
+    parts.whatIf,
+    parts.toTrack,
+  );
+  const body = h(
+    'div',
+    { class: 'lanes-body' },
+    h(
+      'div',
+      { class: 'lanes-strip lanes-overview' },
+      h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Drive')),
+      overviewPlot,
+    ),
     h('div', { class: 'lanes-strip lanes-axis' }, h('div', { class: 'lanes-gutter' }, parts.count), axisPlot),
-    tracksPane, detailHead, detailPane, h('div', { class: 'lanes-marks', 'aria-hidden': 'true' }, parts.hover, parts.playhead));
+    tracksPane,
+    detailHead,
+    detailPane,
+    h('div', { class: 'lanes-marks', 'aria-hidden': 'true' }, parts.hover, parts.playhead),
+  );
   const element = h('section', { class: 'lanes panel', 'aria-label': 'Timeline' }, head, body);
   return { ...parts, element, body, names, values, overviewPlot, axisPlot, tracksPlot, tracksPane, detailPlot, detailPane, detailHead };
 }
@@ -75,8 +156,17 @@ export function createFrame() {
 export function fillLegend(list, rows) {
   while (list.children.length > rows.length) list.lastElementChild?.remove();
   rows.forEach((row, i) => {
-    const item = /** @type {HTMLElement|undefined} */ (list.children[i]) ?? list.appendChild(h('li', { class: 'lanes-votes-row' },
-      h('span', { class: 'swatch' }), h('span', { class: 'truncate' }), h('span', { class: 'lanes-value' })));
+    const item =
+      /** @type {HTMLElement|undefined} */ (list.children[i]) ??
+      list.appendChild(
+        h(
+          'li',
+          { class: 'lanes-votes-row' },
+          h('span', { class: 'swatch' }),
+          h('span', { class: 'truncate' }),
+          h('span', { class: 'lanes-value' }),
+        ),
+      );
     /** @type {HTMLElement} */ (item.children[0]).style.setProperty('--colour', row.colour);
     setText(item.children[1], row.name);
     item.title = row.name;

@@ -93,22 +93,32 @@ export function createLanes(app) {
     if (bar >= 0) app.store.dispatch((state) => pickTrack(state, index.key[bar]));
   }
 
-  listenToControls(app, parts, proposal.plot, {
-    width: () => width,
-    hover(x) {
-      hovered = x;
+  listenToControls(
+    app,
+    parts,
+    proposal.plot,
+    {
+      width: () => width,
+      hover(x) {
+        hovered = x;
+        later();
+      },
+      pick,
+      selected() {
+        const bar = index.barOf.get(review()?.selected ?? '');
+        return bar === undefined ? null : { first: index.first[bar], last: index.last[bar] };
+      },
+    },
+    signal,
+  );
+  parts.tracksPane.addEventListener(
+    'scroll',
+    () => {
+      dirty.tracks = true;
       later();
     },
-    pick,
-    selected() {
-      const bar = index.barOf.get(review()?.selected ?? '');
-      return bar === undefined ? null : { first: index.first[bar], last: index.last[bar] };
-    },
-  }, signal);
-  parts.tracksPane.addEventListener('scroll', () => {
-    dirty.tracks = true;
-    later();
-  }, { signal, passive: true });
+    { signal, passive: true },
+  );
 
   const observer = new ResizeObserver(() => measure());
   observer.observe(parts.tracksPane);
@@ -126,7 +136,10 @@ export function createLanes(app) {
     if (!parts.element.isConnected) return;
     const plotBox = parts.tracksPlot.getBoundingClientRect();
     gutter = plotBox.left - parts.body.getBoundingClientRect().left;
-    width = Math.max(0, Math.floor(parts.tracksPane.getBoundingClientRect().left + parts.tracksPane.clientLeft + parts.tracksPane.clientWidth - plotBox.left));
+    width = Math.max(
+      0,
+      Math.floor(parts.tracksPane.getBoundingClientRect().left + parts.tracksPane.clientLeft + parts.tracksPane.clientWidth - plotBox.left),
+    );
     const before = tracksHeight;
     tracksHeight = parts.tracksPane.clientHeight;
     if (tracksHeight < before && isInView(review()?.selected, before)) awaited = review()?.selected ?? null;
@@ -158,7 +171,15 @@ export function createLanes(app) {
       const axis = prepare(parts.axis, width, height, ratio);
       if (axis) paintAxis(axis, { width, height, span, frames }, palette, (frame) => secondsOf(r, frame));
       const ctx = prepare(parts.tracks, width, tracksHeight, ratio);
-      const view = { width, height: tracksHeight, scroll: parts.tracksPane.scrollTop, rowHeight: rowHeight(), span, selected: r.selected, marked: r.marked };
+      const view = {
+        width,
+        height: tracksHeight,
+        scroll: parts.tracksPane.scrollTop,
+        rowHeight: rowHeight(),
+        span,
+        selected: r.selected,
+        marked: r.marked,
+      };
       if (ctx) paintTracks(ctx, index, view, palette, label);
     }
     if (dirty.detail && columns && lane) {
@@ -188,7 +209,16 @@ export function createLanes(app) {
 
   /** @param {ReviewState} r */
   function refreshData(r) {
-    if (old && old.tracks === r.tracks && old.lanes === r.lanes && old.docs === r.docs && old.video.frames === r.video.frames && old.run?.state === r.run?.state && old.timebase === r.timebase) return;
+    if (
+      old &&
+      old.tracks === r.tracks &&
+      old.lanes === r.lanes &&
+      old.docs === r.docs &&
+      old.video.frames === r.video.frames &&
+      old.run?.state === r.run?.state &&
+      old.timebase === r.timebase
+    )
+      return;
     const entries = trackEntries(r.tracks, r.docs);
     const judged = old && old.tracks === r.tracks && old.lanes === r.lanes ? judgedLaneIndex(index, entries, old.docs, r.docs) : null;
     index = judged ?? buildLaneIndex(entries, r.lanes, r.docs);
@@ -202,7 +232,7 @@ export function createLanes(app) {
   /** @param {ReviewState} r */
   function refreshSelection(r) {
     const doc = r.selected ? r.docs[r.selected] : undefined;
-    const found = r.selected ? documentLane(r.selected, doc, r.laneOf)?.lane ?? null : null;
+    const found = r.selected ? (documentLane(r.selected, doc, r.laneOf)?.lane ?? null) : null;
     if (found !== lane) {
       lane = found;
       columns = lane ? detailColumns(lane) : null;

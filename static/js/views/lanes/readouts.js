@@ -67,15 +67,25 @@ export function showValues(parts, slider, { review: r, frame, columns, lane, lab
     setText(parts.values[i], text);
   });
   const votes = here >= 0 ? lane.votes[here] : null;
-  fillLegend(parts.legend, lane.classes.slice(0, 4).map((id, c) => ({
-    name: engineName(labels, id, lane?.words?.[c]),
-    share: votes ? percent(votes[c]) : '–',
-    colour: palette.series[c],
-  })));
+  fillLegend(
+    parts.legend,
+    lane.classes.slice(0, 4).map((id, c) => ({
+      name: engineName(labels, id, lane?.words?.[c]),
+      share: votes ? percent(votes[c]) : '–',
+      colour: palette.series[c],
+    })),
+  );
   const { unit } = palette;
   const tau = r.tau ?? lane.tau;
   const flips = countFlips(lane, tau);
   setText(parts.flips, flips.total > 0 ? `${flips.total} of ${plural(flips.verdicts, 'verdict')} flip` : plural(flips.verdicts, 'verdict'));
   parts.flips.classList.toggle('lanes-flipping', flips.total > 0);
-  slider.update({ tau, domain: columns.domain, top: 4 * unit, height: SUB_LANES[0].height * unit - 8 * unit, dragged: r.tau !== null, flips });
+  slider.update({
+    tau,
+    domain: columns.domain,
+    top: 4 * unit,
+    height: SUB_LANES[0].height * unit - 8 * unit,
+    dragged: r.tau !== null,
+    flips,
+  });
 }

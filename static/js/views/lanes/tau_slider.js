@@ -11,9 +11,18 @@ import { h, setAttribute, setText } from '../dom.js';
  */
 export function createTauSlider(change, signal) {
   const grip = h('span', { class: 'tau-grip' });
-  const element = h('div', {
-    class: 'tau-slider', role: 'slider', tabindex: '0', 'aria-label': 'tau, the threshold of the gate', 'aria-orientation': 'vertical', title: 'Drag: which verdicts would flip. Double-click or Home: the run’s own tau',
-  }, grip);
+  const element = h(
+    'div',
+    {
+      class: 'tau-slider',
+      role: 'slider',
+      tabindex: '0',
+      'aria-label': 'tau, the threshold of the gate',
+      'aria-orientation': 'vertical',
+      title: 'Drag: which verdicts would flip. Double-click or Home: the run’s own tau',
+    },
+    grip,
+  );
   /** @type {{low: number, high: number}} */
   let domain = { low: 1, high: 100 };
   let tau = 1;
@@ -23,43 +32,61 @@ export function createTauSlider(change, signal) {
   let top = 0;
   let height = 1;
 
-  element.addEventListener('pointerdown', (event) => {
-    if (event.button !== 0) return;
-    event.preventDefault();
-    event.stopPropagation();
-    element.focus();
-    element.setPointerCapture(event.pointerId);
-    held = event.pointerId;
-    before = dragged ? tau : null;
-  }, { signal });
-  element.addEventListener('lostpointercapture', () => { held = null; }, { signal });
-  element.addEventListener('pointermove', (event) => {
-    if (!element.hasPointerCapture(event.pointerId) || element.parentElement === null) return;
-    const y = event.clientY - element.parentElement.getBoundingClientRect().top;
-    change(logValue(1 - (y - top) / height, domain));
-  }, { signal });
-  element.addEventListener('dblclick', () => change(null), { signal });
-  element.addEventListener('keydown', (event) => {
-    if (event.key === 'Escape' && held !== null) {
+  element.addEventListener(
+    'pointerdown',
+    (event) => {
+      if (event.button !== 0) return;
       event.preventDefault();
       event.stopPropagation();
-      element.releasePointerCapture(held);
-      change(before);
-      return;
-    }
-    /** @type {Record<string, number>} */
-    const factors = { ArrowUp: 1.02, ArrowRight: 1.02, ArrowDown: 1 / 1.02, ArrowLeft: 1 / 1.02, PageUp: 1.2, PageDown: 1 / 1.2 };
-    const factor = factors[event.key];
-    if ((factor === undefined && event.key !== 'Home') || event.altKey) return;
-    event.preventDefault();
-    event.stopPropagation();
-    if (event.key === 'Home') change(null);
-    else {
-      // The next key may come before the page is painted: it goes on from here.
-      tau = Number(Math.min(domain.high, Math.max(domain.low, tau * factor)).toPrecision(3));
-      change(tau);
-    }
-  }, { signal });
+      element.focus();
+      element.setPointerCapture(event.pointerId);
+      held = event.pointerId;
+      before = dragged ? tau : null;
+    },
+    { signal },
+  );
+  element.addEventListener(
+    'lostpointercapture',
+    () => {
+      held = null;
+    },
+    { signal },
+  );
+  element.addEventListener(
+    'pointermove',
+    (event) => {
+      if (!element.hasPointerCapture(event.pointerId) || element.parentElement === null) return;
+      const y = event.clientY - element.parentElement.getBoundingClientRect().top;
+      change(logValue(1 - (y - top) / height, domain));
+    },
+    { signal },
+  );
+  element.addEventListener('dblclick', () => change(null), { signal });
+  element.addEventListener(
+    'keydown',
+    (event) => {
+      if (event.key === 'Escape' && held !== null) {
+        event.preventDefault();
+        event.stopPropagation();
+        element.releasePointerCapture(held);
+        change(before);
+        return;
+      }
+      /** @type {Record<string, number>} */
+      const factors = { ArrowUp: 1.02, ArrowRight: 1.02, ArrowDown: 1 / 1.02, ArrowLeft: 1 / 1.02, PageUp: 1.2, PageDown: 1 / 1.2 };
+      const factor = factors[event.key];
+      if ((factor === undefined && event.key !== 'Home') || event.altKey) return;
+      event.preventDefault();
+      event.stopPropagation();
+      if (event.key === 'Home') change(null);
+      else {
+        // The next key may come before the page is painted: it goes on from here.
+        tau = Number(Math.min(domain.high, Math.max(domain.low, tau * factor)).toPrecision(3));
+        change(tau);
+      }
+    },
+    { signal },
+  );
 
   return {
     element,

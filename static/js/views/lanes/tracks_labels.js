@@ -42,7 +42,8 @@ export function paintLabels(ctx, index, view, palette, bars, label) {
     if (right - left < plain) continue;
     const keys = index.keyStart[b];
     /** @param {number} wide */
-    const gap = (wide) => firstGap(left, right, wide, index.keyStart[b + 1] - keys, (i) => (index.keyFrame[keys + i] + 0.5 - span.first) * scale, reach);
+    const gap = (wide) =>
+      firstGap(left, right, wide, index.keyStart[b + 1] - keys, (i) => (index.keyFrame[keys + i] + 0.5 - span.first) * scale, reach);
     const free = gap(marked) ?? gap(plain);
     const at = free ?? left;
     const top = index.row[b] * rowHeight - scroll + pad;

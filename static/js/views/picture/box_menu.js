@@ -32,9 +32,9 @@ const EDGE = 4;
  */
 function menuEntries(operations, state) {
   const known = new Map(operations.map((operation) => [operation.id, operation]));
-  return MENU
-    .map((ids) => ids.flatMap((id) => known.get(id) ?? []).filter((operation) => operation.available(state)))
-    .filter((group) => group.length > 0);
+  return MENU.map((ids) => ids.flatMap((id) => known.get(id) ?? []).filter((operation) => operation.available(state))).filter(
+    (group) => group.length > 0,
+  );
 }
 
 /**
@@ -62,7 +62,9 @@ export function createBoxMenu(app, stage, screen, signal) {
     const state = app.store.get();
     const groups = menuEntries(app.operations, state);
     if (!state.review?.selected || groups.length === 0) return;
-    element.replaceChildren(...groups.map((group) => h('div', { class: 'box-menu-group', role: 'group' }, ...group.map((operation) => entry(operation, state)))));
+    element.replaceChildren(
+      ...groups.map((group) => h('div', { class: 'box-menu-group', role: 'group' }, ...group.map((operation) => entry(operation, state)))),
+    );
     element.hidden = false;
     shownFor = `${state.review.selected} ${state.review.frame}`;
     const { width, height } = screen();
@@ -74,45 +76,67 @@ export function createBoxMenu(app, stage, screen, signal) {
   /** @param {Operation} operation @param {import('../../state-types.js').State} state */
   function entry(operation, state) {
     const reason = operation.disabled(state);
-    return h('button', {
-      class: 'box-menu-item', type: 'button', role: 'menuitem', tabIndex: -1, title: reason ?? operation.tooltip,
-      'aria-disabled': reason === null ? null : 'true', 'data-operation': operation.id,
-      onclick: () => {
-        close(true);
-        runOperation(app, operation, toast);
+    return h(
+      'button',
+      {
+        class: 'box-menu-item',
+        type: 'button',
+        role: 'menuitem',
+        tabIndex: -1,
+        title: reason ?? operation.tooltip,
+        'aria-disabled': reason === null ? null : 'true',
+        'data-operation': operation.id,
+        onclick: () => {
+          close(true);
+          runOperation(app, operation, toast);
+        },
       },
-    },
-    operation.icon && isIcon(operation.icon) ? icon(operation.icon) : h('span', { class: 'box-menu-blank' }),
-    h('span', { class: 'box-menu-name' }, operation.label),
-    operation.keys.length > 0 ? h('kbd', null, operation.keys[0]) : null);
+      operation.icon && isIcon(operation.icon) ? icon(operation.icon) : h('span', { class: 'box-menu-blank' }),
+      h('span', { class: 'box-menu-name' }, operation.label),
+      operation.keys.length > 0 ? h('kbd', null, operation.keys[0]) : null,
+    );
   }
 
   const items = () => /** @type {HTMLButtonElement[]} */ ([...element.querySelectorAll('[role="menuitem"]')]);
 
-  element.addEventListener('keydown', (event) => {
-    const all = items();
-    const at = all.indexOf(/** @type {HTMLButtonElement} */ (document.activeElement));
-    const next = { ArrowDown: (at + 1) % all.length, ArrowUp: (at - 1 + all.length) % all.length, Home: 0, End: all.length - 1 }[event.key];
-    if (next !== undefined) all[next]?.focus({ preventScroll: true });
-    else if (event.key === 'Escape' || event.key === 'Tab') close(true);
-    else if (event.key === 'Enter' || event.key === ' ') all[at]?.click();
-    else if (!event.key.startsWith('Arrow')) return; // a letter is the key of an operation, as everywhere; arrows must not move the box below
-    event.preventDefault();
-    event.stopPropagation();
-  }, { signal });
+  element.addEventListener(
+    'keydown',
+    (event) => {
+      const all = items();
+      const at = all.indexOf(/** @type {HTMLButtonElement} */ (document.activeElement));
+      const next = { ArrowDown: (at + 1) % all.length, ArrowUp: (at - 1 + all.length) % all.length, Home: 0, End: all.length - 1 }[
+        event.key
+      ];
+      if (next !== undefined) all[next]?.focus({ preventScroll: true });
+      else if (event.key === 'Escape' || event.key === 'Tab') close(true);
+      else if (event.key === 'Enter' || event.key === ' ') all[at]?.click();
+      else if (!event.key.startsWith('Arrow')) return; // a letter is the key of an operation, as everywhere; arrows must not move the box below
+      event.preventDefault();
+      event.stopPropagation();
+    },
+    { signal },
+  );
   element.addEventListener('pointerdown', (event) => event.stopPropagation(), { signal });
-  document.addEventListener('pointerdown', (event) => {
-    if (event.target instanceof Node && !element.contains(event.target)) close();
-  }, { signal, capture: true });
+  document.addEventListener(
+    'pointerdown',
+    (event) => {
+      if (event.target instanceof Node && !element.contains(event.target)) close();
+    },
+    { signal, capture: true },
+  );
 
-  stage.addEventListener('keydown', (event) => {
-    if (event.key !== 'ContextMenu' && !(event.key === 'F10' && event.shiftKey)) return;
-    const { review } = app.store.get();
-    const shown = review?.selected ? shownTrack(review, review.selected) : null;
-    if (!review || !shown) return;
-    event.preventDefault();
-    open(...toScreen(review.viewport, screen(), shown.box[2], shown.box[1]));
-  }, { signal });
+  stage.addEventListener(
+    'keydown',
+    (event) => {
+      if (event.key !== 'ContextMenu' && !(event.key === 'F10' && event.shiftKey)) return;
+      const { review } = app.store.get();
+      const shown = review?.selected ? shownTrack(review, review.selected) : null;
+      if (!review || !shown) return;
+      event.preventDefault();
+      open(...toScreen(review.viewport, screen(), shown.box[2], shown.box[1]));
+    },
+    { signal },
+  );
 
   return {
     element,

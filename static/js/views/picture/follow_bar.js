@@ -8,7 +8,12 @@ import { h, setText } from '../dom.js';
 import { icon, isIcon } from '../icons.js';
 import { toast } from '../../core/toast.js';
 
-const BUTTONS = /** @type {const} */ ([['accept-follow', 'Accept', 'btn-primary'], ['cut-before', 'Cut before', ''], ['cut-after', 'Cut after', ''], ['drop-follow', 'Drop', '']]);
+const BUTTONS = /** @type {const} */ ([
+  ['accept-follow', 'Accept', 'btn-primary'],
+  ['cut-before', 'Cut before', ''],
+  ['cut-after', 'Cut after', ''],
+  ['drop-follow', 'Drop', ''],
+]);
 
 /**
  * @param {import('../../page-types.js').App} app
@@ -18,10 +23,25 @@ export function createFollowBar(app) {
   const buttons = BUTTONS.map(([id, text, tone]) => {
     const operation = app.operations.find((one) => one.id === id);
     const picture = operation?.icon && isIcon(operation.icon) ? icon(operation.icon) : null;
-    const button = h('button', { class: `btn btn-small ${tone}`, type: 'button', title: operation?.tooltip ?? text, onclick: () => operation && runOperation(app, operation, toast) }, picture, h('span', null, text));
+    const button = h(
+      'button',
+      {
+        class: `btn btn-small ${tone}`,
+        type: 'button',
+        title: operation?.tooltip ?? text,
+        onclick: () => operation && runOperation(app, operation, toast),
+      },
+      picture,
+      h('span', null, text),
+    );
     return { operation, button };
   });
-  const element = h('div', { class: 'follow-bar', hidden: true, role: 'group', 'aria-label': 'Proposed boxes' }, words, ...buttons.map(({ button }) => button));
+  const element = h(
+    'div',
+    { class: 'follow-bar', hidden: true, role: 'group', 'aria-label': 'Proposed boxes' },
+    words,
+    ...buttons.map(({ button }) => button),
+  );
   /** @type {import('../../state-types.js').ReviewState|null} */ let last = null;
   return {
     element,

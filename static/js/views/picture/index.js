@@ -32,19 +32,35 @@ export function createPicture(app) {
   const shot = h('canvas', { class: 'picture-shot' });
   const layers = h('canvas', { class: 'picture-layers' });
   const hint = h('div', { class: 'picture-hint truncate' });
-  const stage = h('div', {
-    class: 'picture-stage', tabIndex: 0, role: 'application', 'data-keys': 'picture',
-    'aria-label': 'Picture. Tab goes through the tracks, arrows move the box, Alt and arrows resize it, Escape leaves.',
-  }, shot, layers, hint);
+  const stage = h(
+    'div',
+    {
+      class: 'picture-stage',
+      tabIndex: 0,
+      role: 'application',
+      'data-keys': 'picture',
+      'aria-label': 'Picture. Tab goes through the tracks, arrows move the box, Alt and arrows resize it, Escape leaves.',
+    },
+    shot,
+    layers,
+    hint,
+  );
   const where = h('span', { class: 'picture-where number' });
   const number = h('input', {
-    class: 'input picture-frame number', type: 'text', inputmode: 'numeric', autocomplete: 'off', 'aria-label': 'Frame', title: 'Go to a frame (G)',
-    onfocus: () => number.select(), onblur: () => setNumber(app.store.get().review?.frame ?? 0),
+    class: 'input picture-frame number',
+    type: 'text',
+    inputmode: 'numeric',
+    autocomplete: 'off',
+    'aria-label': 'Frame',
+    title: 'Go to a frame (G)',
+    onfocus: () => number.select(),
+    onblur: () => setNumber(app.store.get().review?.frame ?? 0),
   });
   number.addEventListener('keydown', (event) => {
     if (event.key !== 'Enter' && event.key !== 'Escape') return;
     const wanted = Number(number.value.replaceAll(/[\s,.]/g, ''));
-    if (event.key === 'Enter' && number.value.trim() && Number.isInteger(wanted)) app.store.dispatch((state) => seek(setPlaying(state, false), wanted));
+    if (event.key === 'Enter' && number.value.trim() && Number.isInteger(wanted))
+      app.store.dispatch((state) => seek(setPlaying(state, false), wanted));
     event.preventDefault();
     stage.focus({ preventScroll: true });
   });
@@ -52,8 +68,11 @@ export function createPicture(app) {
   const setNumber = (frame) => {
     if (document.activeElement !== number && number.value !== String(frame)) number.value = String(frame);
   };
-  const speed = h('select', { class: 'select picture-speed', 'aria-label': 'Playing speed', onchange: () => app.frames.setSpeed(Number(speed.value)) },
-    ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)));
+  const speed = h(
+    'select',
+    { class: 'select picture-speed', 'aria-label': 'Playing speed', onchange: () => app.frames.setSpeed(Number(speed.value)) },
+    ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)),
+  );
   const legend = createLegend(app);
   const followBar = createFollowBar(app);
   const menu = createBoxMenu(app, stage, () => size, signal);
@@ -143,7 +162,9 @@ export function createPicture(app) {
     ctx.clearRect(0, 0, size.width, size.height);
     // the layers belong to the cursor's frame: they are drawn only while that very picture is on screen
     if (review.shown !== review.frame || review.viewport.zoom === 0) return;
-    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? 'unlabelled' : names.get(id) ?? String(id)));
+    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) =>
+      id === null ? 'unlabelled' : (names.get(id) ?? String(id)),
+    );
     legend.update(review, counts);
   }
 
@@ -199,7 +220,9 @@ export function createPicture(app) {
       fitted = Math.abs(whole.zoom - review.viewport.zoom) < 1e-6;
     }
     if (before?.viewport !== review.viewport) {
-      app.frames.setWidth(Math.ceil((review.video.width ?? 1280) * Math.min(1, Math.max(review.viewport.zoom, across(review.viewport)) * ratio)));
+      app.frames.setWidth(
+        Math.ceil((review.video.width ?? 1280) * Math.min(1, Math.max(review.viewport.zoom, across(review.viewport)) * ratio)),
+      );
       paintShot(review);
     }
     paintOver(review);

@@ -25,17 +25,36 @@ export function createLegend(app) {
     const swatch = h('kbd', { class: 'legend-swatch' }, layerKey(name).replace('Shift+', '⇧'));
     swatch.dataset.layer = name;
     swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
-    const button = h('button', {
-      class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${layerKey(name)})`,
-      onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
-    }, swatch, h('span', { class: 'legend-name truncate' }, SHORT_NAMES[name]), count);
+    const button = h(
+      'button',
+      {
+        class: 'legend-item',
+        type: 'button',
+        'aria-pressed': 'false',
+        title: `${LAYER_NAMES[name]} (${layerKey(name)})`,
+        onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
+      },
+      swatch,
+      h('span', { class: 'legend-name truncate' }, SHORT_NAMES[name]),
+      count,
+    );
     rows.set(name, { button, count });
     element.append(button);
     if (name === 'second') {
-      element.append(h('button', {
-        class: 'legend-choose', type: 'button', title: 'Choose the second run … (Shift+8)', 'aria-label': 'Choose the second run', 'data-operation': 'second-run',
-        onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
-      }, icon('down')));
+      element.append(
+        h(
+          'button',
+          {
+            class: 'legend-choose',
+            type: 'button',
+            title: 'Choose the second run … (Shift+8)',
+            'aria-label': 'Choose the second run',
+            'data-operation': 'second-run',
+            onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
+          },
+          icon('down'),
+        ),
+      );
     }
   });
 

@@ -25,7 +25,18 @@ import { createPen } from './pen.js';
  * @returns {Record<LayerName, number>} how many of each layer are in the frame
  */
 export function paintLayers(ctx, review, view, screen, inks, nameOf) {
-  const counts = /** @type {Record<LayerName, number>} */ ({ detections: 0, predictions: 0, search: 0, relocalisations: 0, results: 0, corrected: 0, truth: 0, second: 0, uncertainty: 0, gate: 0 });
+  const counts = /** @type {Record<LayerName, number>} */ ({
+    detections: 0,
+    predictions: 0,
+    search: 0,
+    relocalisations: 0,
+    results: 0,
+    corrected: 0,
+    truth: 0,
+    second: 0,
+    uncertainty: 0,
+    gate: 0,
+  });
   const pen = createPen(ctx, view, screen, inks);
   const overlay = review.overlays[review.frame];
   const on = review.layers;
@@ -81,7 +92,12 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   }
   if (selected && on[selected.edited ? 'corrected' : 'results']) paintTrack(selected, selected.edited ? 'corrected' : 'results');
   if (review.drag) {
-    pen.box('corrected', review.drag.box, `${(review.drag.box[2] - review.drag.box[0]).toFixed(0)} × ${(review.drag.box[3] - review.drag.box[1]).toFixed(0)}`, { where: 'above', weight: 3 });
+    pen.box(
+      'corrected',
+      review.drag.box,
+      `${(review.drag.box[2] - review.drag.box[0]).toFixed(0)} × ${(review.drag.box[3] - review.drag.box[1]).toFixed(0)}`,
+      { where: 'above', weight: 3 },
+    );
     pen.handles('corrected', review.drag.box);
   }
 
@@ -94,7 +110,15 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     const gateText = gate ? ` gate ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
     const proposed = shown.origin === 'proposed';
     const sure = proposed ? ` proposed ${Math.round(100 * (review.following?.proposals[review.frame]?.confidence ?? 0))} %` : '';
-    pen.box(layer, box, named(shown.key, `${pen.cut(shown.not_a_sign ? 'false positive' : shown.word ?? nameOf(shown.class_id))}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight: chosen ? 2 : 1, thin: shown.origin === 'interpolated', dashed: proposed, guarded: chosen });
+    pen.box(
+      layer,
+      box,
+      named(
+        shown.key,
+        `${pen.cut(shown.not_a_sign ? 'false positive' : (shown.word ?? nameOf(shown.class_id)))}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`,
+      ),
+      { where: 'above', weight: chosen ? 2 : 1, thin: shown.origin === 'interpolated', dashed: proposed, guarded: chosen },
+    );
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
     if (chosen && modeOf(review).take === null) pen.handles(layer, box);

@@ -114,7 +114,16 @@ export function createPen(ctx, view, screen, inks) {
       stroke(inks.colour(layer), (thin ? width - 1 : width) * inks.unit, scaled, () => ctx.rect(x1, y1, x2 - x1, y2 - y1));
       if (!text) return;
       ctx.font = inks.font;
-      texts.push({ layer, text, weight, box: [x1, y1, x2, y2], wide: ctx.measureText(text).width + 8 * inks.unit, high: 16 * inks.unit, where, guarded });
+      texts.push({
+        layer,
+        text,
+        weight,
+        box: [x1, y1, x2, y2],
+        wide: ctx.measureText(text).width + 8 * inks.unit,
+        high: 16 * inks.unit,
+        where,
+        guarded,
+      });
     },
     /** All texts, over all boxes. */
     labels() {
@@ -190,7 +199,12 @@ export function createPen(ctx, view, screen, inks) {
       const [x1, y1, x2, y2] = place(box);
       const long = Math.min(10 * inks.unit, (x2 - x1) / 3, (y2 - y1) / 3);
       stroke(inks.colour(layer), 3 * inks.unit, [], () => {
-        for (const [x, y, dx, dy] of [[x1, y1, 1, 1], [x2, y1, -1, 1], [x2, y2, -1, -1], [x1, y2, 1, -1]]) {
+        for (const [x, y, dx, dy] of [
+          [x1, y1, 1, 1],
+          [x2, y1, -1, 1],
+          [x2, y2, -1, -1],
+          [x1, y2, 1, -1],
+        ]) {
           ctx.moveTo(x + dx * long, y);
           ctx.lineTo(x, y);
           ctx.lineTo(x, y + dy * long);

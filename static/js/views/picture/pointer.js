@@ -51,85 +51,110 @@ export function listenToPointer(app, element, screen, menu, signal) {
       .sort((a, b) => area(a.box) - area(b.box));
   };
 
-  element.addEventListener('wheel', (event) => {
-    const now = review();
-    if (!now || now.viewport.zoom === 0) return;
-    event.preventDefault();
-    const [x, y] = at(event);
-    const unit = event.deltaMode === 1 ? 24 : 1;
-    if (event.shiftKey && !event.ctrlKey) {
-      const { viewport } = now;
-      const by = (event.deltaX || event.deltaY) * unit;
-      app.store.dispatch((state) => setViewport(state, bounded({ ...viewport, x: viewport.x + by / across(viewport) }, picture())));
-      return;
-    }
-    const factor = Math.exp(-event.deltaY * unit * 0.0022);
-    app.store.dispatch((state) => (state.review ? setViewport(state, zoomAt(state.review.viewport, screen(), picture(), factor, x, y)) : state));
-  }, { signal, passive: false });
-
-  element.addEventListener('pointerdown', (event) => {
-    const now = review();
-    if (!now || now.viewport.zoom === 0 || drag) return;
-    const [sx, sy] = at(event);
-    const [x, y] = toPicture(now.viewport, screen(), sx, sy);
-    const base = { x: sx, y: sy, moved: false, view: now.viewport, frame: now.frame, box: /** @type {Box} */ ([x, y, x, y]), key: '', handle: /** @type {Handle} */ ('move'), correct: event.shiftKey, under: /** @type {string[]} */ ([]) };
-    element.setPointerCapture(event.pointerId);
-    if (event.button === 1 || event.button === 2) {
-      drag = { ...base, kind: 'pan', key: event.button === 2 ? 'menu' : '', under: under(x, y).map(({ key }) => key) };
+  element.addEventListener(
+    'wheel',
+    (event) => {
+      const now = review();
+      if (!now || now.viewport.zoom === 0) return;
       event.preventDefault();
-      return;
-    }
-    if (event.button !== 0) return;
-    element.focus({ preventScroll: true });
-    if (now.mode === 'draw') {
-      app.store.dispatch((state) => setPlaying(state, false));
-      drag = { ...base, kind: 'draw', key: now.selected ?? '' };
-      return;
-    }
-    const found = under(x, y);
-    if (modeOf(now).take) {
-      if (found.length) app.store.dispatch((state) => take(state, found[0].key));
-      return;
-    }
-    const chosen = now.selected ? shownTracks(now).find(({ key }) => key === now.selected) : undefined;
-    const handle = chosen && now.shown === now.frame ? handleAt(chosen.box, x, y, REACH / now.viewport.zoom, now.viewport.stretch) : null;
-    const keys = found.map(({ key }) => key);
-    if (chosen && handle && (handle !== 'move' || keys.includes(chosen.key))) {
-      app.store.dispatch((state) => setPlaying(state, false));
-      drag = { ...base, kind: 'change', box: chosen.box, key: chosen.key, handle, under: keys };
-    } else if (found.length) {
-      // a box that is taken hold of must not run on below the hand
-      app.store.dispatch((state) => select(setPlaying(state, false), found[0].key));
-      drag = { ...base, kind: 'change', box: found[0].box, key: found[0].key, handle: 'move', under: [] };
-    } else {
-      drag = { ...base, kind: 'pan', key: 'empty' };
-    }
-  }, { signal });
+      const [x, y] = at(event);
+      const unit = event.deltaMode === 1 ? 24 : 1;
+      if (event.shiftKey && !event.ctrlKey) {
+        const { viewport } = now;
+        const by = (event.deltaX || event.deltaY) * unit;
+        app.store.dispatch((state) => setViewport(state, bounded({ ...viewport, x: viewport.x + by / across(viewport) }, picture())));
+        return;
+      }
+      const factor = Math.exp(-event.deltaY * unit * 0.0022);
+      app.store.dispatch((state) =>
+        state.review ? setViewport(state, zoomAt(state.review.viewport, screen(), picture(), factor, x, y)) : state,
+      );
+    },
+    { signal, passive: false },
+  );
 
-  element.addEventListener('pointermove', (event) => {
-    const now = review();
-    if (!now) return;
-    const [sx, sy] = at(event);
-    if (!drag) {
-      const point = toPicture(now.viewport, screen(), sx, sy);
-      setCursor(element, now, point);
-      if (now.fewLabels) app.store.dispatch((state) => hover(state, under(...point)[0]?.key ?? null));
-      return;
-    }
-    if (!drag.moved && Math.hypot(sx - drag.x, sy - drag.y) < CLICK) return;
-    drag.moved = true;
-    const { view } = drag;
-    if (drag.kind === 'pan') {
-      const moved = bounded({ ...view, x: view.x - (sx - drag.x) / across(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
-      app.store.dispatch((state) => setViewport(state, moved));
-      return;
-    }
-    const [x, y] = toPicture(now.viewport, screen(), sx, sy);
-    const [x0, y0] = toPicture(view, screen(), drag.x, drag.y);
-    const { kind, key, handle, box: start } = drag;
-    const box = kind === 'draw' ? ordered([start[0], start[1], x, y]) : dragged(start, handle, x - x0, y - y0);
-    app.store.dispatch((state) => setDrag(state, { box: settled(box, picture()), key }));
-  }, { signal });
+  element.addEventListener(
+    'pointerdown',
+    (event) => {
+      const now = review();
+      if (!now || now.viewport.zoom === 0 || drag) return;
+      const [sx, sy] = at(event);
+      const [x, y] = toPicture(now.viewport, screen(), sx, sy);
+      const base = {
+        x: sx,
+        y: sy,
+        moved: false,
+        view: now.viewport,
+        frame: now.frame,
+        box: /** @type {Box} */ ([x, y, x, y]),
+        key: '',
+        handle: /** @type {Handle} */ ('move'),
+        correct: event.shiftKey,
+        under: /** @type {string[]} */ ([]),
+      };
+      element.setPointerCapture(event.pointerId);
+      if (event.button === 1 || event.button === 2) {
+        drag = { ...base, kind: 'pan', key: event.button === 2 ? 'menu' : '', under: under(x, y).map(({ key }) => key) };
+        event.preventDefault();
+        return;
+      }
+      if (event.button !== 0) return;
+      element.focus({ preventScroll: true });
+      if (now.mode === 'draw') {
+        app.store.dispatch((state) => setPlaying(state, false));
+        drag = { ...base, kind: 'draw', key: now.selected ?? '' };
+        return;
+      }
+      const found = under(x, y);
+      if (modeOf(now).take) {
+        if (found.length) app.store.dispatch((state) => take(state, found[0].key));
+        return;
+      }
+      const chosen = now.selected ? shownTracks(now).find(({ key }) => key === now.selected) : undefined;
+      const handle = chosen && now.shown === now.frame ? handleAt(chosen.box, x, y, REACH / now.viewport.zoom, now.viewport.stretch) : null;
+      const keys = found.map(({ key }) => key);
+      if (chosen && handle && (handle !== 'move' || keys.includes(chosen.key))) {
+        app.store.dispatch((state) => setPlaying(state, false));
+        drag = { ...base, kind: 'change', box: chosen.box, key: chosen.key, handle, under: keys };
+      } else if (found.length) {
+        // a box that is taken hold of must not run on below the hand
+        app.store.dispatch((state) => select(setPlaying(state, false), found[0].key));
+        drag = { ...base, kind: 'change', box: found[0].box, key: found[0].key, handle: 'move', under: [] };
+      } else {
+        drag = { ...base, kind: 'pan', key: 'empty' };
+      }
+    },
+    { signal },
+  );
+
+  element.addEventListener(
+    'pointermove',
+    (event) => {
+      const now = review();
+      if (!now) return;
+      const [sx, sy] = at(event);
+      if (!drag) {
+        const point = toPicture(now.viewport, screen(), sx, sy);
+        setCursor(element, now, point);
+        if (now.fewLabels) app.store.dispatch((state) => hover(state, under(...point)[0]?.key ?? null));
+        return;
+      }
+      if (!drag.moved && Math.hypot(sx - drag.x, sy - drag.y) < CLICK) return;
+      drag.moved = true;
+      const { view } = drag;
+      if (drag.kind === 'pan') {
+        const moved = bounded({ ...view, x: view.x - (sx - drag.x) / across(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
+        app.store.dispatch((state) => setViewport(state, moved));
+        return;
+      }
+      const [x, y] = toPicture(now.viewport, screen(), sx, sy);
+      const [x0, y0] = toPicture(view, screen(), drag.x, drag.y);
+      const { kind, key, handle, box: start } = drag;
+      const box = kind === 'draw' ? ordered([start[0], start[1], x, y]) : dragged(start, handle, x - x0, y - y0);
+      app.store.dispatch((state) => setDrag(state, { box: settled(box, picture()), key }));
+    },
+    { signal },
+  );
 
   element.addEventListener('pointerleave', () => app.store.dispatch((state) => hover(state, null)), { signal });
 
@@ -169,16 +194,30 @@ export function listenToPointer(app, element, screen, menu, signal) {
   element.addEventListener('pointerup', () => end(true), { signal });
   element.addEventListener('pointercancel', () => end(false), { signal });
   element.addEventListener('contextmenu', (event) => event.preventDefault(), { signal });
-  document.addEventListener('keydown', (event) => {
-    if (!drag || (event.key !== 'Escape' && drag.kind === 'pan')) return;
-    event.preventDefault();
-    // a box in the hand holds its frame: no key steps, plays or undoes below it
-    event.stopImmediatePropagation();
-    if (event.key === 'Escape') end(false);
-  }, { signal, capture: true });
+  document.addEventListener(
+    'keydown',
+    (event) => {
+      if (!drag || (event.key !== 'Escape' && drag.kind === 'pan')) return;
+      event.preventDefault();
+      // a box in the hand holds its frame: no key steps, plays or undoes below it
+      event.stopImmediatePropagation();
+      if (event.key === 'Escape') end(false);
+    },
+    { signal, capture: true },
+  );
 }
 
-const CURSORS = { n: 'ns-resize', s: 'ns-resize', e: 'ew-resize', w: 'ew-resize', ne: 'nesw-resize', sw: 'nesw-resize', nw: 'nwse-resize', se: 'nwse-resize', move: 'move' };
+const CURSORS = {
+  n: 'ns-resize',
+  s: 'ns-resize',
+  e: 'ew-resize',
+  w: 'ew-resize',
+  ne: 'nesw-resize',
+  sw: 'nesw-resize',
+  nw: 'nwse-resize',
+  se: 'nwse-resize',
+  move: 'move',
+};
 
 /**
  * @param {HTMLElement} element

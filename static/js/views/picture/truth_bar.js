@@ -9,7 +9,12 @@ import { runOperation } from '../../operations/registry.js';
 import { h, setText } from '../dom.js';
 import { toast } from '../../core/toast.js';
 
-const BUTTONS = /** @type {const} */ ([['next-truth', 'Next'], ['take-truth-box', 'Take box'], ['take-truth-sign', 'Take sign'], ['take-truth-label', 'Take all']]);
+const BUTTONS = /** @type {const} */ ([
+  ['next-truth', 'Next'],
+  ['take-truth-box', 'Take box'],
+  ['take-truth-sign', 'Take sign'],
+  ['take-truth-label', 'Take all'],
+]);
 
 /**
  * @param {import('../../page-types.js').App} app
@@ -20,7 +25,16 @@ export function createTruthBar(app, screen) {
   const words = h('span', { class: 'truth-words truncate' });
   const buttons = BUTTONS.map(([id, text]) => {
     const operation = app.operations.find((one) => one.id === id);
-    const button = h('button', { class: 'btn btn-small', type: 'button', title: operation?.tooltip, onclick: () => operation && runOperation(app, operation, (why) => toast(why)) }, text);
+    const button = h(
+      'button',
+      {
+        class: 'btn btn-small',
+        type: 'button',
+        title: operation?.tooltip,
+        onclick: () => operation && runOperation(app, operation, (why) => toast(why)),
+      },
+      text,
+    );
     return { id, operation, button };
   });
   const bar = h('div', { class: 'truth-bar', role: 'group', 'aria-label': 'Ground truth' }, words, ...buttons.map(({ button }) => button));
@@ -38,7 +52,10 @@ export function createTruthBar(app, screen) {
     if (!review || element.hidden) return;
     setText(badge, `Ground truth: ${review.truthName ?? ''}`);
     const chosen = chosenTruth(review);
-    const text = chosen === null ? '' : `Sign ${chosen.sign}${chosen.box === null ? ', no box here' : `: ${truthLabel(state)}, ${chosen.on ? `IoU ${chosen.on.iou.toFixed(2)} with track ${trackName(chosen.on.key, review.docs[chosen.on.key])}` : 'on no track'}`}`;
+    const text =
+      chosen === null
+        ? ''
+        : `Sign ${chosen.sign}${chosen.box === null ? ', no box here' : `: ${truthLabel(state)}, ${chosen.on ? `IoU ${chosen.on.iou.toFixed(2)} with track ${trackName(chosen.on.key, review.docs[chosen.on.key])}` : 'on no track'}`}`;
     setText(words, text);
     words.title = text;
     for (const { id, operation, button } of buttons) {

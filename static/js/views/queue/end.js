@@ -10,7 +10,12 @@ import { icon } from '../icons.js';
 export function createQueueEnd(next) {
   const text = h('p', { role: 'status' });
   const name = h('span', { class: 'truncate' });
-  const button = h('button', { class: 'btn btn-small btn-primary', type: 'button', onclick: next }, icon('film'), h('span', null, 'Next video'));
+  const button = h(
+    'button',
+    { class: 'btn btn-small btn-primary', type: 'button', onclick: next },
+    icon('film'),
+    h('span', null, 'Next video'),
+  );
   const element = h('div', { class: 'queue-end', hidden: true }, text, h('div', { class: 'queue-end-next' }, button, name));
   return {
     element,

@@ -20,22 +20,68 @@ const MOST_ANSWERS = 200;
  * @param {AbortSignal} signal
  */
 export function createFilters(app, signal) {
-  const text = h('input', { class: 'input', type: 'search', placeholder: 'Label, number, reason or note', 'aria-label': 'Search tracks', title: 'Every word must occur. Answers to attributes are found as well, such as dirty=yes' });
-  const review = select('Review state', [['all', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['accepted', 'Accepted'], ['rejected', 'False positive']]);
-  const sort = select('Sort by', [['uncertainty', 'By uncertainty'], ['time', 'By time'], ['class', 'By label'], ['score', 'By score']]);
-  const uncertainty = select('Least uncertainty', [['0', 'Any uncertainty'], ['0.1', '≥ 10 %'], ['0.25', '≥ 25 %'], ['0.5', '≥ 50 %'], ['0.75', '≥ 75 %']]);
+  const text = h('input', {
+    class: 'input',
+    type: 'search',
+    placeholder: 'Label, number, reason or note',
+    'aria-label': 'Search tracks',
+    title: 'Every word must occur. Answers to attributes are found as well, such as dirty=yes',
+  });
+  const review = select('Review state', [
+    ['all', 'Any state'],
+    ['open', 'Open'],
+    ['needs_work', 'Needs work'],
+    ['accepted', 'Accepted'],
+    ['rejected', 'False positive'],
+  ]);
+  const sort = select('Sort by', [
+    ['uncertainty', 'By uncertainty'],
+    ['time', 'By time'],
+    ['class', 'By label'],
+    ['score', 'By score'],
+  ]);
+  const uncertainty = select('Least uncertainty', [
+    ['0', 'Any uncertainty'],
+    ['0.1', '≥ 10 %'],
+    ['0.25', '≥ 25 %'],
+    ['0.5', '≥ 50 %'],
+    ['0.75', '≥ 75 %'],
+  ]);
   const kind = select('Label', [['', 'All labels']]);
   const attribute = select('Attribute', [['', 'Any attribute']]);
-  const noted = h('button', { class: 'btn btn-icon queue-noted', type: 'button', title: 'Only tracks with notes', 'aria-label': 'Only tracks with notes', onclick: () => filter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }) }, icon('note'));
+  const noted = h(
+    'button',
+    {
+      class: 'btn btn-icon queue-noted',
+      type: 'button',
+      title: 'Only tracks with notes',
+      'aria-label': 'Only tracks with notes',
+      onclick: () => filter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }),
+    },
+    icon('note'),
+  );
   text.addEventListener('input', () => filter(app, { text: text.value }), { signal });
   review.addEventListener('change', () => filter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
   sort.addEventListener('change', () => filter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
   uncertainty.addEventListener('change', () => filter(app, { least_uncertainty: Number(uncertainty.value) }), { signal });
   kind.addEventListener('change', () => filter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
-  attribute.addEventListener('change', () => filter(app, { attribute: attribute.value === '' ? null : JSON.parse(attribute.value) }), { signal });
+  attribute.addEventListener('change', () => filter(app, { attribute: attribute.value === '' ? null : JSON.parse(attribute.value) }), {
+    signal,
+  });
   const least = limit('Least score', 'Score ≥', (score) => filter(app, { least_score: score }));
   const most = limit('Largest score', 'Score ≤', (score) => filter(app, { most_score: score }));
-  const element = h('div', { class: 'queue-filters' }, h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted), sort, review, kind, uncertainty, least, most, attribute);
+  const element = h(
+    'div',
+    { class: 'queue-filters' },
+    h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted),
+    sort,
+    review,
+    kind,
+    uncertainty,
+    least,
+    most,
+    attribute,
+  );
   leaveKeysToPicture(element);
   followFocus(element);
   let listed = '';
@@ -53,12 +99,29 @@ export function createFilters(app, signal) {
     if (entries !== listedFor[0] || labels !== listedFor[1]) {
       listedFor = [entries, labels];
       const own = [...new Set(entries.map(({ class_id }) => labelFor(labels, class_id)))].filter((label) => label !== undefined);
-      const choices = attributeChoices(own, entries.flatMap(({ doc }) => doc ?? []));
-      fill(attribute, h('option', { value: '' }, 'Any attribute'), choices.map(({ name, values }) => h('optgroup', { label: name },
-        [null, ...values.slice(0, MOST_ANSWERS)].map((value) => h('option', { value: JSON.stringify({ name, value }) }, `${name}: ${value === null ? 'any answer' : answerText(value)}`)))));
+      const choices = attributeChoices(
+        own,
+        entries.flatMap(({ doc }) => doc ?? []),
+      );
+      fill(
+        attribute,
+        h('option', { value: '' }, 'Any attribute'),
+        choices.map(({ name, values }) =>
+          h(
+            'optgroup',
+            { label: name },
+            [null, ...values.slice(0, MOST_ANSWERS)].map((value) =>
+              h('option', { value: JSON.stringify({ name, value }) }, `${name}: ${value === null ? 'any answer' : answerText(value)}`),
+            ),
+          ),
+        ),
+      );
     }
     // also one that no track has any more
-    if (wanted !== '' && ![...attribute.options].some(({ value }) => value === wanted)) attribute.append(h('option', { value: wanted }, `${now?.name}: ${now?.value === null ? 'any answer' : answerText(now?.value ?? '')}`));
+    if (wanted !== '' && ![...attribute.options].some(({ value }) => value === wanted))
+      attribute.append(
+        h('option', { value: wanted }, `${now?.name}: ${now?.value === null ? 'any answer' : answerText(now?.value ?? '')}`),
+      );
     attribute.hidden = attribute.options.length < 2;
     attribute.value = wanted;
   }
@@ -83,7 +146,11 @@ export function createFilters(app, signal) {
       const key = JSON.stringify(options);
       if (key !== listed) {
         listed = key;
-        fill(kind, h('option', { value: '' }, 'All labels'), options.map(([value, text]) => h('option', { value }, text)));
+        fill(
+          kind,
+          h('option', { value: '' }, 'All labels'),
+          options.map(([value, text]) => h('option', { value }, text)),
+        );
       }
       if (text.value !== now.text) text.value = now.text;
       setAttribute(noted, 'aria-pressed', String(now.with_notes));
@@ -93,8 +160,15 @@ export function createFilters(app, signal) {
       uncertainty.value = String(now.least_uncertainty);
       kind.value = chosen === null ? '' : String(chosen);
       const range = scoreRange(entries);
-      for (const [input, value, name] of /** @type {const} */ ([[least, now.least_score, 'Least'], [most, now.most_score, 'Largest']])) {
-        setAttribute(input, 'title', `${name} score of a track: the best of its detections${range ? `, here ${figure(range[0])} to ${figure(range[1])}` : ''}`);
+      for (const [input, value, name] of /** @type {const} */ ([
+        [least, now.least_score, 'Least'],
+        [most, now.most_score, 'Largest'],
+      ])) {
+        setAttribute(
+          input,
+          'title',
+          `${name} score of a track: the best of its detections${range ? `, here ${figure(range[0])} to ${figure(range[1])}` : ''}`,
+        );
         // what is half typed, such as a minus, is left alone
         if (document.activeElement !== input) input.value = value === null ? '' : String(value);
       }
@@ -105,7 +179,12 @@ export function createFilters(app, signal) {
 /** @param {string} name @param {string} placeholder @param {(score: number|null) => void} change */
 function limit(name, placeholder, change) {
   const input = h('input', {
-    class: 'input', type: 'number', step: 'any', placeholder, 'aria-label': name, autocomplete: 'off',
+    class: 'input',
+    type: 'number',
+    step: 'any',
+    placeholder,
+    'aria-label': name,
+    autocomplete: 'off',
     oninput: () => change(input.value === '' ? null : input.valueAsNumber),
   });
   return input;
@@ -113,5 +192,9 @@ function limit(name, placeholder, change) {
 
 /** @param {string} name @param {[string, string][]} options */
 function select(name, options) {
-  return h('select', { class: 'select', 'aria-label': name, title: name }, options.map(([value, label]) => h('option', { value }, label)));
+  return h(
+    'select',
+    { class: 'select', 'aria-label': name, title: name },
+    options.map(([value, label]) => h('option', { value }, label)),
+  );
 }

@@ -31,18 +31,64 @@ export function createQueue(app) {
   const filters = createFilters(app, signal);
   const left = h('strong', { class: 'queue-left' });
   const shown = h('span', { class: 'muted small' });
-  const deleted = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'What was deleted, with a way back', onclick: () => dialog(app, { kind: 'deleted' }) });
-  const judge = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'One verdict on all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'bulk-review' }) }, 'Bulk review …');
-  const next = h('button', { class: 'btn btn-small btn-icon', type: 'button', 'aria-label': `Go on to another video (${NEXT_VIDEO_KEY})`, title: `Next video with open tracks (${NEXT_VIDEO_KEY})`, onclick: () => void openNextVideo(app) }, icon('film'));
+  const deleted = h('button', {
+    class: 'btn btn-small',
+    type: 'button',
+    hidden: true,
+    title: 'What was deleted, with a way back',
+    onclick: () => dialog(app, { kind: 'deleted' }),
+  });
+  const judge = h(
+    'button',
+    {
+      class: 'btn btn-small',
+      type: 'button',
+      hidden: true,
+      title: 'One verdict on all shown tracks (Shift+A)',
+      onclick: () => dialog(app, { kind: 'bulk-review' }),
+    },
+    'Bulk review …',
+  );
+  const next = h(
+    'button',
+    {
+      class: 'btn btn-small btn-icon',
+      type: 'button',
+      'aria-label': `Go on to another video (${NEXT_VIDEO_KEY})`,
+      title: `Next video with open tracks (${NEXT_VIDEO_KEY})`,
+      onclick: () => void openNextVideo(app),
+    },
+    icon('film'),
+  );
   const bar = h('span');
-  const meter = h('div', { class: 'meter meter-good', role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' }, bar);
+  const meter = h(
+    'div',
+    { class: 'meter meter-good', role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' },
+    bar,
+  );
   const list = h('div', { class: 'queue-rows' });
   const empty = createNoTracks(app, 'queue-empty');
   const end = createQueueEnd(() => void openNextVideo(app));
   const scroller = h('div', { class: 'queue-list', role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by uncertainty' }, list);
-  const element = h('section', { class: 'queue panel', 'aria-label': 'Queue' },
-    h('div', { class: 'panel-head' }, h('h2', { class: 'queue-title' }, 'Queue'), left, h('span', { class: 'grow' }), deleted, judge, shown, next),
-    meter, filters.element, h('div', { class: 'queue-body' }, scroller, empty.element), end.element);
+  const element = h(
+    'section',
+    { class: 'queue panel', 'aria-label': 'Queue' },
+    h(
+      'div',
+      { class: 'panel-head' },
+      h('h2', { class: 'queue-title' }, 'Queue'),
+      left,
+      h('span', { class: 'grow' }),
+      deleted,
+      judge,
+      shown,
+      next,
+    ),
+    meter,
+    filters.element,
+    h('div', { class: 'queue-body' }, scroller, empty.element),
+    end.element,
+  );
 
   /** @type {State|null} */ let state = null;
   /** @type {readonly TrackEntry[]} */ let entries = [];
@@ -52,19 +98,27 @@ export function createQueue(app) {
   let scheduled = 0;
   let wanting = true;
 
-  list.addEventListener('click', (event) => {
-    const row = /** @type {HTMLElement} */ (event.target).closest('[data-key]');
-    if (row instanceof HTMLElement && row.dataset.key && !mark(app, row.dataset.key)) openTrack(app, row.dataset.key);
-  }, { signal });
-  scroller.addEventListener('keydown', (event) => {
-    const at = order.findIndex((entry) => entry.key === state?.review?.selected);
-    const next = stepTo(event.key, at, order.length, { page: Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1) });
-    // with Shift and Alt the arrows move and resize the box of the selected track
-    if (next === null || event.shiftKey || event.altKey) return;
-    event.preventDefault();
-    event.stopPropagation();
-    openTrack(app, order[next].key);
-  }, { signal });
+  list.addEventListener(
+    'click',
+    (event) => {
+      const row = /** @type {HTMLElement} */ (event.target).closest('[data-key]');
+      if (row instanceof HTMLElement && row.dataset.key && !mark(app, row.dataset.key)) openTrack(app, row.dataset.key);
+    },
+    { signal },
+  );
+  scroller.addEventListener(
+    'keydown',
+    (event) => {
+      const at = order.findIndex((entry) => entry.key === state?.review?.selected);
+      const next = stepTo(event.key, at, order.length, { page: Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1) });
+      // with Shift and Alt the arrows move and resize the box of the selected track
+      if (next === null || event.shiftKey || event.altKey) return;
+      event.preventDefault();
+      event.stopPropagation();
+      openTrack(app, order[next].key);
+    },
+    { signal },
+  );
   scroller.addEventListener('scroll', later, { signal, passive: true });
   const observer = new ResizeObserver(later);
   observer.observe(scroller);
@@ -101,7 +155,15 @@ export function createQueue(app) {
         rows.set(entry.key, row);
         list.append(row.element);
       }
-      row.update(entry, state.labels, { place: i, size: order.length, top: i * rowHeight, height: rowHeight, selected: entry.key === review.selected, marked: review.marked.includes(entry.key), hint: extendHint(review.tracks, entry, video) });
+      row.update(entry, state.labels, {
+        place: i,
+        size: order.length,
+        top: i * rowHeight,
+        height: rowHeight,
+        selected: entry.key === review.selected,
+        marked: review.marked.includes(entry.key),
+        hint: extendHint(review.tracks, entry, video),
+      });
     }
     const chosen = review.selected === null ? undefined : rows.get(review.selected);
     setAttribute(scroller, 'aria-activedescendant', chosen?.element.id);
@@ -125,7 +187,12 @@ export function createQueue(app) {
       const elsewhere = state?.videos !== next.videos;
       state = next;
       if (review === null) return;
-      const data = !before || before.tracks !== review.tracks || before.docs !== review.docs || before.run?.state !== review.run?.state || before.timebase !== review.timebase;
+      const data =
+        !before ||
+        before.tracks !== review.tracks ||
+        before.docs !== review.docs ||
+        before.run?.state !== review.run?.state ||
+        before.timebase !== review.timebase;
       const turned = data || !labelled || before.filter !== review.filter;
       if (turned || elsewhere) end.update(next, queueCounts(trackEntries(review.tracks, review.docs)));
       if (!turned && before?.selected === review.selected && before?.marked === review.marked) return;
@@ -135,7 +202,10 @@ export function createQueue(app) {
         const counts = queueCounts(entries);
         const done = counts.total > 0 ? (counts.total - counts.left) / counts.total : 0;
         setText(left, review.tracks === null ? '' : `${count(counts.left)} left`);
-        setText(shown, order.length === counts.total ? `of ${count(counts.total)}` : `${count(order.length)} of ${count(counts.total)} shown`);
+        setText(
+          shown,
+          order.length === counts.total ? `of ${count(counts.total)}` : `${count(order.length)} of ${count(counts.total)} shown`,
+        );
         judge.hidden = order.length < 2;
         const gone = deletedTracks(review.docs).length;
         deleted.hidden = gone === 0;

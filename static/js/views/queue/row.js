@@ -25,12 +25,18 @@ export function createRow(key) {
   const score = h('span', { class: 'queue-score truncate small muted', title: 'Best score of its detections' });
   const uncertainty = h('span', { class: 'queue-uncertainty' }, h('span'));
   const uncertaintyText = h('span', { class: 'small queue-uncertainty-text' });
-  const element = h('div', { class: 'queue-row', role: 'option', id: `queue-${key}`, dataset: { key } },
+  const element = h(
+    'div',
+    { class: 'queue-row', role: 'option', id: `queue-${key}`, dataset: { key } },
     picture,
-    h('span', { class: 'queue-text' },
+    h(
+      'span',
+      { class: 'queue-text' },
       h('span', { class: 'queue-line' }, name, number, h('span', { class: 'grow' }), badge),
       h('span', { class: 'queue-reasons' }, reasons),
-      h('span', { class: 'queue-line' }, span, score, h('span', { class: 'grow' }), uncertaintyText, uncertainty)));
+      h('span', { class: 'queue-line' }, span, score, h('span', { class: 'grow' }), uncertaintyText, uncertainty),
+    ),
+  );
   return {
     element,
     /**
@@ -50,7 +56,10 @@ export function createRow(key) {
       showPicture(picture, address);
       setText(name, label?.name ?? entry.word ?? (entry.class_id === NO_CLASS ? 'Not in the set' : 'No label yet'));
       setAttribute(name, 'title', entry.word === null ? null : `What the engine calls it; the label set has no such label`);
-      setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.ignore ? ' · ignored' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
+      setText(
+        number,
+        `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.ignore ? ' · ignored' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`,
+      );
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;
       const reasonsAndHint = view.hint ? [...entry.reasons, view.hint] : entry.reasons;

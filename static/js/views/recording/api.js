@@ -1,8 +1,8 @@
 // @ts-check
 /** What the recording view asks the server for. */
 
-import {createSend, readJson} from '../../api/http.js';
-import {expectList, expectObject} from '../../api/shapes.js';
+import { createSend, readJson } from '../../api/http.js';
+import { expectList, expectObject } from '../../api/shapes.js';
 
 /**
  * A recording as the server lists it.
@@ -20,30 +20,42 @@ import {expectList, expectObject} from '../../api/shapes.js';
 /** @typedef {{first: number, stop: number, frame: number|null, track: string|null}} RecordingOrder */
 /** @typedef {ReturnType<typeof createRecordingApi>} RecordingApi */
 
-const RECORDING = /** @type {const} */ ({id: 'string', name: 'string', state: 'string', options: 'object'});
+const RECORDING = /** @type {const} */ ({ id: 'string', name: 'string', state: 'string', options: 'object' });
 /** The first look at the viewer takes it out of the SDK, ms. */
 const VIEWER_WAIT = 120_000;
 
 /** @param {{base: string, signal?: AbortSignal, fetch?: typeof fetch}} setup   base: of the API */
-export function createRecordingApi({base, signal, fetch = globalThis.fetch.bind(globalThis)}) {
-  const send = createSend({base, fetch, signal});
-  const outside = createSend({base: '', fetch, signal});
+export function createRecordingApi({ base, signal, fetch = globalThis.fetch.bind(globalThis) }) {
+  const send = createSend({ base, fetch, signal });
+  const outside = createSend({ base: '', fetch, signal });
   const e = encodeURIComponent;
   return {
     /** Recordings of a run, the newest first. @param {string} run @returns {Promise<Recording[]>} */
     list: async (run) => {
-      const answer = expectObject('GET /outputs', await readJson(await send('/outputs', {query: {kind: 'recording', run}})), {outputs: 'array'});
+      const answer = expectObject('GET /outputs', await readJson(await send('/outputs', { query: { kind: 'recording', run } })), {
+        outputs: 'array',
+      });
       return expectList('GET /outputs', answer.outputs, RECORDING);
     },
     /** @param {string} id @returns {Promise<Recording>} */
     get: async (id) => expectObject('GET /outputs/…', await readJson(await send(`/outputs/${e(id)}`)), RECORDING),
     /** @param {string} run @param {RecordingOrder} order @returns {Promise<Recording>} */
-    make: async (run, order) => expectObject('POST /runs/…/recordings', await readJson(await send(`/runs/${e(run)}/recordings`, {method: 'POST', body: order})), RECORDING),
+    make: async (run, order) =>
+      expectObject(
+        'POST /runs/…/recordings',
+        await readJson(await send(`/runs/${e(run)}/recordings`, { method: 'POST', body: order })),
+        RECORDING,
+      ),
     /** @param {string} id @returns {string} address of the file, for people */
     downloadUrl: (id) => `${base}/outputs/${e(id)}/download`,
     /** @param {string} id @returns {string} address of the file, for the viewer */
     viewerUrl: (id) => `/rerun/recordings/${e(id)}.rrd`,
     /** @returns {Promise<ViewerState>} */
-    viewer: async () => expectObject('GET /rerun/state', await readJson(await outside('/rerun/state', {timeout: VIEWER_WAIT})), {ready: 'boolean', version: 'string', message: 'string'}),
+    viewer: async () =>
+      expectObject('GET /rerun/state', await readJson(await outside('/rerun/state', { timeout: VIEWER_WAIT })), {
+        ready: 'boolean',
+        version: 'string',
+        message: 'string',
+      }),
   };
 }

@@ -8,7 +8,7 @@
 export const AROUND = 300;
 
 /** @param {Range} range @param {number} frame */
-export const covers = ({first, stop}, frame) => first <= frame && frame < stop;
+export const covers = ({ first, stop }, frame) => first <= frame && frame < stop;
 
 /**
  * The recording that shows a frame best: the newest finished one that has it.
@@ -30,8 +30,8 @@ export const recordingFor = (recordings, frame) =>
 export function rangeAround(frame, run) {
   if (run.stop <= run.first) return null;
   const first = Math.max(run.first, Math.min(frame - AROUND / 2, run.stop - AROUND));
-  return {first, stop: Math.min(run.stop, first + AROUND)};
+  return { first, stop: Math.min(run.stop, first + AROUND) };
 }
 
 /** The frames that a run has stored. @param {import('../../types.js').Run} run @returns {Range} */
-export const framesOf = (run) => ({first: run.first, stop: run.first + run.frames_done});
+export const framesOf = (run) => ({ first: run.first, stop: run.first + run.frames_done });

@@ -4,8 +4,8 @@
  * it. What is sent and received: `messages.js`.
  */
 
-import {readMessage} from './messages.js';
-import {seekRequest, selectRequest} from './protocol.js';
+import { readMessage } from './messages.js';
+import { seekRequest, selectRequest } from './protocol.js';
 
 /** @typedef {import('./messages.js').ToFrame} ToFrame */
 /** @typedef {import('./messages.js').FromFrame} FromFrame */
@@ -56,7 +56,7 @@ function fail(reason, message) {
   broken = true;
   canvas.hidden = true;
   note.textContent = message;
-  tell({type: 'failed', reason, message});
+  tell({ type: 'failed', reason, message });
 }
 
 /** @param {string} source @returns {Promise<void>} */
@@ -101,17 +101,19 @@ async function start(version, theme, url) {
   /* global wasm_bindgen -- of that classic script */
   // @ts-expect-error - it has no types
   const bindgen = /** @type {any} */ (wasm_bindgen);
-  await bindgen({module_or_path: fetch(`${base}/re_viewer_bg.wasm`)});
-  handle = /** @type {WebHandle} */ (new bindgen.WebHandle({
-    url: [],
-    render_backend: 'webgl',
-    hide_welcome_screen: true,
-    enable_history: false,
-    notebook: false,
-    persist: false,
-    theme,
-    on_viewer_event: received,
-  }));
+  await bindgen({ module_or_path: fetch(`${base}/re_viewer_bg.wasm`) });
+  handle = /** @type {WebHandle} */ (
+    new bindgen.WebHandle({
+      url: [],
+      render_backend: 'webgl',
+      hide_welcome_screen: true,
+      enable_history: false,
+      notebook: false,
+      persist: false,
+      theme,
+      on_viewer_event: received,
+    })
+  );
   canvas.hidden = false;
   await handle.start(canvas);
   // The viewer itself fetches without credentials, so it is handed the bytes.
@@ -137,7 +139,7 @@ function received(text) {
     return;
   }
   if (event.type === 'recording_open') {
-    opening = {type: 'opened', application: String(event.application_id), recording: String(event.recording_id)};
+    opening = { type: 'opened', application: String(event.application_id), recording: String(event.recording_id) };
     setTimeout(announce, LONGEST_OPENING);
   } else if (event.type === 'timeline_change') {
     timeline = String(event.timeline);
@@ -146,7 +148,11 @@ function received(text) {
     receivedTime(Number(event.time));
   } else if (event.type === 'selection_change') {
     const item = event.items?.find((/** @type {any} */ one) => one.type === 'entity');
-    tell({type: 'selected', entity: item ? String(item.entity_path) : null, instance: typeof item?.instance_id === 'number' ? item.instance_id : null});
+    tell({
+      type: 'selected',
+      entity: item ? String(item.entity_path) : null,
+      instance: typeof item?.instance_id === 'number' ? item.instance_id : null,
+    });
   }
 }
 
@@ -170,7 +176,7 @@ function receivedTime(time) {
   }
   if (frame === reported) return;
   reported = frame;
-  tell({type: 'time', frame});
+  tell({ type: 'time', frame });
 }
 
 /** @param {number} frame */
@@ -203,11 +209,12 @@ addEventListener('message', (event) => {
   if (!message || broken) return;
   /** @param {unknown} thrown */
   const failed = (thrown) => {
-    if (message.type === 'start') fail('failed', `The viewer cannot be started: ${thrown instanceof Error ? thrown.message : String(thrown)}.`);
-    else tell({type: 'refused', what: message.type, message: thrown instanceof Error ? thrown.message : String(thrown)});
+    if (message.type === 'start')
+      fail('failed', `The viewer cannot be started: ${thrown instanceof Error ? thrown.message : String(thrown)}.`);
+    else tell({ type: 'refused', what: message.type, message: thrown instanceof Error ? thrown.message : String(thrown) });
   };
   if (message.type === 'start') start(message.version, message.theme, message.url).catch(failed);
   else if (message.type === 'seek') seek(message.frame).catch(failed);
   else select(message.entity).catch(failed);
 });
-tell({type: 'ready'});
+tell({ type: 'ready' });

@@ -6,17 +6,17 @@
  * file is offered.
  */
 
-import {sentence} from '../../api/errors.js';
-import {seek, select} from '../../store/actions/review.js';
-import {fill, h, reconcile, setText} from '../dom.js';
-import {emptyState, waiting} from '../empty.js';
-import {count, plural} from '../../model/format.js';
-import {icon} from '../icons.js';
-import {isActive} from '../output-words.js';
-import {createRecordingApi} from './api.js';
-import {covers, framesOf, rangeAround, recordingFor} from './choice.js';
-import {entityOf, recordedKeys, trackOf} from './selection.js';
-import {createStage} from './stage.js';
+import { sentence } from '../../api/errors.js';
+import { seek, select } from '../../store/actions/review.js';
+import { fill, h, reconcile, setText } from '../dom.js';
+import { emptyState, waiting } from '../empty.js';
+import { count, plural } from '../../model/format.js';
+import { icon } from '../icons.js';
+import { isActive } from '../output-words.js';
+import { createRecordingApi } from './api.js';
+import { covers, framesOf, rangeAround, recordingFor } from './choice.js';
+import { entityOf, recordedKeys, trackOf } from './selection.js';
+import { createStage } from './stage.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('./api.js').Recording} Recording */
@@ -31,7 +31,7 @@ const LOOK = 400;
 export function createRecordingView(app) {
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const api = createRecordingApi({base: app.api.base, signal});
+  const api = createRecordingApi({ base: app.api.base, signal });
   /** @type {State|null} */
   let state = null;
   /** The run whose recordings are listed. @type {string|null} */
@@ -49,15 +49,23 @@ export function createRecordingView(app) {
   /** @type {{frame: number, stop: number}|null} */
   let offered = null;
 
-  const choose = h('select', {class: 'input recording-choose', 'aria-label': 'Recording', onchange: () => {
-    const chosen = recordings?.find(({id}) => id === choose.value);
-    if (chosen) void show(chosen);
-  }});
-  const record = h('button', {class: 'btn', type: 'button', onclick: () => void make()}, icon('film'), 'Record around this frame');
-  const download = h('a', {class: 'btn', download: '', hidden: true, title: 'Opens in a stand-alone viewer of the same version: rerun FILE.rrd'}, 'Download');
-  const notice = h('p', {class: 'recording-notice small', role: 'status'});
-  const body = h('div', {class: 'recording-body'});
-  const element = h('div', {class: 'recording'}, h('div', {class: 'recording-bar'}, choose, record, download, notice), body);
+  const choose = h('select', {
+    class: 'input recording-choose',
+    'aria-label': 'Recording',
+    onchange: () => {
+      const chosen = recordings?.find(({ id }) => id === choose.value);
+      if (chosen) void show(chosen);
+    },
+  });
+  const record = h('button', { class: 'btn', type: 'button', onclick: () => void make() }, icon('film'), 'Record around this frame');
+  const download = h(
+    'a',
+    { class: 'btn', download: '', hidden: true, title: 'Opens in a stand-alone viewer of the same version: rerun FILE.rrd' },
+    'Download',
+  );
+  const notice = h('p', { class: 'recording-notice small', role: 'status' });
+  const body = h('div', { class: 'recording-body' });
+  const element = h('div', { class: 'recording' }, h('div', { class: 'recording-bar' }, choose, record, download, notice), body);
 
   const frame = () => state?.review?.frame ?? 0;
 
@@ -65,10 +73,16 @@ export function createRecordingView(app) {
   function failed(thrown, retry) {
     if (signal.aborted) return;
     leave();
-    fill(body, emptyState({
-      icon: 'alert', error: true, title: 'This did not work', text: typeof thrown === 'string' ? thrown : sentence(thrown),
-      actions: [retry ? h('button', {class: 'btn', type: 'button', onclick: retry}, icon('refresh'), 'Try again') : null],
-    }));
+    fill(
+      body,
+      emptyState({
+        icon: 'alert',
+        error: true,
+        title: 'This did not work',
+        text: typeof thrown === 'string' ? thrown : sentence(thrown),
+        actions: [retry ? h('button', { class: 'btn', type: 'button', onclick: retry }, icon('refresh'), 'Try again') : null],
+      }),
+    );
   }
 
   function leave() {
@@ -82,7 +96,7 @@ export function createRecordingView(app) {
     run = id;
     recordings = current = null;
     leave();
-    fill(body, waiting('The recordings are listed', {signal}));
+    fill(body, waiting('The recordings are listed', { signal }));
     try {
       const found = await api.list(id);
       if (run !== id || signal.aborted) return;
@@ -100,24 +114,36 @@ export function createRecordingView(app) {
     leave();
     current = null;
     const range = wanted();
-    fill(body, emptyState({
-      icon: 'film', title: range ? 'No recording has this frame yet' : 'The run has no frames yet',
-      text: range
-        ? `A recording holds the picture, all boxes, the gate's factors, votes and events of ${plural(range.stop - range.first, 'frame')} in one file, for the Rerun viewer. It takes a second or two.`
-        : 'Wait until it has stored its first frames.',
-      actions: [range ? h('button', {class: 'btn btn-primary', type: 'button', onclick: () => void make()}, `Record frames ${count(range.first)} to ${count(range.stop - 1)}`) : null],
-    }));
+    fill(
+      body,
+      emptyState({
+        icon: 'film',
+        title: range ? 'No recording has this frame yet' : 'The run has no frames yet',
+        text: range
+          ? `A recording holds the picture, all boxes, the gate's factors, votes and events of ${plural(range.stop - range.first, 'frame')} in one file, for the Rerun viewer. It takes a second or two.`
+          : 'Wait until it has stored its first frames.',
+        actions: [
+          range
+            ? h(
+                'button',
+                { class: 'btn btn-primary', type: 'button', onclick: () => void make() },
+                `Record frames ${count(range.first)} to ${count(range.stop - 1)}`,
+              )
+            : null,
+        ],
+      }),
+    );
     refresh();
   }
 
-  const wanted = () => state?.review?.run ? rangeAround(frame(), framesOf(state.review.run)) : null;
+  const wanted = () => (state?.review?.run ? rangeAround(frame(), framesOf(state.review.run)) : null);
 
   async function make() {
     const range = wanted();
     const id = run;
     if (!range || !id) return;
     try {
-      const made = await api.make(id, {...range, frame: frame(), track: state?.review?.selected ?? null});
+      const made = await api.make(id, { ...range, frame: frame(), track: state?.review?.selected ?? null });
       if (run !== id || signal.aborted) return;
       recordings = [made, ...(recordings ?? [])];
       await show(made);
@@ -135,7 +161,7 @@ export function createRecordingView(app) {
     const left = () => signal.aborted || run !== id || current?.id !== recording.id;
     try {
       let now = recording;
-      if (isActive(now)) fill(body, waiting('The recording is made', {signal}));
+      if (isActive(now)) fill(body, waiting('The recording is made', { signal }));
       while (isActive(now)) {
         await new Promise((resolve) => setTimeout(resolve, LOOK));
         if (left()) return;
@@ -143,13 +169,13 @@ export function createRecordingView(app) {
         if (left()) return;
       }
       current = now;
-      recordings = (recordings ?? []).map((one) => one.id === now.id ? now : one);
+      recordings = (recordings ?? []).map((one) => (one.id === now.id ? now : one));
       refresh();
       if (now.state !== 'complete') {
         failed(now.error ?? 'The recording was cancelled.', () => void make());
         return;
       }
-      fill(body, waiting('The viewer is prepared', {signal, after: 60_000}));
+      fill(body, waiting('The viewer is prepared', { signal, after: 60_000 }));
       const viewer = await api.viewer();
       if (left()) return;
       if (viewer.ready) open(now, viewer.version);
@@ -161,7 +187,7 @@ export function createRecordingView(app) {
 
   /** @param {Recording} recording @param {string} version */
   function open(recording, version) {
-    const veil = h('div', {class: 'recording-veil'}, waiting('The viewer starts', {signal, after: 60_000}));
+    const veil = h('div', { class: 'recording-veil' }, waiting('The viewer starts', { signal, after: 60_000 }));
     stage = createStage({
       version,
       url: api.viewerUrl(recording.id),
@@ -188,10 +214,15 @@ export function createRecordingView(app) {
   /** The file, where the viewer cannot be shown. @param {Recording} recording @param {string} message */
   function instead(recording, message) {
     leave();
-    fill(body, emptyState({
-      icon: 'film', title: 'The viewer cannot be shown here', text: `${message} The recording is complete: open the file in a stand-alone viewer with "rerun ${recording.name}".`,
-      actions: [h('a', {class: 'btn btn-primary', href: api.downloadUrl(recording.id), download: ''}, 'Download the recording')],
-    }));
+    fill(
+      body,
+      emptyState({
+        icon: 'film',
+        title: 'The viewer cannot be shown here',
+        text: `${message} The recording is complete: open the file in a stand-alone viewer with "rerun ${recording.name}".`,
+        actions: [h('a', { class: 'btn btn-primary', href: api.downloadUrl(recording.id), download: '' }, 'Download the recording')],
+      }),
+    );
   }
 
   /** Bring the viewer to where the review screen is. */
@@ -209,9 +240,15 @@ export function createRecordingView(app) {
 
   function refresh() {
     const listed = (recordings ?? []).filter((one) => one.state === 'complete' || isActive(one));
-    reconcile(choose, listed, ({id}) => id, ({id}) => h('option', {value: id}), (option, {options, state: how}) => {
-      setText(option, `Frames ${count(options.first)}–${count(options.stop - 1)}${how === 'complete' ? '' : ' (being made)'}`);
-    });
+    reconcile(
+      choose,
+      listed,
+      ({ id }) => id,
+      ({ id }) => h('option', { value: id }),
+      (option, { options, state: how }) => {
+        setText(option, `Frames ${count(options.first)}–${count(options.stop - 1)}${how === 'complete' ? '' : ' (being made)'}`);
+      },
+    );
     choose.hidden = listed.length === 0;
     choose.value = current?.id ?? '';
     download.hidden = current?.state !== 'complete';
@@ -226,8 +263,8 @@ export function createRecordingView(app) {
   /** Recordings that were made or removed elsewhere on the page. @param {import('../../types.js').Output[]} outputs */
   function receive(outputs) {
     if (recordings === null) return;
-    const found = /** @type {any[]} */ (outputs.filter(({kind, run_id: of}) => kind === 'recording' && of === run));
-    const news = (/** @type {readonly {id: string, state: string}[]} */ list) => list.map(({id, state: how}) => id + how).join();
+    const found = /** @type {any[]} */ (outputs.filter(({ kind, run_id: of }) => kind === 'recording' && of === run));
+    const news = (/** @type {readonly {id: string, state: string}[]} */ list) => list.map(({ id, state: how }) => id + how).join();
     if (news(found) === news(recordings)) return;
     recordings = found;
     if (current === null) reoffer();
@@ -270,10 +307,10 @@ export function createRecordingView(app) {
     }
     const range = wanted();
     if (range?.first === offered?.frame && range?.stop === offered?.stop) return;
-    offered = range && {frame: range.first, stop: range.stop};
+    offered = range && { frame: range.first, stop: range.stop };
     offer();
   }
 }
 
 /** @param {Recording} recording @param {number} frame */
-const clamp = ({options}, frame) => Math.max(options.first, Math.min(options.stop - 1, frame));
+const clamp = ({ options }, frame) => Math.max(options.first, Math.min(options.stop - 1, frame));

@@ -9,11 +9,11 @@
 
 /** Field numbers, as in the descriptor: message -> field -> number. */
 export const FIELDS = Object.freeze({
-  ViewerControlRequest: Object.freeze({open: 4, set_time_cursor: 6}),
-  SetTimeCursorRequest: Object.freeze({timeline: 2, time: 3, play_state: 5}),
-  OpenRequest: Object.freeze({url: 1}),
-  Timeline: Object.freeze({name: 1}),
-  TimelineTime: Object.freeze({time: 1}),
+  ViewerControlRequest: Object.freeze({ open: 4, set_time_cursor: 6 }),
+  SetTimeCursorRequest: Object.freeze({ timeline: 2, time: 3, play_state: 5 }),
+  OpenRequest: Object.freeze({ url: 1 }),
+  Timeline: Object.freeze({ name: 1 }),
+  TimelineTime: Object.freeze({ time: 1 }),
 });
 /** `PLAY_STATE_PAUSED` */
 export const PAUSED = 1;

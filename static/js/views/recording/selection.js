@@ -1,7 +1,7 @@
 // @ts-check
 /** Which track an entity of a recording is about, and the other way round. Pure. */
 
-import {shownSigns} from '../../review/shown_tracks.js';
+import { shownSigns } from '../../review/shown_tracks.js';
 
 /** @typedef {import('../../types.js').Overlay} Overlay */
 
@@ -33,7 +33,7 @@ export function trackOf(entity, instance, overlay, corrected = []) {
  * @returns {string[]}
  */
 export function recordedKeys(review) {
-  const keys = shownSigns(review).map(({key}) => key);
+  const keys = shownSigns(review).map(({ key }) => key);
   const engine = keys.filter((key) => key.startsWith('m')).sort((a, b) => Number(a.slice(1)) - Number(b.slice(1)));
   return [...engine, ...keys.filter((key) => !key.startsWith('m')).sort()];
 }
@@ -58,14 +58,27 @@ export function entityOf(key, overlay) {
  * @param {Overlay} overlay
  * @returns {(number|null)[]}
  */
-function idsOf(layer, {tracks, detections}) {
+function idsOf(layer, { tracks, detections }) {
   /** @param {(track: import('../../types.js').OverlayTrack) => unknown} has */
-  const sorted = (has) => tracks.filter(has).map(({id}) => id).sort((a, b) => a - b);
+  const sorted = (has) =>
+    tracks
+      .filter(has)
+      .map(({ id }) => id)
+      .sort((a, b) => a - b);
   switch (layer) {
-    case 'results': return tracks.map(({id}) => id);
-    case 'detections': case 'detections_raw': return detections.map(({track}) => track);
-    case 'predictions': case 'innovation': return sorted(({prediction}) => prediction !== null);
-    case 'search': case 'relocalisations': case 'runner_up': return sorted(({relocalisation}) => relocalisation !== null);
-    default: return [];
+    case 'results':
+      return tracks.map(({ id }) => id);
+    case 'detections':
+    case 'detections_raw':
+      return detections.map(({ track }) => track);
+    case 'predictions':
+    case 'innovation':
+      return sorted(({ prediction }) => prediction !== null);
+    case 'search':
+    case 'relocalisations':
+    case 'runner_up':
+      return sorted(({ relocalisation }) => relocalisation !== null);
+    default:
+      return [];
   }
 }

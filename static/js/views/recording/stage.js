@@ -1,8 +1,8 @@
 // @ts-check
 /** The frame that holds the viewer: one recording, a time cursor and a selection that follow each other. */
 
-import {h} from '../dom.js';
-import {readMessage} from './messages.js';
+import { h } from '../dom.js';
+import { readMessage } from './messages.js';
 
 /** @typedef {import('./messages.js').ToFrame} ToFrame */
 /** @typedef {import('./messages.js').FromFrame} FromFrame */
@@ -34,9 +34,9 @@ const HEARD = ['ready', 'opened', 'time', 'selected', 'refused', 'failed'];
  * @param {(message: string) => void} options.failed
  * @returns {Stage}
  */
-export function createStage({version, url, theme, frame, opened, moved, selected, failed}) {
+export function createStage({ version, url, theme, frame, opened, moved, selected, failed }) {
   const ended = new AbortController();
-  const element = h('iframe', {class: 'recording-stage', src: '/rerun/viewer.html', title: 'Rerun viewer'});
+  const element = h('iframe', { class: 'recording-stage', src: '/rerun/viewer.html', title: 'Rerun viewer' });
   let wanted = frame;
   /** Where the viewer is, as far as it is known. @type {number|null} */
   let there = null;
@@ -57,19 +57,19 @@ export function createStage({version, url, theme, frame, opened, moved, selected
     timer = undefined;
     if (!open || ended.signal.aborted || wanted === there) return;
     there = wanted;
-    post({type: 'seek', frame: wanted});
+    post({ type: 'seek', frame: wanted });
     timer = setTimeout(flush, PAUSE);
   }
 
   /** @param {FromFrame} message */
   function received(message) {
     if (message.type === 'ready') {
-      post({type: 'start', version, theme, url});
+      post({ type: 'start', version, theme, url });
     } else if (message.type === 'opened') {
       open = true;
       settled = performance.now() + SETTLES;
       flush();
-      if (entity !== null) post({type: 'select', entity});
+      if (entity !== null) post({ type: 'select', entity });
       opened();
     } else if (message.type === 'time') {
       // Before the first seek has arrived, the viewer tells where it opens by itself.
@@ -84,24 +84,41 @@ export function createStage({version, url, theme, frame, opened, moved, selected
   }
 
   // The viewer takes the keyboard when it starts. Until a person goes there, by pointer or by Tab, it is the page's.
-  document.addEventListener('focusin', ({target}) => {
-    if (target !== element) held = target;
-  }, {signal: ended.signal});
-  document.addEventListener('keydown', ({key}) => {
-    if (key === 'Tab') tabbed = performance.now();
-  }, {signal: ended.signal, capture: true});
-  addEventListener('blur', () => setTimeout(() => {
-    const theirs = element.matches(':hover') || performance.now() - tabbed < BY_TAB;
-    if (performance.now() > settled || document.activeElement !== element || theirs) return;
-    if (held instanceof HTMLElement && held !== document.body && held.isConnected) held.focus({preventScroll: true});
-    else element.blur();
-  }), {signal: ended.signal});
+  document.addEventListener(
+    'focusin',
+    ({ target }) => {
+      if (target !== element) held = target;
+    },
+    { signal: ended.signal },
+  );
+  document.addEventListener(
+    'keydown',
+    ({ key }) => {
+      if (key === 'Tab') tabbed = performance.now();
+    },
+    { signal: ended.signal, capture: true },
+  );
+  addEventListener(
+    'blur',
+    () =>
+      setTimeout(() => {
+        const theirs = element.matches(':hover') || performance.now() - tabbed < BY_TAB;
+        if (performance.now() > settled || document.activeElement !== element || theirs) return;
+        if (held instanceof HTMLElement && held !== document.body && held.isConnected) held.focus({ preventScroll: true });
+        else element.blur();
+      }),
+    { signal: ended.signal },
+  );
 
-  addEventListener('message', (event) => {
-    if (event.origin !== location.origin || event.source !== element.contentWindow) return;
-    const message = readMessage(event.data, HEARD);
-    if (message) received(/** @type {FromFrame} */ (message));
-  }, {signal: ended.signal});
+  addEventListener(
+    'message',
+    (event) => {
+      if (event.origin !== location.origin || event.source !== element.contentWindow) return;
+      const message = readMessage(event.data, HEARD);
+      if (message) received(/** @type {FromFrame} */ (message));
+    },
+    { signal: ended.signal },
+  );
 
   return {
     element,
@@ -111,7 +128,7 @@ export function createStage({version, url, theme, frame, opened, moved, selected
     },
     select(path) {
       entity = path;
-      if (open) post({type: 'select', entity: path});
+      if (open) post({ type: 'select', entity: path });
     },
     destroy() {
       ended.abort();

@@ -6,13 +6,13 @@
  * of the server, which `main.js` hands on as `tsr:scene3d`. Without WebGL the scene is offered as a file.
  */
 
-import {sentence} from '../../api/errors.js';
-import {seek, select} from '../../store/actions/review.js';
-import {fill, h} from '../dom.js';
-import {emptyState, waiting} from '../empty.js';
-import {icon} from '../icons.js';
-import {createScene3dApi} from './api.js';
-import {createFollower} from '../follower.js';
+import { sentence } from '../../api/errors.js';
+import { seek, select } from '../../store/actions/review.js';
+import { fill, h } from '../dom.js';
+import { emptyState, waiting } from '../empty.js';
+import { icon } from '../icons.js';
+import { createScene3dApi } from './api.js';
+import { createFollower } from '../follower.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('./api.js').Mode} Mode */
@@ -22,9 +22,9 @@ import {createFollower} from '../follower.js';
 const LOOK = 500;
 /** @type {{id: Mode, title: string}[]} */
 const MODES = [
-  {id: 'volume', title: 'Space-time volume'},
-  {id: 'prior', title: 'Spatial prior'},
-  {id: 'drive', title: 'Metric drive'},
+  { id: 'volume', title: 'Space-time volume' },
+  { id: 'prior', title: 'Spatial prior' },
+  { id: 'drive', title: 'Metric drive' },
 ];
 
 /**
@@ -32,10 +32,10 @@ const MODES = [
  * @param {{webgl?: () => boolean}} [setup]
  * @returns {import('../../page-types.js').View}
  */
-export function createScene3dView(app, {webgl = hasWebgl} = {}) {
+export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const api = createScene3dApi({base: app.api.base, signal});
+  const api = createScene3dApi({ base: app.api.base, signal });
   /** The run that is shown or being opened. @type {string|null} */
   let run = null;
   /** @type {Space|null} */
@@ -48,37 +48,62 @@ export function createScene3dView(app, {webgl = hasWebgl} = {}) {
   let sent = '';
   let saving = false;
 
-  const buttons = MODES.map(({id, title}) => {
-    const button = h('button', {class: 'btn', type: 'button', 'aria-pressed': 'false', dataset: {mode: id}, onclick: () => choose(id)}, title);
+  const buttons = MODES.map(({ id, title }) => {
+    const button = h(
+      'button',
+      { class: 'btn', type: 'button', 'aria-pressed': 'false', dataset: { mode: id }, onclick: () => choose(id) },
+      title,
+    );
     return button;
   });
-  const save = h('button', {class: 'btn', type: 'button', title: 'One HTML file that needs no server and no network', onclick: () => void keep()}, icon('saved'), 'Save as file');
-  const notice = h('p', {class: 'scene3d-notice small', role: 'status'});
-  const body = h('div', {class: 'scene3d-body'});
-  const element = h('div', {class: 'scene3d'},
-    h('div', {class: 'scene3d-bar'}, h('div', {class: 'scene3d-modes', role: 'group', 'aria-label': 'Scene'}, ...buttons), save, notice), body);
+  const save = h(
+    'button',
+    { class: 'btn', type: 'button', title: 'One HTML file that needs no server and no network', onclick: () => void keep() },
+    icon('saved'),
+    'Save as file',
+  );
+  const notice = h('p', { class: 'scene3d-notice small', role: 'status' });
+  const body = h('div', { class: 'scene3d-body' });
+  const element = h(
+    'div',
+    { class: 'scene3d' },
+    h(
+      'div',
+      { class: 'scene3d-bar' },
+      h('div', { class: 'scene3d-modes', role: 'group', 'aria-label': 'Scene' }, ...buttons),
+      save,
+      notice,
+    ),
+    body,
+  );
   press();
 
   const follower = createFollower(
-    async (/** @type {{run: string, cursor: import('./api.js').Cursor}} */ {run: id, cursor}) => api.move(id, cursor),
-    {failed: (thrown) => {
-      if (!signal.aborted) fill(notice, sentence(thrown));
-    }},
+    async (/** @type {{run: string, cursor: import('./api.js').Cursor}} */ { run: id, cursor }) => api.move(id, cursor),
+    {
+      failed: (thrown) => {
+        if (!signal.aborted) fill(notice, sentence(thrown));
+      },
+    },
   );
 
-  addEventListener('tsr:scene3d', (event) => {
-    const {detail} = /** @type {CustomEvent} */ (event);
-    if (!scene3d || detail?.view !== scene3d.view) return;
-    if (detail.mode) {
-      mode = detail.mode;
-      press();
-      sent = key();
-    }
-    if (detail.track) {
-      app.store.dispatch((now) => seek(select(now, detail.track), detail.frame));
-      sent = key();
-    }
-  }, {signal});
+  addEventListener(
+    'tsr:scene3d',
+    (event) => {
+      const { detail } = /** @type {CustomEvent} */ (event);
+      if (!scene3d || detail?.view !== scene3d.view) return;
+      if (detail.mode) {
+        mode = detail.mode;
+        press();
+        sent = key();
+      }
+      if (detail.track) {
+        app.store.dispatch((now) => seek(select(now, detail.track), detail.frame));
+        sent = key();
+      }
+    },
+    { signal },
+  );
 
   function press() {
     for (const button of buttons) button.setAttribute('aria-pressed', String(button.dataset.mode === mode));
@@ -101,32 +126,61 @@ export function createScene3dView(app, {webgl = hasWebgl} = {}) {
     sent = '';
     fill(notice);
     if (!webgl()) {
-      offer('Without WebGL the browser cannot draw in three dimensions', 'Switch hardware acceleration on in its settings, or save the scene as a file and open it in another browser.');
+      offer(
+        'Without WebGL the browser cannot draw in three dimensions',
+        'Switch hardware acceleration on in its settings, or save the scene as a file and open it in another browser.',
+      );
       return;
     }
-    fill(body, waiting('The 3-D view is opened', {signal, retry: () => void open(id)}));
+    fill(body, waiting('The 3-D view is opened', { signal, retry: () => void open(id) }));
     try {
       const found = await api.scene3d(id, null);
       if (run !== id || signal.aborted) return;
       scene3d = found;
       follow();
-      const frame = h('iframe', {class: 'scene3d-frame', src: found.url, title: 'Scene in three dimensions', allow: 'fullscreen', referrerpolicy: 'no-referrer'});
-      frame.addEventListener('load', () => {
-        if (run === id && isCoarse(frame)) fill(notice, 'No graphics card draws here, so the scene is coarser and slower.');
-      }, {signal});
+      const frame = h('iframe', {
+        class: 'scene3d-frame',
+        src: found.url,
+        title: 'Scene in three dimensions',
+        allow: 'fullscreen',
+        referrerpolicy: 'no-referrer',
+      });
+      frame.addEventListener(
+        'load',
+        () => {
+          if (run === id && isCoarse(frame)) fill(notice, 'No graphics card draws here, so the scene is coarser and slower.');
+        },
+        { signal },
+      );
       fill(body, frame);
     } catch (thrown) {
       if (run !== id || signal.aborted) return;
-      fill(body, emptyState({
-        icon: 'alert', error: true, title: 'The 3-D view cannot be opened', text: sentence(thrown),
-        actions: [h('button', {class: 'btn', type: 'button', onclick: () => void open(id)}, icon('refresh'), 'Try again')],
-      }));
+      fill(
+        body,
+        emptyState({
+          icon: 'alert',
+          error: true,
+          title: 'The 3-D view cannot be opened',
+          text: sentence(thrown),
+          actions: [h('button', { class: 'btn', type: 'button', onclick: () => void open(id) }, icon('refresh'), 'Try again')],
+        }),
+      );
     }
   }
 
   /** @param {string} title @param {string} text */
   function offer(title, text) {
-    fill(body, emptyState({icon: 'box', title, text, actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => void keep()}, icon('saved'), 'Save the scene as a file')]}));
+    fill(
+      body,
+      emptyState({
+        icon: 'box',
+        title,
+        text,
+        actions: [
+          h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void keep() }, icon('saved'), 'Save the scene as a file'),
+        ],
+      }),
+    );
   }
 
   const key = () => {
@@ -140,7 +194,7 @@ export function createScene3dView(app, {webgl = hasWebgl} = {}) {
     const wanted = key();
     if (wanted === sent) return;
     sent = wanted;
-    follower.push({run, cursor: {frame: review.frame, track: review.selected, view: scene3d.view, mode}});
+    follower.push({ run, cursor: { frame: review.frame, track: review.selected, view: scene3d.view, mode } });
   }
 
   async function keep() {
@@ -150,13 +204,13 @@ export function createScene3dView(app, {webgl = hasWebgl} = {}) {
     save.disabled = true;
     fill(notice, 'The file is made …');
     try {
-      let file = await api.save(review.run.id, {mode, frame: review.frame, track: review.selected});
+      let file = await api.save(review.run.id, { mode, frame: review.frame, track: review.selected });
       while (file.state === 'queued' || file.state === 'running') {
         await new Promise((resolve) => setTimeout(resolve, LOOK));
         if (signal.aborted) return;
         file = await api.file(file.id);
       }
-      if (file.state === 'complete') fill(notice, 'Saved: ', h('a', {href: api.fileUrl(file.id), download: ''}, file.name));
+      if (file.state === 'complete') fill(notice, 'Saved: ', h('a', { href: api.fileUrl(file.id), download: '' }, file.name));
       else fill(notice, file.error ?? 'The file was not made.');
     } catch (thrown) {
       if (!signal.aborted) fill(notice, sentence(thrown));
@@ -177,7 +231,7 @@ export function createScene3dView(app, {webgl = hasWebgl} = {}) {
         if (run !== null || !body.firstChild) {
           run = null;
           scene3d = null;
-          fill(body, emptyState({icon: 'box', title: 'No run yet', text: 'Track the video first: the scenes are made from a run.'}));
+          fill(body, emptyState({ icon: 'box', title: 'No run yet', text: 'Track the video first: the scenes are made from a run.' }));
         }
       } else if (id !== run) {
         void open(id);

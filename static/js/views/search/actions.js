@@ -39,7 +39,12 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
       const wanted = tracks.map(({ run, key, revision }) => ({ run, key, revision }));
       const answer = await api.actOnTracks({ action_id: crypto.randomUUID(), author: author(), action, tracks: wanted }, { signal });
       if (answer.operations.length > 0) done.push({ operations: answer.operations, what });
-      const text = answer.changed > 0 ? `${what}: ${plural(answer.changed, 'track')} in ${plural(answer.operations.length, 'run')}.` : answer.stayed > 0 ? 'Nothing was changed.' : 'Nothing changes: they are so already.';
+      const text =
+        answer.changed > 0
+          ? `${what}: ${plural(answer.changed, 'track')} in ${plural(answer.operations.length, 'run')}.`
+          : answer.stayed > 0
+            ? 'Nothing was changed.'
+            : 'Nothing changes: they are so already.';
       tell(answer, text, answer.operations.length > 0);
       return answer;
     });
@@ -80,8 +85,15 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
 
   /** @param {TracksDone} answer @param {string} text @param {boolean} undoable */
   function tell(answer, text, undoable) {
-    const stayed = answer.stayed === 0 ? '' : ` ${plural(answer.stayed, 'track')} stayed: ${answer.sentences.slice(0, 3).join(' ')}${answer.stayed > 3 ? ` And ${count(answer.stayed - 3)} more.` : ''}`;
-    toast(text + stayed, { tone: answer.stayed > 0 ? 'bad' : 'good', topic: 'search', action: undoable ? { label: 'Undo', run: () => void undo() } : undefined });
+    const stayed =
+      answer.stayed === 0
+        ? ''
+        : ` ${plural(answer.stayed, 'track')} stayed: ${answer.sentences.slice(0, 3).join(' ')}${answer.stayed > 3 ? ` And ${count(answer.stayed - 3)} more.` : ''}`;
+    toast(text + stayed, {
+      tone: answer.stayed > 0 ? 'bad' : 'good',
+      topic: 'search',
+      action: undoable ? { label: 'Undo', run: () => void undo() } : undefined,
+    });
   }
 
   async function relabel() {
@@ -91,8 +103,17 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     try {
       const [only] = sets;
       const labels = sets.size === 1 ? await api.labelsOfSet(String(only), { signal }) : store.get().labels;
-      store.dispatch((state) => openDialog(state, { kind: 'choose-label', data: { title: `Label of ${plural(tracks.length, 'track')}`, labels,
-        take: (/** @type {import('../../types.js').Label} */ label) => void act({ type: 'relabel', label: label.key }, `Relabelled ${label.name}`) } }));
+      store.dispatch((state) =>
+        openDialog(state, {
+          kind: 'choose-label',
+          data: {
+            title: `Label of ${plural(tracks.length, 'track')}`,
+            labels,
+            take: (/** @type {import('../../types.js').Label} */ label) =>
+              void act({ type: 'relabel', label: label.key }, `Relabelled ${label.name}`),
+          },
+        }),
+      );
     } catch (thrown) {
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'search' });
     }
@@ -114,13 +135,20 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     for (const { run, key } of found) (tracks[run] ??= []).push(key);
     const videos = new Map(found.map(({ run, video }) => [run, video]));
     if (new Set(videos.values()).size < videos.size) {
-      toast('The selected tracks are of two runs of one video, which no export can hold. Select tracks of one run a video.', { tone: 'bad', topic: 'search' });
+      toast('The selected tracks are of two runs of one video, which no export can hold. Select tracks of one run a video.', {
+        tone: 'bad',
+        topic: 'search',
+      });
       return;
     }
     try {
       // the dialog lists runs of videos that are known
       for (const video of videos.values()) {
-        if (!store.get().runs[video]) await app.load(() => api.runs(video, { signal }), (state, runs) => setRuns(state, video, runs));
+        if (!store.get().runs[video])
+          await app.load(
+            () => api.runs(video, { signal }),
+            (state, runs) => setRuns(state, video, runs),
+          );
       }
     } catch (thrown) {
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'search' });
@@ -132,10 +160,35 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
   const ignored = () => selected().length > 0 && selected().every(({ state }) => state === 'ignored');
   /** @type {{key: string, label: string, title: string, icon: import('../icons.js').IconName, run: () => void, free?: boolean}[]} */
   const offers = [
-    { key: 'A', label: 'Accept', title: 'Accept the selected tracks (A)', icon: 'accept', run: () => void act({ type: 'judge', review: 'accepted' }, 'Accepted') },
-    { key: 'X', label: 'False positive', title: 'The selected tracks are no signs (X)', icon: 'reject', run: () => void act({ type: 'judge', review: 'rejected' }, 'False positives') },
-    { key: 'W', label: 'Needs work', title: 'The selected tracks need work (W)', icon: 'needs_work', run: () => void act({ type: 'judge', review: 'needs_work' }, 'Needs work') },
-    { key: 'I', label: 'Ignore', title: 'Regions that nobody counts, or count them again (I)', icon: 'ignore', run: () => void (ignored() ? act({ type: 'ignore', value: false }, 'Counted again') : act({ type: 'ignore', value: true }, 'Ignored')) },
+    {
+      key: 'A',
+      label: 'Accept',
+      title: 'Accept the selected tracks (A)',
+      icon: 'accept',
+      run: () => void act({ type: 'judge', review: 'accepted' }, 'Accepted'),
+    },
+    {
+      key: 'X',
+      label: 'False positive',
+      title: 'The selected tracks are no signs (X)',
+      icon: 'reject',
+      run: () => void act({ type: 'judge', review: 'rejected' }, 'False positives'),
+    },
+    {
+      key: 'W',
+      label: 'Needs work',
+      title: 'The selected tracks need work (W)',
+      icon: 'needs_work',
+      run: () => void act({ type: 'judge', review: 'needs_work' }, 'Needs work'),
+    },
+    {
+      key: 'I',
+      label: 'Ignore',
+      title: 'Regions that nobody counts, or count them again (I)',
+      icon: 'ignore',
+      run: () =>
+        void (ignored() ? act({ type: 'ignore', value: false }, 'Counted again') : act({ type: 'ignore', value: true }, 'Ignored')),
+    },
     { key: 'L', label: 'Relabel', title: 'Give the selected tracks a label (L)', icon: 'label', run: () => void relabel() },
     { key: 'T', label: 'Tags', title: 'Tags of the videos of the selected tracks (T)', icon: 'note', run: tag },
     { key: 'E', label: 'Export', title: 'Export the selected tracks alone (E)', icon: 'export', run: () => void exportThem() },
@@ -143,7 +196,14 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     { key: 'Ctrl+A', label: 'All', title: 'Select all that were found (Ctrl+A); none again (Esc)', icon: 'select', run: all, free: true },
     { key: 'Ctrl+Z', label: 'Undo', title: 'Take back what was done here last (Ctrl+Z)', icon: 'undo', run: () => void undo(), free: true },
   ];
-  const buttons = offers.map((offer) => h('button', { class: 'btn', type: 'button', title: offer.title, 'aria-label': offer.label, onclick: offer.run }, icon(offer.icon), h('span', { class: 'search-act' }, offer.label)));
+  const buttons = offers.map((offer) =>
+    h(
+      'button',
+      { class: 'btn', type: 'button', title: offer.title, 'aria-label': offer.label, onclick: offer.run },
+      icon(offer.icon),
+      h('span', { class: 'search-act' }, offer.label),
+    ),
+  );
   const element = h('div', { class: 'search-actions', role: 'toolbar', 'aria-label': 'Selected tracks' }, ...buttons);
 
   /** @param {number} number   of tracks that are selected */

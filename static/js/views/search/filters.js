@@ -53,7 +53,11 @@ export function createSearchFilters({ change, signal }) {
   }
 
   /** @param {string} text */
-  const words = (text) => text.split(';').map((word) => word.trim()).filter(Boolean);
+  const words = (text) =>
+    text
+      .split(';')
+      .map((word) => word.trim())
+      .filter(Boolean);
   /** @param {string} share */
   const toPercent = (share) => (share === '' ? '' : String(Number((Number(share) * 100).toFixed(4))));
   /** @param {string} text */
@@ -61,7 +65,11 @@ export function createSearchFilters({ change, signal }) {
 
   /** @param {string} name @param {[string, string][]} options @param {(filters: SearchFilters) => string} read @param {(value: string) => Partial<SearchFilters>} write */
   function choice(name, options, read, write) {
-    const field = h('select', { class: 'select', 'aria-label': name, title: name, onchange: () => put(write(field.value)) }, options.map(([value, text]) => h('option', { value }, text)));
+    const field = h(
+      'select',
+      { class: 'select', 'aria-label': name, title: name, onchange: () => put(write(field.value)) },
+      options.map(([value, text]) => h('option', { value }, text)),
+    );
     shows.push(() => {
       if (!now) return;
       const value = read(now);
@@ -73,28 +81,145 @@ export function createSearchFilters({ change, signal }) {
 
   const names = h('datalist', { id: 'search-labels' });
   const tags = h('datalist', { id: 'search-tags' });
-  const label = input('Label', { placeholder: 'Label, such as 60', list: 'search-labels', dataset: { whole: '1' }, title: 'Name, key, alias, short name, or #number; several with ; between; none: without a label' }, (f) => f.label.join('; '), (text) => ({ label: words(text) }));
-  const state = choice('State', [['', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['open needs_work', 'Undecided'], ['accepted', 'Accepted'], ['rejected', 'False positive'], ['ignored', 'Ignored']],
-    (f) => f.state.join(' '), (value) => ({ state: value === '' ? [] : value.split(' ') }));
+  const label = input(
+    'Label',
+    {
+      placeholder: 'Label, such as 60',
+      list: 'search-labels',
+      dataset: { whole: '1' },
+      title: 'Name, key, alias, short name, or #number; several with ; between; none: without a label',
+    },
+    (f) => f.label.join('; '),
+    (text) => ({ label: words(text) }),
+  );
+  const state = choice(
+    'State',
+    [
+      ['', 'Any state'],
+      ['open', 'Open'],
+      ['needs_work', 'Needs work'],
+      ['open needs_work', 'Undecided'],
+      ['accepted', 'Accepted'],
+      ['rejected', 'False positive'],
+      ['ignored', 'Ignored'],
+    ],
+    (f) => f.state.join(' '),
+    (value) => ({ state: value === '' ? [] : value.split(' ') }),
+  );
   const percent = { type: 'number', min: 0, max: 100, step: 'any', inputmode: 'decimal' };
-  const low = input('Uncertainty from, %', { ...percent, placeholder: '0', title: 'How likely a person changes the track, %. Below 70 % certain is 30 and more' }, (f) => toPercent(f.uncertainty_min), (text) => ({ uncertainty_min: fromPercent(text) }));
-  const high = input('Uncertainty to, %', { ...percent, placeholder: '100', title: 'How likely a person changes the track, %' }, (f) => toPercent(f.uncertainty_max), (text) => ({ uncertainty_max: fromPercent(text) }));
+  const low = input(
+    'Uncertainty from, %',
+    { ...percent, placeholder: '0', title: 'How likely a person changes the track, %. Below 70 % certain is 30 and more' },
+    (f) => toPercent(f.uncertainty_min),
+    (text) => ({ uncertainty_min: fromPercent(text) }),
+  );
+  const high = input(
+    'Uncertainty to, %',
+    { ...percent, placeholder: '100', title: 'How likely a person changes the track, %' },
+    (f) => toPercent(f.uncertainty_max),
+    (text) => ({ uncertainty_max: fromPercent(text) }),
+  );
   const pixels = { type: 'number', min: 0, step: 'any', inputmode: 'decimal' };
-  const least = input('Smallest size, px', { ...pixels, placeholder: 'any', title: 'Longer side of its largest box, px' }, (f) => f.size_min, (text) => ({ size_min: text.trim() }));
-  const most = input('Largest size, px', { ...pixels, placeholder: 'any', title: 'Longer side of its largest box, px' }, (f) => f.size_max, (text) => ({ size_max: text.trim() }));
-  const text = input('Words of notes', { type: 'search', placeholder: 'Words of notes' }, (f) => f.text, (value) => ({ text: value.trim() }));
-  const attribute = input('Attribute', { placeholder: 'name=answer', title: 'Such as dirty=yes, or dirty alone; several with ; between: all must hold' }, (f) => f.attribute.join('; '), (value) => ({ attribute: words(value) }));
-  const author = input('Edited last by', { placeholder: 'anybody', title: 'The name under Preferences; several with ; between' }, (f) => f.author.join('; '), (value) => ({ author: words(value) }));
-  const since = input('Edited since', { type: 'date', title: 'Last edit on this day (UTC) or later' }, (f) => f.since.slice(0, 10), (value) => ({ since: value }));
-  const until = input('Edited until', { type: 'date', title: 'Last edit on this day (UTC) or earlier' }, (f) => f.until.slice(0, 10), (value) => ({ until: value }));
-  const tag = input('Tag', { placeholder: 'any', list: 'search-tags', title: 'Of the video; several with ; between' }, (f) => f.tag.join('; '), (value) => ({ tag: words(value) }));
-  const video = input('Video', { placeholder: 'any', title: 'Words of its name' }, (f) => f.video, (value) => ({ video: value.trim() }));
-  const runs = choice('Runs', [['current', 'Newest run'], ['all', 'All runs']], (f) => f.runs, (value) => ({ runs: value }));
-  const sort = choice('Order', [['uncertainty desc', 'Most uncertain first'], ['uncertainty asc', 'Most certain first'], ['size desc', 'Largest first'], ['size asc', 'Smallest first'], ['edited desc', 'Newest edit first'], ['edited asc', 'Oldest edit first']],
-    (f) => `${f.sort} ${f.order}`, (value) => ({ sort: value.split(' ')[0], order: value.split(' ')[1] }));
-  const further = h('button', { class: 'btn', type: 'button', 'aria-expanded': 'false', 'aria-controls': 'search-further', title: 'Filter by attribute, author, day, tag, video or run', onclick: () => open(further.getAttribute('aria-expanded') !== 'true') }, icon('filter'), 'More');
-  const second = h('div', { class: 'search-row', id: 'search-further', hidden: true },
-    named('Attribute', attribute), named('Edited by', author), named('from', since), named('to', until), named('Tag', tag), named('Video', video), runs);
+  const least = input(
+    'Smallest size, px',
+    { ...pixels, placeholder: 'any', title: 'Longer side of its largest box, px' },
+    (f) => f.size_min,
+    (text) => ({ size_min: text.trim() }),
+  );
+  const most = input(
+    'Largest size, px',
+    { ...pixels, placeholder: 'any', title: 'Longer side of its largest box, px' },
+    (f) => f.size_max,
+    (text) => ({ size_max: text.trim() }),
+  );
+  const text = input(
+    'Words of notes',
+    { type: 'search', placeholder: 'Words of notes' },
+    (f) => f.text,
+    (value) => ({ text: value.trim() }),
+  );
+  const attribute = input(
+    'Attribute',
+    { placeholder: 'name=answer', title: 'Such as dirty=yes, or dirty alone; several with ; between: all must hold' },
+    (f) => f.attribute.join('; '),
+    (value) => ({ attribute: words(value) }),
+  );
+  const author = input(
+    'Edited last by',
+    { placeholder: 'anybody', title: 'The name under Preferences; several with ; between' },
+    (f) => f.author.join('; '),
+    (value) => ({ author: words(value) }),
+  );
+  const since = input(
+    'Edited since',
+    { type: 'date', title: 'Last edit on this day (UTC) or later' },
+    (f) => f.since.slice(0, 10),
+    (value) => ({ since: value }),
+  );
+  const until = input(
+    'Edited until',
+    { type: 'date', title: 'Last edit on this day (UTC) or earlier' },
+    (f) => f.until.slice(0, 10),
+    (value) => ({ until: value }),
+  );
+  const tag = input(
+    'Tag',
+    { placeholder: 'any', list: 'search-tags', title: 'Of the video; several with ; between' },
+    (f) => f.tag.join('; '),
+    (value) => ({ tag: words(value) }),
+  );
+  const video = input(
+    'Video',
+    { placeholder: 'any', title: 'Words of its name' },
+    (f) => f.video,
+    (value) => ({ video: value.trim() }),
+  );
+  const runs = choice(
+    'Runs',
+    [
+      ['current', 'Newest run'],
+      ['all', 'All runs'],
+    ],
+    (f) => f.runs,
+    (value) => ({ runs: value }),
+  );
+  const sort = choice(
+    'Order',
+    [
+      ['uncertainty desc', 'Most uncertain first'],
+      ['uncertainty asc', 'Most certain first'],
+      ['size desc', 'Largest first'],
+      ['size asc', 'Smallest first'],
+      ['edited desc', 'Newest edit first'],
+      ['edited asc', 'Oldest edit first'],
+    ],
+    (f) => `${f.sort} ${f.order}`,
+    (value) => ({ sort: value.split(' ')[0], order: value.split(' ')[1] }),
+  );
+  const further = h(
+    'button',
+    {
+      class: 'btn',
+      type: 'button',
+      'aria-expanded': 'false',
+      'aria-controls': 'search-further',
+      title: 'Filter by attribute, author, day, tag, video or run',
+      onclick: () => open(further.getAttribute('aria-expanded') !== 'true'),
+    },
+    icon('filter'),
+    'More',
+  );
+  const second = h(
+    'div',
+    { class: 'search-row', id: 'search-further', hidden: true },
+    named('Attribute', attribute),
+    named('Edited by', author),
+    named('from', since),
+    named('to', until),
+    named('Tag', tag),
+    named('Video', video),
+    runs,
+  );
 
   /** @param {boolean} yes */
   function open(yes) {
@@ -102,11 +227,35 @@ export function createSearchFilters({ change, signal }) {
     second.hidden = !yes;
   }
 
-  const first = h('div', { class: 'search-row' },
-    h('span', { class: 'input-with-icon search-label' }, icon('search'), label), names, tags, state,
-    h('span', { class: 'search-range' }, h('span', { class: 'muted' }, 'Uncertainty'), low, h('span', { class: 'muted' }, '–'), high, h('span', { class: 'muted' }, '%')),
-    h('span', { class: 'search-range' }, h('span', { class: 'muted' }, 'Size'), least, h('span', { class: 'muted' }, '–'), most, h('span', { class: 'muted' }, 'px')),
-    text, sort, further);
+  const first = h(
+    'div',
+    { class: 'search-row' },
+    h('span', { class: 'input-with-icon search-label' }, icon('search'), label),
+    names,
+    tags,
+    state,
+    h(
+      'span',
+      { class: 'search-range' },
+      h('span', { class: 'muted' }, 'Uncertainty'),
+      low,
+      h('span', { class: 'muted' }, '–'),
+      high,
+      h('span', { class: 'muted' }, '%'),
+    ),
+    h(
+      'span',
+      { class: 'search-range' },
+      h('span', { class: 'muted' }, 'Size'),
+      least,
+      h('span', { class: 'muted' }, '–'),
+      most,
+      h('span', { class: 'muted' }, 'px'),
+    ),
+    text,
+    sort,
+    further,
+  );
 
   return {
     element: h('div', { class: 'search-filters', role: 'search' }, first, second),
@@ -120,8 +269,14 @@ export function createSearchFilters({ change, signal }) {
     },
     /** What is offered to be typed. @param {readonly import('../../types.js').Label[]} labels @param {readonly import('../../types.js').Video[]} videos */
     offer(labels, videos) {
-      fill(names, labels.filter((one) => !one.hidden && one.merged_into === null).map((one) => h('option', { value: one.name }, one.short)));
-      fill(tags, [...new Set(videos.flatMap((one) => one.tags ?? []))].sort().map((value) => h('option', { value })));
+      fill(
+        names,
+        labels.filter((one) => !one.hidden && one.merged_into === null).map((one) => h('option', { value: one.name }, one.short)),
+      );
+      fill(
+        tags,
+        [...new Set(videos.flatMap((one) => one.tags ?? []))].sort().map((value) => h('option', { value })),
+      );
     },
   };
 }

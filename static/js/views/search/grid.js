@@ -36,7 +36,11 @@ const STATES = {
  */
 export function createGrid({ picture, select, move, open, more, signal }) {
   const sheet = h('div', { class: 'found-sheet', role: 'presentation' });
-  const element = h('div', { class: 'found', role: 'listbox', tabIndex: 0, id: 'found', 'aria-multiselectable': 'true', 'aria-label': 'Tracks that were found' }, sheet);
+  const element = h(
+    'div',
+    { class: 'found', role: 'listbox', tabIndex: 0, id: 'found', 'aria-multiselectable': 'true', 'aria-label': 'Tracks that were found' },
+    sheet,
+  );
   /** @type {readonly FoundTrack[]} */ let tracks = [];
   /** @type {ReadonlySet<string>} */ let selected = new Set();
   let at = 0;
@@ -47,36 +51,60 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   const sizes = new ResizeObserver(() => draw());
   sizes.observe(element);
   signal.addEventListener('abort', () => sizes.disconnect(), { once: true });
-  element.addEventListener('scroll', () => {
-    if (scheduled) return;
-    scheduled = true;
-    requestAnimationFrame(() => {
-      scheduled = false;
-      draw();
-    });
-  }, { signal, passive: true });
+  element.addEventListener(
+    'scroll',
+    () => {
+      if (scheduled) return;
+      scheduled = true;
+      requestAnimationFrame(() => {
+        scheduled = false;
+        draw();
+      });
+    },
+    { signal, passive: true },
+  );
 
-  element.addEventListener('click', (event) => {
-    const place = placeOf(event.target);
-    if (place !== null) select(place, event.shiftKey ? 'range' : event.ctrlKey || event.metaKey || (event.target instanceof Element && event.target.closest('.found-tick')) ? 'toggle' : 'only');
-  }, { signal });
-  element.addEventListener('dblclick', (event) => {
-    const place = placeOf(event.target);
-    if (place !== null) open(place);
-  }, { signal });
-  element.addEventListener('keydown', (event) => {
-    const name = event.key;
-    const next = event.altKey ? null : stepTo(name, at, tracks.length, { columns, page: Math.max(1, rows - 1) });
-    if (next !== null) {
-      if (event.shiftKey) select(next, 'range');
-      else if (event.ctrlKey || event.metaKey) move(next);
-      else select(next, 'only');
-    } else if (name === ' ' && tracks.length > 0) select(at, 'toggle');
-    else if (name === 'Enter' && tracks[at]) open(at);
-    else return;
-    event.preventDefault();
-    event.stopPropagation();
-  }, { signal });
+  element.addEventListener(
+    'click',
+    (event) => {
+      const place = placeOf(event.target);
+      if (place !== null)
+        select(
+          place,
+          event.shiftKey
+            ? 'range'
+            : event.ctrlKey || event.metaKey || (event.target instanceof Element && event.target.closest('.found-tick'))
+              ? 'toggle'
+              : 'only',
+        );
+    },
+    { signal },
+  );
+  element.addEventListener(
+    'dblclick',
+    (event) => {
+      const place = placeOf(event.target);
+      if (place !== null) open(place);
+    },
+    { signal },
+  );
+  element.addEventListener(
+    'keydown',
+    (event) => {
+      const name = event.key;
+      const next = event.altKey ? null : stepTo(name, at, tracks.length, { columns, page: Math.max(1, rows - 1) });
+      if (next !== null) {
+        if (event.shiftKey) select(next, 'range');
+        else if (event.ctrlKey || event.metaKey) move(next);
+        else select(next, 'only');
+      } else if (name === ' ' && tracks.length > 0) select(at, 'toggle');
+      else if (name === 'Enter' && tracks[at]) open(at);
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+    },
+    { signal },
+  );
 
   /** @param {EventTarget|null} target */
   function placeOf(target) {
@@ -94,17 +122,42 @@ export function createGrid({ picture, select, move, open, more, signal }) {
     const first = Math.max(0, Math.floor(element.scrollTop / HEIGHT) - BEYOND);
     const last = Math.min(all, Math.ceil((element.scrollTop + element.clientHeight) / HEIGHT) + BEYOND);
     const shown = tracks.slice(first * columns, last * columns).map((track, i) => ({ track, place: first * columns + i }));
-    reconcile(sheet, shown, ({ track }) => idOf(track), create, (tile, { track, place }) => fillTile(tile, track, place));
+    reconcile(
+      sheet,
+      shown,
+      ({ track }) => idOf(track),
+      create,
+      (tile, { track, place }) => fillTile(tile, track, place),
+    );
     setAttribute(element, 'aria-activedescendant', tracks[at] && document.getElementById(`found-${at}`) ? `found-${at}` : null);
     if (last * columns >= tracks.length - columns * 4) more();
   }
 
   function create() {
     const image = pictureThatMayMiss({ class: 'found-picture', loading: 'lazy', decoding: 'async' });
-    return h('div', { class: 'found-tile', role: 'option' },
-      h('div', { class: 'found-frame' }, image, h('span', { class: 'found-none muted small' }, 'The picture cannot be read'), h('span', { class: 'found-tick', 'aria-hidden': 'true' }, icon('check'))),
-      h('div', { class: 'found-words' }, h('span', { class: 'truncate grow', dir: 'auto' }), h('span', { class: 'found-uncertainty muted small' })),
-      h('div', { class: 'found-words muted small' }, h('span', { class: 'found-state' }), h('span', { class: 'truncate grow', dir: 'auto' })));
+    return h(
+      'div',
+      { class: 'found-tile', role: 'option' },
+      h(
+        'div',
+        { class: 'found-frame' },
+        image,
+        h('span', { class: 'found-none muted small' }, 'The picture cannot be read'),
+        h('span', { class: 'found-tick', 'aria-hidden': 'true' }, icon('check')),
+      ),
+      h(
+        'div',
+        { class: 'found-words' },
+        h('span', { class: 'truncate grow', dir: 'auto' }),
+        h('span', { class: 'found-uncertainty muted small' }),
+      ),
+      h(
+        'div',
+        { class: 'found-words muted small' },
+        h('span', { class: 'found-state' }),
+        h('span', { class: 'truncate grow', dir: 'auto' }),
+      ),
+    );
   }
 
   /** @param {HTMLElement} tile @param {FoundTrack} track @param {number} place */
@@ -132,8 +185,15 @@ export function createGrid({ picture, select, move, open, more, signal }) {
       state.replaceChildren(...(told.icon ? [icon(told.icon)] : []));
     }
     setText(from.children[1], track.video_name);
-    tile.title = [label, `${told.text}, ${sure} uncertain, ${Math.round(track.size)} px`, `${track.video_name}, frame ${track.frame}`,
-      track.author ? `Edited last by ${track.author}` : '', track.tags.join(', ')].filter(Boolean).join('\n');
+    tile.title = [
+      label,
+      `${told.text}, ${sure} uncertain, ${Math.round(track.size)} px`,
+      `${track.video_name}, frame ${track.frame}`,
+      track.author ? `Edited last by ${track.author}` : '',
+      track.tags.join(', '),
+    ]
+      .filter(Boolean)
+      .join('\n');
     setAttribute(tile, 'aria-label', `${label}, ${told.text}, ${sure} uncertain, ${track.video_name}, frame ${track.frame}`);
   }
 
@@ -158,4 +218,3 @@ export function createGrid({ picture, select, move, open, more, signal }) {
     },
   };
 }
-

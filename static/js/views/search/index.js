@@ -52,16 +52,20 @@ export function createSearch(app) {
 
   const total = h('span', { class: 'muted', role: 'status' });
   const note = h('p', { class: 'search-note', role: 'status', hidden: true });
-  const filters = createSearchFilters({ signal, change: (wanted) => {
-    const address = formatRoute({ screen: 'search', query: formatSearch(wanted) });
-    // each question is an address, but not each letter a step back
-    if (location.hash !== address) {
-      history.replaceState(null, '', address);
-      dispatchEvent(new HashChangeEvent('hashchange'));
-    }
-  } });
+  const filters = createSearchFilters({
+    signal,
+    change: (wanted) => {
+      const address = formatRoute({ screen: 'search', query: formatSearch(wanted) });
+      // each question is an address, but not each letter a step back
+      if (location.hash !== address) {
+        history.replaceState(null, '', address);
+        dispatchEvent(new HashChangeEvent('hashchange'));
+      }
+    },
+  });
   const grid = createGrid({
-    signal, picture: (track) => api.searchCropUrl(track, PICTURE),
+    signal,
+    picture: (track) => api.searchCropUrl(track, PICTURE),
     select: (place, how) => {
       selected = select(selected, tracks, anchor, place, how);
       if (how !== 'range') anchor = place;
@@ -77,7 +81,8 @@ export function createSearch(app) {
   });
   const notice = h('div', { class: 'search-notice' });
   const actions = createSearchActions(app, {
-    signal, selected: () => tracks.filter((track) => selected.has(idOf(track))),
+    signal,
+    selected: () => tracks.filter((track) => selected.has(idOf(track))),
     changed: (now) => {
       tracks = withChanged(tracks, now);
       show();
@@ -90,15 +95,24 @@ export function createSearch(app) {
       show();
     },
   });
-  const element = h('div', { class: 'search-page' },
+  const element = h(
+    'div',
+    { class: 'search-page' },
     h('div', { class: 'search-head' }, h('h1', null, 'Search'), total, h('div', { class: 'grow' }), actions.element),
-    filters.element, note, h('div', { class: 'search-body' }, grid.element, notice));
-  element.addEventListener('keydown', (event) => {
-    if (event.target instanceof Element && event.target.closest('input, select')) return;
-    if (!actions.key(event)) return;
-    event.preventDefault();
-    event.stopPropagation();
-  }, { signal });
+    filters.element,
+    note,
+    h('div', { class: 'search-body' }, grid.element, notice),
+  );
+  element.addEventListener(
+    'keydown',
+    (event) => {
+      if (event.target instanceof Element && event.target.closest('input, select')) return;
+      if (!actions.key(event)) return;
+      event.preventDefault();
+      event.stopPropagation();
+    },
+    { signal },
+  );
 
   /** @param {number} place */
   function openTrack(place) {
@@ -140,8 +154,16 @@ export function createSearch(app) {
     } catch (thrown) {
       if (mine !== asked || signal.aborted) return;
       [tracks, next, answer] = [[], null, null];
-      fill(notice, emptyState({ error: true, icon: 'alert', title: 'The search did not succeed', text: sentence(thrown),
-        actions: [h('button', { class: 'btn', type: 'button', onclick: () => void search() }, icon('refresh'), 'Try again')] }));
+      fill(
+        notice,
+        emptyState({
+          error: true,
+          icon: 'alert',
+          title: 'The search did not succeed',
+          text: sentence(thrown),
+          actions: [h('button', { class: 'btn', type: 'button', onclick: () => void search() }, icon('refresh'), 'Try again')],
+        }),
+      );
     } finally {
       if (mine === asked) loading = false;
     }
@@ -199,23 +221,50 @@ export function createSearch(app) {
     }
     if (signal.aborted) return;
     selected = new Set(tracks.slice(0, MOST_SELECTED).map(idOf));
-    if (next !== null || tracks.length > MOST_SELECTED) toast(`The first ${count(MOST_SELECTED)} are selected: one action takes no more.`, { topic: 'search' });
+    if (next !== null || tracks.length > MOST_SELECTED)
+      toast(`The first ${count(MOST_SELECTED)} are selected: one action takes no more.`, { topic: 'search' });
     show();
   }
 
   function show() {
     if (signal.aborted) return;
-    setText(total, answer === null ? '' : `${count(answer.total)}${answer.more ? ' or more' : ''} ${answer.total === 1 ? 'track' : 'tracks'}${selected.size > 0 ? `, ${count(selected.size)} selected` : ''}`);
+    setText(
+      total,
+      answer === null
+        ? ''
+        : `${count(answer.total)}${answer.more ? ' or more' : ''} ${answer.total === 1 ? 'track' : 'tracks'}${selected.size > 0 ? `, ${count(selected.size)} selected` : ''}`,
+    );
     const told = answer === null ? '' : notesOf(answer, parseSearch(query ?? ''));
     note.hidden = told === '';
     setText(note, told);
     if (answer !== null && tracks.length === 0) {
       const all = query !== '';
-      fill(notice, emptyState({ icon: 'search', title: all ? 'No track passes these filters' : 'No track yet',
-        text: all ? 'Every filter must hold. Take one away, or widen a range.' : answer.unread > 0 ? 'The runs are still being read.' : 'Once a run is complete, its tracks are here.',
-        actions: [all && h('button', { class: 'btn', type: 'button', onclick: () => {
-          location.hash = formatRoute({ screen: 'search', query: '' });
-        } }, 'Take all filters away')] }));
+      fill(
+        notice,
+        emptyState({
+          icon: 'search',
+          title: all ? 'No track passes these filters' : 'No track yet',
+          text: all
+            ? 'Every filter must hold. Take one away, or widen a range.'
+            : answer.unread > 0
+              ? 'The runs are still being read.'
+              : 'Once a run is complete, its tracks are here.',
+          actions: [
+            all &&
+              h(
+                'button',
+                {
+                  class: 'btn',
+                  type: 'button',
+                  onclick: () => {
+                    location.hash = formatRoute({ screen: 'search', query: '' });
+                  },
+                },
+                'Take all filters away',
+              ),
+          ],
+        }),
+      );
     }
     notice.hidden = notice.childElementCount === 0;
     grid.element.hidden = !notice.hidden;
@@ -265,11 +314,17 @@ function notesOf(answer, filters) {
   const parts = [];
   const names = [...new Set(answer.labels.map(({ name }) => name))];
   const typed = new Set(filters.label.map((word) => word.toLowerCase()));
-  if (names.some((name) => !typed.has(name.toLowerCase()))) parts.push(`Label: ${names.slice(0, 6).join(', ')}${names.length > 6 ? ` and ${names.length - 6} more` : ''}.`);
-  if (answer.unread > 0) parts.push(`${plural(answer.unread, 'run')} ${answer.unread === 1 ? 'is' : 'are'} still being read: what ${answer.unread === 1 ? 'it holds' : 'they hold'} is missing here yet.`);
+  if (names.some((name) => !typed.has(name.toLowerCase())))
+    parts.push(`Label: ${names.slice(0, 6).join(', ')}${names.length > 6 ? ` and ${names.length - 6} more` : ''}.`);
+  if (answer.unread > 0)
+    parts.push(
+      `${plural(answer.unread, 'run')} ${answer.unread === 1 ? 'is' : 'are'} still being read: what ${answer.unread === 1 ? 'it holds' : 'they hold'} is missing here yet.`,
+    );
   if (answer.unreadable_count > 0) {
     const [first] = answer.unreadable;
-    parts.push(`${plural(answer.unreadable_count, 'run')} cannot be read and ${answer.unreadable_count === 1 ? 'is' : 'are'} missing here: ${first.run_name} of ${first.video_name}: ${first.message}`);
+    parts.push(
+      `${plural(answer.unreadable_count, 'run')} cannot be read and ${answer.unreadable_count === 1 ? 'is' : 'are'} missing here: ${first.run_name} of ${first.video_name}: ${first.message}`,
+    );
   }
   return parts.join(' ');
 }
