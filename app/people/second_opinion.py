@@ -166,7 +166,7 @@ class SecondOpinionService:
                     run_id=look.run_id,
                     video_name=video,
                     frame=track.frame,
-                    box=(track.x1, track.y1, track.x2, track.y2),
+                    box=(round(track.x1, 2), round(track.y1, 2), round(track.x2, 2), round(track.y2, 2)),
                     labels=offered,
                 ),
                 left=session.scalar(left) or 0,

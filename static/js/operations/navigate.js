@@ -39,7 +39,7 @@ export function openTrack(app, key) {
 
 /**
  * Open the first track of the queue that is left; nothing where one is selected already, or none is left.
- * @param {Pick<import('../views/app.js').ViewApp, 'store'>} app
+ * @param {Pick<import('../page-types.js').ViewApp, 'store'>} app
  */
 export function openFirst(app) {
   const state = app.store.get();
