@@ -18,6 +18,9 @@ __all__ = ["router"]
 
 router = APIRouter(tags=["people"])
 
+_PATIENCE = 10.0
+"""Seconds that figures and samples wait for edits that are not in the tables of the search yet."""
+
 
 class NewSecondOpinions(Model):
     """Who is to look at which share of the accepted tracks."""
@@ -36,21 +39,20 @@ class SecondAnswer(Model):
 @router.get("/second-opinions", operation_id="list_second_opinions", responses=failures())
 def list_second_opinions(context: ContextDep) -> SecondOpinions:
     """How often the second person says what the first one said, by label and by person, and where not."""
-    context.search.follow(0.1)
+    context.search.follow(_PATIENCE)
     return context.second_opinions.report()
 
 
 @router.post("/second-opinions", operation_id="give_second_opinions", status_code=201, responses=failures(404))
 def give_second_opinions(wanted: NewSecondOpinions, context: ContextDep) -> Given:
     """Give a person a share of the tracks that others have accepted; asked again, only of those accepted since."""
-    context.search.follow(0.1)
-    return context.second_opinions.give(wanted.person, wanted.share)
+    unread = context.search.follow(_PATIENCE)
+    return context.second_opinions.give(wanted.person, wanted.share, unread)
 
 
 @router.get("/second-opinions/next", operation_id="get_second_opinion", responses=failures())
 def get_second_opinion(context: ContextDep, who: WhoDep) -> NextLook:
     """The next sign that whoever asks is to look at, without the first answer."""
-    context.search.follow(0.1)
     return context.second_opinions.next(who.identity)
 
 

@@ -38,6 +38,8 @@ class Given(Model):
     given: int
     accepted: int
     """Tracks of the library that others have accepted."""
+    unread: int
+    """Runs whose tracks or newest edits are not among them yet."""
 
 
 class LabelChoice(Model):
@@ -113,12 +115,13 @@ class SecondOpinionService:
         self._database = database
         self._events = events
 
-    def give(self, name: str, share: float) -> Given:
+    def give(self, name: str, share: float, unread: int) -> Given:
         """Give a person the tracks of a sample that others have accepted and that nobody has been given.
 
         Args:
             name: of the person.
             share: of all accepted tracks, 0 to 1.
+            unread: runs that the tables of the search lack so far.
 
         Raises:
             NotFound: there is nobody of that name.
@@ -143,7 +146,7 @@ class SecondOpinionService:
                     look = SecondOpinion(run_id=run, key=key, set_key=set_key, person_id=person.id, second=person.name)
                     look.first, look.first_label, look.revision = author, label, revision
                     session.add(look)
-            return Given(given=given, accepted=count)
+            return Given(given=given, accepted=count, unread=unread)
 
     def next(self, who: Identity) -> NextLook:
         """What somebody is to look at next; what was deleted since is nobody's business any more."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 
@@ -66,3 +68,23 @@ def test_who_leaves_early_stops_the_work() -> None:
 def test_a_depth_of_nothing() -> None:
     with pytest.raises(ValueError, match="at least 1"):
         next(read_ahead(lambda: iter(()), 0))
+
+
+def test_a_consumer_that_is_torn_away_ends_the_thread_with_the_process() -> None:
+    """A thread that a library holds when the interpreter goes aborts the process: "exception not rethrown"."""
+    script = """
+import itertools, time
+from tsr_engine.io.read_ahead import read_ahead
+
+def endless():
+    try:
+        yield from itertools.count()
+    finally:
+        time.sleep(0.2)
+        print("closed", flush=True)
+
+kept = read_ahead(endless, 2)
+next(kept)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "closed\n", "")

@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+import atexit
 import queue
 import threading
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 T = TypeVar("T")
+
+_PATIENCE = 5.0
+"""Seconds that the end of the process waits for each thread."""
+_running: dict[threading.Thread, threading.Event] = {}
+"""Threads that read ahead, and what asks each to stop."""
+
+
+@atexit.register
+def _end_all() -> None:
+    """End threads whose consumer was torn away: one that is in a library at the end of the process aborts it."""
+    for stop in list(_running.values()):
+        stop.set()
+    for thread in list(_running):
+        thread.join(_PATIENCE)
 
 
 def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
@@ -48,8 +63,10 @@ def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
             close = getattr(items, "close", None)
             if close is not None:
                 close()
+            _running.pop(threading.current_thread(), None)
 
     thread = threading.Thread(target=produce, name="tsr-read-ahead", daemon=True)
+    _running[thread] = stop
     thread.start()
     try:
         while (item := waiting.get()) is not None:

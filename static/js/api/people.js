@@ -77,7 +77,7 @@ export function peopleRoutes(json) {
         disputes: 'array',
         disputed: 'number',
       }),
-    /** @param {{person: string, share: number}} wanted @param {Call} [call] @returns {Promise<{given: number, accepted: number}>} */
+    /** @param {{person: string, share: number}} wanted @param {Call} [call] @returns {Promise<{given: number, accepted: number, unread: number}>} */
     giveSecondOpinions: async (wanted, call) =>
       expectObject('POST /second-opinions', await json('/second-opinions', { timeout: 60_000, ...call, method: 'POST', body: wanted }), {
         given: 'number',

@@ -734,6 +734,8 @@ export interface components {
             given: number;
             /** @description Tracks of the library that others have accepted. */
             accepted: number;
+            /** @description Runs whose tracks or newest edits are not among them yet. */
+            unread: number;
         };
         /** @description One sign in one frame. */
         GroundTruthBox: {

@@ -124,13 +124,18 @@ export function agreementOf(app, looks, people, signal, reload) {
   const give = async (event) => {
     event.preventDefault();
     try {
-      const { given, accepted } = await app.api.giveSecondOpinions({ person: person.value, share: Number(share.value) / 100 }, { signal });
+      const { given, accepted, unread } = await app.api.giveSecondOpinions(
+        { person: person.value, share: Number(share.value) / 100 },
+        { signal },
+      );
       if (given > 0) reload();
       else
         told.textContent =
-          accepted === 0
-            ? 'Nobody else has accepted a track yet.'
-            : `The sample of ${plural(accepted, 'accepted track')} holds nothing that was not given out yet.`;
+          unread > 0
+            ? `Nothing was given out: the tracks of ${plural(unread, 'run')} are still being read. Try again in a moment.`
+            : accepted === 0
+              ? 'Nobody else has accepted a track yet.'
+              : `The sample of ${plural(accepted, 'accepted track')} holds nothing that was not given out yet.`;
     } catch (thrown) {
       if (!signal.aborted) told.textContent = sentence(thrown);
     }

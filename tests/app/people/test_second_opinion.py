@@ -29,9 +29,13 @@ def test_a_second_person_answers_without_the_first_answer(served: Server, team: 
         send(anna, run, "Anna", 1, key=key, name="set_review", review="accepted")
 
     assert rolf.post("/api/second-opinions", json={"person": "Anna", "share": 1}).json()["given"] == 0, "her own"
-    assert rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json() == {"given": 2, "accepted": 2}
+    assert rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json() == {
+        "given": 2,
+        "accepted": 2,
+        "unread": 0,
+    }
     again = rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json()
-    assert again == {"given": 0, "accepted": 2}, "every track once"
+    assert again == {"given": 0, "accepted": 2, "unread": 0}, "every track once"
 
     answers = {first: 14, second: None}
     seen = []
