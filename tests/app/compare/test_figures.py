@@ -133,7 +133,9 @@ def test_a_sign_of_none_of_the_classes_is_neither_missed_nor_nothing() -> None:
 
 def test_the_page_knows_whose_tracks_a_figure_is_about() -> None:
     page = Path(__file__).parents[3] / "static" / "js" / "views" / "compare-figures.js"
-    sides = dict(re.findall(r"^  (\w+): \{label: .* side: '(\w+)'", page.read_text(encoding="utf-8"), re.MULTILINE))
+    sides = dict(
+        re.findall(r"^  (\w+): \{\s+label: [^}]*? side: '(\w+)'", page.read_text(encoding="utf-8"), re.MULTILINE)
+    )
     empty = table([], "t")
     assert sides.keys() == figures(empty, empty, match(empty, empty)).keys()
     assert {name for name, side in sides.items() if side == "candidate"} == OF_CANDIDATE
