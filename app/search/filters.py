@@ -152,8 +152,9 @@ def _meant(session: Session, words: Sequence[str]) -> list[tuple[LabelSet, Label
 
 
 def _sets_in_use(session: Session) -> list[LabelSet]:
-    """Label sets of the runs that the search knows, and the set of videos that name none."""
-    used = {default_key(session), *session.scalars(select(SearchRun.set_key).distinct())}
+    """Label sets that videos name, of runs that the search knows, and the set of videos that name none."""
+    named = select(Video.label_set).where(Video.label_set.is_not(None)).distinct()
+    used = {default_key(session), *session.scalars(named), *session.scalars(select(SearchRun.set_key).distinct())}
     return [newest(session, key) for key in set_keys(session) if key in used]
 
 

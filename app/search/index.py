@@ -6,6 +6,7 @@ found there. Each run is read in a transaction of its own, so that a reading tha
 
 from __future__ import annotations
 
+import functools
 import json
 import logging
 import threading
@@ -98,8 +99,9 @@ class SearchIndex:
 
     def unread_videos(self) -> int:
         """How many videos stand with a run that is still to be read."""
-        with self._lock:
-            return sum(run.current for key in {*self._unread, *self._edited} if (run := self._wanted.get(key)))
+        # without the lock: whoever asks must not wait for a long run that is being read
+        keys, wanted = {*list(self._unread), *list(self._edited)}, self._wanted
+        return sum(run.current for key in keys if (run := wanted.get(key)))
 
     def read_all(self, progress: Callable[[int, int], None], *, anew: bool = False) -> None:
         """Bring the tables up to date.
@@ -197,17 +199,16 @@ class SearchIndex:
             if keys is not None:
                 began = {doc.began_as() for key in keys if (doc := documents.get(key)) is not None} - {None}
                 known = _uncertainties(session, run_id, [f"m{number}" for number in began] + keys)
-        columns: dict[int, float] = {}
+
+        @functools.cache  # of an imported run there are none, and reading that once is enough
+        def engine_says() -> dict[int, float]:
+            answer = json.loads(self._evidence.tracks(run_id))
+            listed = zip(answer["id"], answer["uncertainty"], strict=True)
+            return {number: value for number, value in listed if value is not None}
 
         def uncertainty(key: str, began: int | None) -> float:
             found = known.get(f"m{began}", known.get(key))
-            if found is not None:
-                return found
-            if not columns:
-                answer = json.loads(self._evidence.tracks(run_id))
-                known_ones = zip(answer["id"], answer["uncertainty"], strict=True)
-                columns.update((number, value) for number, value in known_ones if value is not None)
-            return columns.get(-1 if began is None else began, 0.0)
+            return engine_says().get(-1 if began is None else began, 0.0) if found is None else found
 
         tracks = run_tracks(place.folder, documents, 0, frames, frames, to_label=place.classes.to_label, keys=keys)
         rows = rows_of(

@@ -51,11 +51,17 @@ class Watched(EvidenceService):
     def __init__(self, settings: Settings, database: Database) -> None:
         super().__init__(settings, database)
         self.asked: list[str] = []
+        self.listed: list[str] = []
 
     def place(self, run_id: str) -> RunPlace:
         """Where a run lies."""
         self.asked.append(run_id)
         return super().place(run_id)
+
+    def tracks(self, run_id: str) -> bytes:
+        """All tracks of a run."""
+        self.listed.append(run_id)
+        return super().tracks(run_id)
 
 
 class World:
@@ -189,6 +195,20 @@ def test_evidence_is_read_once_as_far_as_the_time_goes(world: World) -> None:
     assert other.find(label="stop") == dict.fromkeys("abcd", 1), "another process"
     other.evidence.close()
     assert {*world.evidence.asked, *other.evidence.asked} <= {"e" * 32}, "what could not be read is tried once more"
+
+
+def test_a_run_without_uncertainties_is_listed_once(world: World) -> None:
+    world.add("a", [STOP] * 20)
+    assert world.find(label="stop") == {"a": 20}
+    assert world.evidence.listed == ["a" * 32]
+
+
+def test_a_set_is_in_use_before_its_run_is_read(world: World) -> None:
+    own_set(world.database, "team", Label(id=0, key="boar", name="wild boar"))
+    world.add("a", [0], label_set="team", labels={"set": "team"})
+    found = world.labelled.find(Wanted(label="wild boar"), budget=0)
+    assert (found.videos, found.left) == ({}, 1)
+    assert world.find(label="wild boar") == {"a": 1}
 
 
 def test_thousands_of_videos(tmp_path: Path) -> None:
