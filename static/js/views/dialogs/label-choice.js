@@ -10,7 +10,7 @@ import { pictureThatMayMiss, showPicture } from '../pictures.js';
 /** What is typed next finds the others: no list needs to be longer. */
 const MOST = 500;
 /** Rows drawn in one frame: the list fills the dialog at once, and 400 labels make no pause. */
-const SLICE = 60;
+const SLICE = 24;
 
 /**
  * @param {object} setup
