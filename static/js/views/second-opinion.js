@@ -5,11 +5,11 @@ import { sentence } from '../api/errors.js';
 import { formatRoute } from '../model/route.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
+import { NO_CLASS } from '../model/documents.js';
 import { count, percent, plural } from '../model/format.js';
 import { pictureThatMayMiss } from './pictures.js';
 
 const PICTURE = 320;
-const NONE = -1;
 
 /** @typedef {import('../types.js').Agreement} Agreement */
 
@@ -86,7 +86,7 @@ export function secondOpinionOf(app, signal) {
         input,
         names,
         h('button', { class: 'btn btn-primary', type: 'submit' }, 'That is it'),
-        h('button', { class: 'btn', type: 'button', onclick: () => void say(NONE) }, 'None of the labels'),
+        h('button', { class: 'btn', type: 'button', onclick: () => void say(NO_CLASS) }, 'None of the labels'),
         h('button', { class: 'btn', type: 'button', onclick: () => void say(null) }, 'No sign'),
       ),
       alert,
