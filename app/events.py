@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from sqlalchemy import delete, func, select, text
 from sqlalchemy.orm import Session
 
-from app.shapes import JsonObject
 from app.storage.models import Event
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EventBus"]
 

@@ -16,10 +16,10 @@ from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.errors import RETRY_AFTER, ApiError, Busy, error_body
-from app.shapes import JsonObject
 from app.storage.database import storage_failure
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.extras import MissingExtra, missing_extra
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Shaped", "handle_failures"]
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-__all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "JsonObject", "Model"]
+from tsr_engine.json_shapes import JsonObject
 
-JsonObject = dict[str, Any]
-"""An object of JSON whose shape is that of its writer, of this version or an older one: columns, messages, answers."""
+__all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "Model"]
 
 PLAIN = r"^[^\x00]*$"
 """Pattern of texts that go into the database: anything but NUL, which PostgreSQL cannot hold."""

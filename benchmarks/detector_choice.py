@@ -23,6 +23,7 @@ from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.gtsrb import read_items
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.training.detector import DetectorPlan, fit_detector
 from tsr_engine.training.offline import AS_ANNOTATED, calibrate_model, detect_scenes, detection_figures, split_scenes
@@ -82,7 +83,7 @@ def figures(
     plan: DetectorPlan,
     seed: int,
     params: DetectorParams = AS_ANNOTATED,
-) -> dict[str, Any]:
+) -> JsonObject:
     """AP, recalls, and how many signs no detection lies on at any score, of one part."""
     tell = _Tell()
     model, _ = fit_detector(train, read_items(gtsrb) if gtsrb else [], plan, seed, tell)

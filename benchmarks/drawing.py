@@ -11,6 +11,8 @@ import matplotlib as mpl
 from cycler import cycler
 from matplotlib.figure import Figure
 
+from tsr_engine.json_shapes import JsonMapping
+
 __all__ = ["COLOURS", "draw_precision_recall", "drawing", "legend_below"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -37,7 +39,7 @@ def legend_below(axes: Any, columns: int = 4) -> None:
     axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=columns, fontsize=7)
 
 
-def draw_precision_recall(path: Path, curves: Mapping[str, Mapping[str, Any]], styles: Mapping[str, str]) -> None:
+def draw_precision_recall(path: Path, curves: Mapping[str, JsonMapping], styles: Mapping[str, str]) -> None:
     """Curves with their average precision, in the order of ``styles``.
 
     Args:

@@ -21,7 +21,6 @@ import time
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -32,6 +31,7 @@ from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.files import DEFAULT, shipped_set
 
 FRAMES = 132_400
@@ -106,7 +106,7 @@ def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
     return found
 
 
-def measured(name: str, *, zipped: bool = True, read: bool = False) -> dict[str, Any]:
+def measured(name: str, *, zipped: bool = True, read: bool = False) -> JsonObject:
     """One format in a process of its own, so that peak memory is its own.
 
     Raises:
@@ -117,7 +117,7 @@ def measured(name: str, *, zipped: bool = True, read: bool = False) -> dict[str,
     done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)  # noqa: S603
     if done.returncode:
         raise TsrError(f"{name}: {done.stderr.strip()[-400:]}")
-    found: dict[str, Any] = json.loads(done.stdout)
+    found: JsonObject = json.loads(done.stdout)
     return found
 
 

@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 __all__ = ["Data", "Experiment", "Result", "Skip", "machine", "table"]
 
@@ -79,9 +80,9 @@ class Result:
 
     name: str
     data: str = ""
-    figures: Mapping[str, Any] = field(default_factory=dict)
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    machine: Mapping[str, Any] = field(default_factory=dict)
+    figures: JsonMapping = field(default_factory=dict)
+    settings: JsonMapping = field(default_factory=dict)
+    machine: JsonMapping = field(default_factory=dict)
     skipped: str = ""
     elsewhere: Mapping[str, str] = field(default_factory=dict)
 
@@ -130,7 +131,7 @@ class Experiment:
     headline: Callable[[Result], str] | None = None
 
 
-def machine() -> dict[str, Any]:
+def machine() -> JsonObject:
     """Processor, cores that the process may use, versions, commit, and how busy the machine was."""
     model = next(
         (line.split(":", 1)[1].strip() for line in _lines(Path("/proc/cpuinfo")) if line.startswith("model name")), ""

@@ -37,6 +37,7 @@ from sample_videos import SHIPPED
 from tsr_engine.errors import TsrError
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 from tsr_engine.recording import RecordingRequest, write_recording
@@ -73,7 +74,7 @@ def main() -> None:
     sys.exit(0 if met else 1)
 
 
-def measure(kind: str, work: Path, clips: Path | None, times: int) -> dict[str, Any]:
+def measure(kind: str, work: Path, clips: Path | None, times: int) -> JsonObject:
     """Make and track a drive if need be, and record it.
 
     Args:
@@ -115,9 +116,9 @@ def measure(kind: str, work: Path, clips: Path | None, times: int) -> dict[str, 
     }
 
 
-def record(run: Path, video: Path, times: int) -> dict[str, Any]:
+def record(run: Path, video: Path, times: int) -> JsonObject:
     """Record a run in this process, several times."""
-    found: dict[str, Any] = {"seconds": [], "cpu_seconds": []}
+    found: JsonObject = {"seconds": [], "cpu_seconds": []}
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(times):
             began, worked = time.perf_counter(), time.process_time()
@@ -132,7 +133,7 @@ def record(run: Path, video: Path, times: int) -> dict[str, Any]:
     return found
 
 
-def _process(command: list[str]) -> dict[str, Any]:
+def _process(command: list[str]) -> JsonObject:
     """What a process says and takes."""
     before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)  # noqa: S603

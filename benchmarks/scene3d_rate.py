@@ -28,6 +28,7 @@ from app.scene3d.scenes.stage import Stage
 from app.scene3d.scenes.volume import VolumeScene
 from app.scene3d.view import aim, set_up
 from app.scene3d.view_state import ViewState
+from tsr_engine.json_shapes import JsonObject
 
 GL = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 _COUNT = """(() => {
@@ -109,7 +110,7 @@ def stand_up(server: Any, tracks: int) -> None:
     server.flush()
 
 
-def turn(page: Page, seconds: float) -> dict[str, Any]:
+def turn(page: Page, seconds: float) -> JsonObject:
     """Drag the scene to and fro: pictures, draw calls a picture, the browser's processor time."""
     load = os.getloadavg()[0]
     page.mouse.move(300, 300)

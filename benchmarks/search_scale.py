@@ -27,6 +27,7 @@ from app.storage.models import (
     Video,
     VideoTag,
 )
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["MOST_MS", "QUESTIONS", "fill", "measured", "pages", "size_mb"]
 
@@ -40,7 +41,7 @@ _TIMES = 7
 _PEOPLE = 20
 _SET = "gtsrb-43"
 
-QUESTIONS: dict[str, dict[str, Any]] = {
+QUESTIONS: dict[str, JsonObject] = {
     "everything, the most uncertain first": {},
     "every 60 below 70 % certain": {"label": ["60"], "uncertainty_min": 0.3},
     "the same, certain first": {"label": ["60"], "uncertainty_min": 0.3, "order": "asc"},
@@ -96,7 +97,7 @@ def fill(database: Database, tracks: int, seed: int = 0) -> None:
         connection.commit()
 
 
-def _store_edits(session: Session, rows: list[dict[str, Any]], moment: datetime) -> None:
+def _store_edits(session: Session, rows: list[JsonObject], moment: datetime) -> None:
     documents, edits = [], []
     for row in rows:
         if row["author"] is None:
@@ -123,7 +124,7 @@ def _store_edits(session: Session, rows: list[dict[str, Any]], moment: datetime)
     session.execute(insert(Edit), edits)
 
 
-def _rows(random: np.random.Generator, count: int, own: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _rows(random: np.random.Generator, count: int, own: JsonObject) -> Iterator[JsonObject]:
     labels = random.integers(-1, 43, count).tolist()
     uncertainty = (random.beta(1.2, 3.0, count)).round(4).tolist()
     size = random.lognormal(3.6, 0.6, count).round(1).tolist()
@@ -154,7 +155,7 @@ def _rows(random: np.random.Generator, count: int, own: dict[str, Any]) -> Itera
         }
 
 
-def measured(database: Database) -> list[dict[str, Any]]:
+def measured(database: Database) -> list[JsonObject]:
     """Time of each question: median and slowest of some, ms, and how many tracks it counts."""
     found = []
     for name, asked in QUESTIONS.items():
@@ -174,7 +175,7 @@ def measured(database: Database) -> list[dict[str, Any]]:
     return found
 
 
-def pages(database: Database) -> list[dict[str, Any]]:
+def pages(database: Database) -> list[JsonObject]:
     """Time of the pages that tell of people's work: median and slowest of some, ms."""
     activity = ActivityService(database)
     asked: dict[str, Callable[[], Any]] = {

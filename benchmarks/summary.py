@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from benchmarks.experiment import table
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["ROWS", "Row", "summary"]
 
-Figures = Mapping[str, Any]
+Figures = JsonMapping
 """Figures of every experiment that has some, by its name."""
 
 _PEERS = ("ByteTrack", "C-BIoU", "OC-SORT", "SORT")

@@ -18,10 +18,11 @@ import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
-from typing import Any, Final
+from typing import Final
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
+from tsr_engine.json_shapes import JsonObject
 
 _CLOSED: Final = 32.0
 """Seconds until a process without work has ended."""
@@ -57,7 +58,7 @@ class Asking:
             self._wait(f"/outputs/{made['id']}", _LOOK)
         return time.perf_counter() - began
 
-    def _order(self, kind: str) -> dict[str, Any]:
+    def _order(self, kind: str) -> JsonObject:
         frames = {"first": 0, "stop": self._stop}
         if kind == "export":
             return dict(self._server.call("POST", "/exports", {"runs": [self._run], "format": "cvat-video"}))
@@ -87,7 +88,7 @@ def page_of(server: LiveServer) -> Iterator[None]:
         yield
 
 
-def measure(video: Path, turns: int) -> dict[str, Any]:
+def measure(video: Path, turns: int) -> JsonObject:
     """Seconds of each kind, asked for first of all: without a page, with one, and again right afterwards."""
     kinds = ("whatif", "recording", "export", "bundle")
     found: dict[str, dict[str, list[float]]] = {kind: {"closed": [], "open": [], "again": []} for kind in kinds}

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.records import Detections, FloatArray, Picture
 
 
@@ -50,7 +51,7 @@ class TrainedPart(Protocol):
         ...
 
     @property
-    def params(self) -> Mapping[str, Any]:
+    def params(self) -> JsonMapping:
         """JSON settings by name."""
         ...
 

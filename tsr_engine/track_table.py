@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.geometry.boxes import area, clip
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Source
 
 __all__ = ["NO_CLASS", "NO_SOURCE", "SOURCES", "BoolArray", "IntArray", "TrackTable"]
@@ -31,7 +32,7 @@ NO_SOURCE: Final = -1
 
 _UNSET: Any = None
 """A column that is not given: every row has the value of ``_UNKNOWN``."""
-_UNKNOWN: Final[dict[str, Any]] = {
+_UNKNOWN: Final[JsonObject] = {
     "class_id": NO_CLASS,
     "score": np.nan,
     "visibility": 1.0,
@@ -120,7 +121,7 @@ class TrackTable:
         parts = list(tables) or [cls.empty()]
         if any(part.sources != parts[0].sources for part in parts):
             raise ValueError(f"Tables must have one list of sources. Got {sorted({part.sources for part in parts})}.")
-        columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _TYPES}
+        columns: JsonObject = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _TYPES}
         return cls(**columns, names=names, sources=parts[0].sources)
 
     @classmethod

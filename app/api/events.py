@@ -11,8 +11,8 @@ from app.api.access import WhoDep
 from app.api.responses import failures
 from app.context import ContextDep
 from app.errors import Invalid
-from app.shapes import JsonObject
 from app.startup import Running
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["router"]
 

@@ -19,7 +19,8 @@ from app.evidence.lanes import LaneColumns
 from app.evidence.overlays import Overlay
 from app.evidence.tracks import TrackColumns
 from app.runs.view import StartedRun, started_run
-from app.shapes import PLAIN, JsonObject, Model
+from app.shapes import PLAIN, Model
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["router"]
 

@@ -22,9 +22,10 @@ from app.labels.commands import LabelChange
 from app.labels.store import SET_KEY
 from app.labels.usage import LabelUse, label_usage
 from app.labels.views import Brought, Change, LabelSetView, LabelVersion, LabelView
-from app.shapes import JsonObject, Model
+from app.shapes import Model
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, read_labels, write_labels
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.files import dump_set
 from tsr_engine.version import __version__
 

@@ -20,7 +20,7 @@ from starlette.requests import ClientDisconnect
 
 from app.context import Context
 from app.errors import Invalid, StorageFull, TooLarge
-from app.shapes import JsonObject
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["RAW_BODY", "receive", "received", "safe_name", "while_there"]
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from http import HTTPStatus
 
-from app.shapes import ErrorAnswer, JsonObject
+from app.shapes import ErrorAnswer
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["PICTURE", "failures"]
 

@@ -16,8 +16,9 @@ from app.context import ContextDep
 from app.errors import Invalid
 from app.search.actions import MOST_TRACKS, Operation, TrackAction, TracksDone, WantedTrack
 from app.search.query import SearchAnswer, SearchRequest, answer
-from app.shapes import JsonObject, Model
+from app.shapes import Model
 from app.videos.tags import TagRequest, change_tags
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["router"]
 

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Final
 
 from app.cages.talk import Talk
-from app.shapes import JsonObject
 from tsr_engine.bundle.check import make_ready
 from tsr_engine.bundle.load import Bundle
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["check_bundle"]
 

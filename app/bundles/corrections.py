@@ -9,8 +9,8 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from app.edits.documents import NO_CLASS, KeyFrame, Note, Segment, TrackDoc
-from app.shapes import JsonObject
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import LabelSet

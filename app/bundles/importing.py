@@ -26,7 +26,7 @@ from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import RunView, publish_run, run_view
 from app.settings import Settings
-from app.shapes import JsonObject, Model
+from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.storage.places import require_here
@@ -38,6 +38,7 @@ from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION
 from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError, UsageError
 from tsr_engine.evidence.header import read_header
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.renamed import present_sections

@@ -10,12 +10,12 @@ from app.bundles.expectation import expectation_of
 from app.edits.documents import TrackDoc
 from app.exchange.dataset import Source
 from app.recordings.annotation import corrected_rows
-from app.shapes import JsonObject
 from tsr_engine.bundle import Bounds, BundleReport, BundleRequest, read_expectation
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, named
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["bundle_request", "report_summary"]
 

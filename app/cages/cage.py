@@ -19,7 +19,7 @@ from typing import Any, Final
 from app.cages.failures import CageError, raised
 from app.cages.limits import Limits
 from app.cages.talk import Ended, Talk
-from app.shapes import JsonObject
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Cage", "CageError", "Cages", "CagesClosed"]
 

@@ -11,9 +11,9 @@ from sqlalchemy.exc import DBAPIError
 import app.errors as of_requests
 import tsr_engine.errors as of_engine
 from app.errors import ApiError, StorageFull
-from app.shapes import JsonObject
 from app.storage.database import storage_failure
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["CageError", "raised", "report"]
 

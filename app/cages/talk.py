@@ -7,7 +7,7 @@ import socket
 import struct
 from typing import Final
 
-from app.shapes import JsonObject
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Ended", "Talk"]
 

@@ -14,12 +14,12 @@ import numpy as np
 from app.check.figures import FIGURES
 from app.check.places import Place
 from app.check.run import CheckedDrive, CheckReport
-from app.shapes import JsonObject
 from tsr_engine.batch.pages import page
 from tsr_engine.bundle import Bounds, BundleRequest, Expectation, Expected, ExpectedSign, make_bundle
 from tsr_engine.errors import TsrError
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.io.video import open_video
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.records import Picture
 

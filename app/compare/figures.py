@@ -11,8 +11,9 @@ from pydantic import Field
 
 from app.compare.pairs import Pair, PairFinder
 from app.evidence.tables import IntColumn
-from app.shapes import JsonObject, Model
+from app.shapes import Model
 from tsr_engine.evaluation.matching import Matching
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["FIRST_WORD", "LEAST_WIDTH", "MOST", "OF_CANDIDATE", "Cell", "Confusion", "Figure", "confusion", "figures"]

@@ -30,7 +30,8 @@ from pydantic import (
     WrapValidator,
 )
 
-from app.shapes import PLAIN, JsonObject, Model
+from app.shapes import PLAIN, Model
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = [

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import takewhile
 
 from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
-from app.shapes import JsonObject
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["join"]
 

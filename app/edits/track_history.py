@@ -9,9 +9,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.edits.documents import TrackDoc
-from app.shapes import JsonObject, Model
+from app.shapes import Model
 from app.storage.models import Edit
 from app.storage.of_run import require_run
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Difference", "Happened", "TrackHistory", "differences", "track_history"]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from app.edits.adopt import Adoption
 from app.edits.documents import TrackDoc
 from app.edits.undo import Target
-from app.shapes import JsonObject, Model
+from app.shapes import Model
 from app.storage.models import Edit
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "LogEntry", "adopted", "log_entry"]
 

@@ -17,13 +17,13 @@ from pathlib import Path
 
 from app.evidence.crops import pixels_in_frame
 from app.evidence.explain import Explanation, explain
-from app.shapes import JsonObject
 from app.videos.opened import CheckedFile
 from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.regions import FramePixels
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.protocols import PixelSource
 
 __all__ = ["Explainer", "Question"]

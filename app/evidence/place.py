@@ -7,9 +7,9 @@ from pathlib import Path
 
 from app.errors import Conflict
 from app.labels.mapping import RunClasses
-from app.shapes import JsonObject
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.schema import RUN_FILE
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 
 __all__ = ["RunPlace"]

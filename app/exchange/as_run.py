@@ -16,13 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from app.exchange.dataset import VideoFacts
-from app.shapes import JsonObject
 from tsr_engine.evidence.encode import TableEntry
 from tsr_engine.evidence.header import RunHeader, VideoIdentity
 from tsr_engine.evidence.writer import EvidenceWriter
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence, Recognition, TrackFrame

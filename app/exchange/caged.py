@@ -31,13 +31,13 @@ from app.exchange.incoming import Incoming, Onto, read_incoming, target_of
 from app.exchange.underway import Import
 from app.ground_truths.service import GroundTruthService
 from app.settings import Settings
-from app.shapes import JsonObject
 from app.storage.database import Database
 from app.storage.identity import server_of
 from app.storage.models import Base, Video
 from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.exchange.packed import read_packed, write_packed
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["CagedImports", "read_apart", "rehearse", "store_apart"]
 

@@ -18,7 +18,6 @@ from app.errors import Conflict, Invalid
 from app.evidence.tables import FloatColumn
 from app.exchange.rates import exact_rate
 from app.exchange.tracks import boxes_beyond, run_tracks
-from app.shapes import JsonObject
 from tsr_engine.errors import EvidenceError, InputError
 from tsr_engine.evidence.columns import size_of
 from tsr_engine.evidence.reader import EvidenceReader
@@ -29,6 +28,7 @@ from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import LabelSet

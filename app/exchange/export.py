@@ -12,7 +12,7 @@ from pydantic import Field
 
 from app.edits.documents import Key
 from app.exchange.dataset import Source, VideoFacts, dataset_of
-from app.shapes import PLAIN, JsonObject, Model
+from app.shapes import PLAIN, Model
 from app.videos.opened import ChangedError
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.export import CROPS, export_dataset
@@ -23,6 +23,7 @@ from tsr_engine.exchange.registry import format_named, switches_of
 from tsr_engine.exchange.relabel import merged_resolved
 from tsr_engine.exchange.split import SUBSETS, Split, deal
 from tsr_engine.io.opened_file import VideoSource, open_source
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.track_table import NO_CLASS

@@ -12,7 +12,6 @@ import numpy as np
 from sqlalchemy.orm import undefer
 
 from app.jobs.context import Stopped, TaskContext
-from app.shapes import JsonObject
 from app.storage.models import Follow, FollowPiece, Run, Video
 from app.training.folders import models_of_run
 from app.videos.opened import library_file
@@ -20,6 +19,7 @@ from app.videos.same_file import require_same
 from app.videos.table import unpack
 from tsr_engine.follow import Anchor, FollowerModels, Proposal, follow
 from tsr_engine.following import follow_video, load_follower
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["follow_track", "warm"]
 

@@ -17,9 +17,9 @@ from app.events import EventBus
 from app.jobs.deaths import Cause
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import Lane
-from app.shapes import JsonObject
 from app.storage.models import Job
 from app.storage.places import is_here
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["MOST_CRASHES", "MOST_KILLS", "STRIDE", "Fenced", "JobQueue"]
 

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.shapes import JsonObject, Model
+from app.shapes import Model
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import AttributeKind, AttributeValue, Category, Shape, Teach
 
 __all__ = [

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
 
 from sqlalchemy.orm import Session
 
 from app.labels.store import labels_of_run
-from app.shapes import JsonObject
 from app.storage.models import Run
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.classes import RunClasses, classes_of_keys, classes_of_set
 from tsr_engine.labels.model import LabelSet
 
@@ -37,7 +36,7 @@ def run_classes(run: Run, labels: LabelSet) -> RunClasses:
     return reported_classes(run.labels, labels)
 
 
-def reported_classes(reported: Mapping[str, Any] | None, labels: LabelSet) -> RunClasses:
+def reported_classes(reported: JsonMapping | None, labels: LabelSet) -> RunClasses:
     """The same, from ``Run.labels`` alone."""
     keys = None if reported is None else reported.get("keys")
     return _classes(None if keys is None else tuple(keys), (reported or {}).get("set"), _Version(labels))

@@ -35,10 +35,10 @@ from app.labels.store import (
     set_keys,
 )
 from app.labels.views import Change, LabelSetView, LabelVersion, LabelView, label_view, version_view
-from app.shapes import JsonObject
 from app.storage.database import Database
 from app.storage.models import LabelSetDefault, LabelSetVersion, Video
 from app.videos.view import publish_video
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.adopting import adopt_labels
 from tsr_engine.labels.changes import (
     Changed,

@@ -5,8 +5,9 @@ from __future__ import annotations
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.shapes import JsonObject, Model
+from app.shapes import Model
 from app.storage.models import Output
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["OutputView", "output_view", "publish_output"]
 

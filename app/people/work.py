@@ -6,11 +6,13 @@ Rows count in the order of the log. Clocks of servers can differ, so a step back
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
+
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["BREAK", "Decision", "agreement", "clocks_differ", "decided", "decisions", "hours_of", "share_interval"]
 
@@ -30,7 +32,7 @@ class Decision:
     verdict: str
 
 
-def decisions(rows: Iterable[tuple[str, str, str, Mapping[str, Any]]], undone: Iterable[str] = ()) -> list[Decision]:
+def decisions(rows: Iterable[tuple[str, str, str, JsonMapping]], undone: Iterable[str] = ()) -> list[Decision]:
     """Verdicts in the order of the log.
 
     Args:

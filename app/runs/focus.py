@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.shapes import JsonObject
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 
 __all__ = ["focus_of"]

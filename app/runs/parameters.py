@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from app.errors import Invalid
-from app.shapes import JsonObject
 from tsr_engine.errors import UsageError
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.renamed import present_names
 

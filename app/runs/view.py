@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.shapes import JsonObject, Model
+from app.shapes import Model
 from app.storage.models import Run, Video
 from app.videos.view import publish_video
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.renamed import present_names, rename_warnings
 
 __all__ = ["RunView", "StartedRun", "publish_run", "run_view", "started_run"]

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from app.evidence.service import EvidenceService
 from app.evidence.tables import FloatColumn, IntColumn
-from app.shapes import JsonObject
 from tsr_engine.evidence.columns import BOX, read_columns, size_of, spread_detections
 from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Label, LabelSet
 
 __all__ = ["SIGN_SIZES", "UNKNOWN_SIZE", "Hits", "Scene3dData", "Sign", "load_hits", "load_scene3d"]

@@ -21,11 +21,11 @@ from app.scene3d.prior import Prior
 from app.scene3d.scenes.stage import Image, Stage
 from app.scene3d.view import LONG, MANY, View
 from app.scene3d.view_state import Mode, ViewState
-from app.shapes import JsonObject
 from app.storage.database import Database
 from app.storage.models import Run
 from app.videos.frames import FrameService
 from tsr_engine.errors import TsrError
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import Picture
 
 if TYPE_CHECKING:

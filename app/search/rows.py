@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.edits.documents import TrackDoc
 from tsr_engine.exchange.dataset import Track
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["UNANSWERED", "LastEdit", "Rows", "attribute_text", "rows_of"]
 
@@ -37,8 +37,8 @@ class LastEdit:
 class Rows:
     """What goes into the tables, as dictionaries of their columns, without those of the run."""
 
-    tracks: list[dict[str, Any]]
-    attributes: list[dict[str, Any]]
+    tracks: list[JsonObject]
+    attributes: list[JsonObject]
 
 
 def rows_of(

@@ -22,7 +22,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
 from app.errors import error_body
-from app.shapes import JsonObject
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["BODY_SILENCE", "HEAD_DEADLINE", "Door"]
 

@@ -8,9 +8,9 @@ from typing import Any
 from sqlalchemy import JSON, ForeignKey, Index, Integer, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.shapes import JsonObject
 from app.storage.base import Base, Sequence, now
 from app.storage.moments import Moment
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Edit", "Follow", "FollowPiece", "TrackDocument"]
 

@@ -7,9 +7,9 @@ from datetime import datetime
 from sqlalchemy import JSON, BigInteger, Integer, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.shapes import JsonObject
 from app.storage.base import Base, Sequence, here, now
 from app.storage.moments import Moment
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Event", "Job", "Server"]
 

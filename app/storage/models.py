@@ -11,7 +11,6 @@ from sqlalchemy import JSON, BigInteger, Float, ForeignKey, Integer, LargeBinary
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.shapes import JsonObject
 from app.storage.base import Base, here, now
 from app.storage.edit_tables import Edit, Follow, FollowPiece, TrackDocument
 from app.storage.job_tables import Event, Job, Server
@@ -20,6 +19,7 @@ from app.storage.moments import Moment
 from app.storage.output_tables import ModelVersion, Output
 from app.storage.people_tables import Assignment, Person, PersonSecret, SecondOpinion
 from app.storage.search_tables import SearchAttribute, SearchRun, SearchTrack, VideoTag
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = [
     "Assignment",

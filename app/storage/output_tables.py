@@ -7,9 +7,9 @@ from datetime import datetime
 from sqlalchemy import JSON, BigInteger, ForeignKey, Integer, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.shapes import JsonObject
 from app.storage.base import Base, here, now
 from app.storage.moments import Moment
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["ModelVersion", "Output"]
 

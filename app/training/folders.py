@@ -13,13 +13,13 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.settings import Settings
-from app.shapes import JsonObject
 from app.storage.models import ModelVersion, Run
 from app.storage.places import here_of, is_here
 from tsr_engine.errors import EvidenceError, ModelError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.models import SHIPPED, read_manifest
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["SHIPPED_ID", "USED", "active_version", "begin_with", "folder_with", "hashes_of", "models_of_run"]
 

@@ -10,10 +10,11 @@ from pydantic import Field
 from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound
-from app.shapes import PLAIN, JsonObject, Model
+from app.shapes import PLAIN, Model
 from app.storage.models import Output, Run, Video
 from app.storage.places import require_here
 from app.videos.paths import allowed_path
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["ACTIVE", "NewModel", "lineage_of", "public_folders"]
 

@@ -14,7 +14,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from app.jobs.context import Stopped, TaskContext
-from app.shapes import JsonObject
 from app.storage.models import ModelVersion, Output, Video
 from app.training.sources import export_age
 from app.training.view import publish_model
@@ -23,6 +22,7 @@ from app.videos.same_file import confirm
 from app.videos.words import in_words
 from tsr_engine.errors import InputError, ModelError
 from tsr_engine.io.unfinished import fsync_path
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.training.exports import OpenedExport, open_export
 from tsr_engine.training.retrain import PARTS, Recipe, retrain
 from tsr_engine.training.whole import train_parts

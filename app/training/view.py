@@ -6,9 +6,10 @@ from sqlalchemy.orm import Session
 
 from app.events import EventBus
 from app.labels.store import default_key, newest
-from app.shapes import JsonObject, Model
+from app.shapes import Model
 from app.storage.models import ModelVersion
 from app.training.folders import active_version
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import classes_of_keys
 from tsr_engine.labels.model import LabelSet
 

@@ -17,12 +17,12 @@ from app.cages.failures import raised, report
 from app.cages.limits import Limits
 from app.cages.talk import Ended, Talk
 from app.errors import Busy, Invalid
-from app.shapes import JsonObject
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, named
 from tsr_engine.io.video import Video, open_video
 from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import Picture
 
 __all__ = ["CagedDecoder", "Decoder", "Encoding", "LocalDecoder", "Opener", "encode_picture", "open_here"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.shapes import JsonObject
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.pipeline import TrackSummary
 from tsr_engine.runs.replay import ReplayReport

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from onnx import TensorProto, helper, numpy_helper
 
 from benchmarks.deep.plan import COARSEST, CONVOLUTIONS, STRIDE
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["resized", "to_onnx", "write_network"]
 
@@ -161,7 +162,7 @@ def resized(network: bytes, size: tuple[int, int]) -> bytes:
     return bytes(model.SerializeToString())
 
 
-def write_network(path: Path, weights: Mapping[str, NDArray[Any]], budget: Mapping[str, Any]) -> None:
+def write_network(path: Path, weights: Mapping[str, NDArray[Any]], budget: JsonMapping) -> None:
     """Write the file and, beside it, what its training took."""
     path.parent.mkdir(parents=True, exist_ok=True)
     content = to_onnx(weights)

@@ -13,7 +13,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -26,6 +25,7 @@ from benchmarks.deep.network import SignNetwork
 from benchmarks.deep.onnx_file import write_network
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.pictures import read_picture
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import Picture
 from tsr_engine.training.offline import split_scenes
 
@@ -56,7 +56,7 @@ class Training:
         optimiser = torch.optim.AdamW(network.parameters(), lr=RATE, weight_decay=DECAY)
         return cls(network, {k: v.clone() for k, v in network.state_dict().items()}, optimiser, HardPlaces())
 
-    def save(self, path: Path, settings: dict[str, Any]) -> None:
+    def save(self, path: Path, settings: JsonObject) -> None:
         """Write the state."""
         path.parent.mkdir(parents=True, exist_ok=True)
         parts = (self.network.state_dict(), self.average, self.optimiser.state_dict())
@@ -64,7 +64,7 @@ class Training:
         torch.save((parts, self.hard.places, self.step, self.cpu_seconds, settings), part)
         part.replace(path)  # a kill while saving does not cost the state before
 
-    def load(self, path: Path, settings: dict[str, Any]) -> None:
+    def load(self, path: Path, settings: JsonObject) -> None:
         """Go on from a state; only the number of steps may be another, and the rate then falls to that end.
 
         Raises:

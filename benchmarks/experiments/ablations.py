@@ -14,6 +14,7 @@ from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, EACH_TUNED, LoomingClips, read_looming
 from benchmarks.experiments.tracked import Scored, score
 from tsr_engine.evaluation.tracking import VideoReport, summarise
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 __all__ = ["EXPERIMENT", "paired"]
 
@@ -54,7 +55,7 @@ def paired(default: Sequence[VideoReport], other: Sequence[VideoReport], seed: i
 def _run(data: Data) -> Result:
     judged, tuned = _sets(data)
     rows = configurations()
-    figures: dict[str, Any] = {"judged": {}, "tuned": {}}
+    figures: JsonObject = {"judged": {}, "tuned": {}}
     about = []
     for name, parts in (("judged", judged), ("tuned", tuned)):
         for part, source in parts.items():
@@ -74,10 +75,10 @@ def _run(data: Data) -> Result:
     )
 
 
-def _sets(data: Data) -> tuple[dict[str, Any], dict[str, Any]]:
+def _sets(data: Data) -> tuple[JsonObject, JsonObject]:
     """Judged and tuned videos by part; what is not there is left out."""
-    judged: dict[str, Any] = {}
-    tuned: dict[str, Any] = {}
+    judged: JsonObject = {}
+    tuned: JsonObject = {}
     if data.tuning is not None:
         tuned["approaches"] = read_looming(data.tuning, each=EACH_TUNED)
     if data.looming is not None:
@@ -100,7 +101,7 @@ def _not_given(data: Data) -> str:
     return f" *Skipped, as not given:* {', '.join(missing)}." if missing else ""
 
 
-def _figures(part: str, scored: Mapping[str, Scored], source: Any, seed: int) -> dict[str, Any]:
+def _figures(part: str, scored: Mapping[str, Scored], source: Any, seed: int) -> JsonObject:
     """Stress -> row -> figures; approaches by stress and together, real clips together."""
     stresses: dict[str, list[str]] = {}
     if isinstance(source, LoomingClips):
@@ -108,7 +109,7 @@ def _figures(part: str, scored: Mapping[str, Scored], source: Any, seed: int) ->
             stresses.setdefault(stress, []).append(clip)
         stresses = dict(sorted(stresses.items()))
     stresses[part] = [report.name for report in scored["default"].reports]
-    out: dict[str, Any] = {}
+    out: JsonObject = {}
     for stress, clips in stresses.items():
         members = set(clips)
         own = {name: [r for r in s.reports if r.name in members] for name, s in scored.items()}
@@ -157,7 +158,7 @@ def _tell(result: Result) -> str:
     return "\n".join(parts)
 
 
-def _changes_nothing(judged: Mapping[str, Any], name: str) -> bool:
+def _changes_nothing(judged: JsonMapping, name: str) -> bool:
     return all(
         by_row[name][figure] == by_row["default"][figure]
         for by_row in judged.values()
@@ -166,7 +167,7 @@ def _changes_nothing(judged: Mapping[str, Any], name: str) -> bool:
     )
 
 
-def _cell(by_row: Mapping[str, Any], name: str, figure: str, digits: int, sign: int) -> str:
+def _cell(by_row: JsonMapping, name: str, figure: str, digits: int, sign: int) -> str:
     if name not in by_row:
         return "not run"
     value, own = by_row[name][figure], by_row["default"][figure]
@@ -175,7 +176,7 @@ def _cell(by_row: Mapping[str, Any], name: str, figure: str, digits: int, sign: 
     return f"**{text}**" if better else text
 
 
-def _changes(judged: Mapping[str, Any], tuned: Mapping[str, Any]) -> str:
+def _changes(judged: JsonMapping, tuned: JsonMapping) -> str:
     columns = [
         (f"{part}, {name}", parts[part])
         for part in ("approaches", "real clips")
@@ -197,7 +198,7 @@ def _changes(judged: Mapping[str, Any], tuned: Mapping[str, Any]) -> str:
     return table(rows)
 
 
-def _worse_than_paper(judged: Mapping[str, Any], columns: Sequence[str]) -> str:
+def _worse_than_paper(judged: JsonMapping, columns: Sequence[str]) -> str:
     worse, better, same = [], 0, 0
     for column in columns:
         for figure, title, digits, sign in MEASURES:
@@ -215,7 +216,7 @@ def _worse_than_paper(judged: Mapping[str, Any], columns: Sequence[str]) -> str:
     )
 
 
-def _verdict(judged: Mapping[str, Any], tuned: Mapping[str, Any]) -> str:
+def _verdict(judged: JsonMapping, tuned: JsonMapping) -> str:
     """Rows whose mean of Eq. 7 is below that of ``default`` on all tuned data, and no worse on judged data."""
     found = []
     for name in (*(d.title for d in DEPARTURES), *IN_QUESTION):
@@ -232,14 +233,14 @@ def _verdict(judged: Mapping[str, Any], tuned: Mapping[str, Any]) -> str:
     return f"Better than `default` on all tuned data and no worse on the judged: {', '.join(found)}.\n"
 
 
-def _parts(side: Mapping[str, Any], name: str) -> list[Any]:
+def _parts(side: JsonMapping, name: str) -> list[Any]:
     """The changes that a row makes to approaches and to real clips; those that it was run on."""
     return [
         side[part][name]["eq7_change"] for part in ("approaches", "real clips") if part in side and name in side[part]
     ]
 
 
-def _costs(judged: Mapping[str, Any], name: str) -> bool:
+def _costs(judged: JsonMapping, name: str) -> bool:
     return any(
         None not in (by_row[name][figure], by_row["default"][figure])
         and sign * (by_row[name][figure] - by_row["default"][figure]) < 0

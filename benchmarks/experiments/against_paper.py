@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from scipy.stats import beta
 
 from benchmarks.experiment import table
 from benchmarks.experiments import paper_figures as paper
 from tsr_engine.evaluation.tracking import VideoReport
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 __all__ = ["number", "share", "shortfalls", "sign_notes", "tables"]
 
 
-def tables(columns: Mapping[str, Mapping[str, Any]]) -> str:
+def tables(columns: Mapping[str, JsonMapping]) -> str:
     """Tables I and II in one.
 
     Args:
@@ -62,7 +62,7 @@ def tables(columns: Mapping[str, Mapping[str, Any]]) -> str:
     return table(rows)
 
 
-def shortfalls(figures: Mapping[str, Any], data: str) -> str:
+def shortfalls(figures: JsonMapping, data: str) -> str:
     """Sentences on each of the paper's three rates and on Eq. 7: reached or not, and how much the data can say.
 
     Args:
@@ -87,9 +87,9 @@ def shortfalls(figures: Mapping[str, Any], data: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def sign_notes(reports: Iterable[VideoReport]) -> dict[str, list[dict[str, Any]]]:
+def sign_notes(reports: Iterable[VideoReport]) -> dict[str, list[JsonObject]]:
     """Each sign that was missed, misread or split, and each track on no sign, for the report to name."""
-    notes: dict[str, list[dict[str, Any]]] = {"missed": [], "misread": [], "split": [], "false": []}
+    notes: dict[str, list[JsonObject]] = {"missed": [], "misread": [], "split": [], "false": []}
     for video in reports:
         for sign in video.signs:
             about = {"clip": video.name, "sign": sign.track_id, "class": sign.class_id, "frames": sign.frames}
@@ -118,7 +118,7 @@ def _percent(part: int, whole: int) -> str:
     return f"{100 * part / whole:.2f} %" if whole else "-"
 
 
-def _ms(column: Mapping[str, Any], name: str) -> str:
+def _ms(column: JsonMapping, name: str) -> str:
     value = column.get(name)
     return "not timed" if value is None else f"{value:.1f}"
 

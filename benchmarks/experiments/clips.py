@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from benchmarks.experiments.online_changes import online_changes
 from benchmarks.experiments.tracked import CONFIGURATIONS, score
 from tsr_engine.evaluation.tracking import changed_errors, summarise
 from tsr_engine.evaluation.tracking_rows import read_clip_truth
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.track_table import TrackTable
 
@@ -51,7 +51,7 @@ def clip_groups(names: list[str]) -> dict[str, list[str]]:
 def _run(data: Data) -> Result:
     pairs = read_clips(data.need("clips"))
     groups = clip_groups(list(pairs))
-    figures: dict[str, dict[str, Any]] = {}
+    figures: dict[str, JsonObject] = {}
     scores = score(pairs, CONFIGURATIONS, data.scratch)
     for name, scored in scores.items():
         figures[name] = {"detection_ms": scored.ms("detection"), "classification_ms": scored.ms("classification")}
@@ -90,7 +90,7 @@ def _tell(result: Result) -> str:
     return "\n".join(part for part in parts if part)
 
 
-def _localisation(figures: Mapping[str, Mapping[str, Any]], groups: list[str]) -> str:
+def _localisation(figures: Mapping[str, JsonMapping], groups: list[str]) -> str:
     rows = [["", "", "frames covered", "ids per sign", "false tracks", "mean Eq. 7", "... any width", "right class"]]
     for group in groups:
         for name in CONFIGURATIONS:
@@ -111,7 +111,7 @@ def _localisation(figures: Mapping[str, Mapping[str, Any]], groups: list[str]) -
     )
 
 
-def _named(shipped: Mapping[str, Any], groups: list[str]) -> str:
+def _named(shipped: JsonMapping, groups: list[str]) -> str:
     """Each sign that is missed, misread or split, by name."""
     lines = []
     for group in groups:

@@ -6,7 +6,6 @@ import tempfile
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from benchmarks.experiments.clips import read_clips
 from benchmarks.review.annotator import Annotator, Work
 from benchmarks.review.desk import READY, Desk, open_desk
 from benchmarks.review.planted import KINDS, ROUNDS, planted
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT"]
@@ -33,7 +33,7 @@ def _run(data: Data) -> Result:
     if missing:
         raise Skip(f"the folder `clips` lacks {', '.join(missing)}.")
     chosen = {name: pairs[name] for name in CLIPS}
-    figures: dict[str, Any] = {"now": _day(chosen, data.seed, None)}
+    figures: JsonObject = {"now": _day(chosen, data.seed, None)}
     if data.before is not None:
         figures["before"] = _day(chosen, data.seed, data.before)
     return Result(
@@ -47,7 +47,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _day(clips: Mapping[str, tuple[Path, TrackTable]], seed: int, code: Path | None) -> dict[str, Any]:
+def _day(clips: Mapping[str, tuple[Path, TrackTable]], seed: int, code: Path | None) -> JsonObject:
     """The whole day on one version of the tool; ``code``: the checkout of another one."""
     done: list[Work] = []
     left: list[dict[str, float]] = []
@@ -72,7 +72,7 @@ def _day(clips: Mapping[str, tuple[Path, TrackTable]], seed: int, code: Path | N
     }
 
 
-def _one(desk: Desk, video: Mapping[str, Any], truth: TrackTable, turn: int, seed: int) -> tuple[str, list[Work]]:
+def _one(desk: Desk, video: JsonMapping, truth: TrackTable, turn: int, seed: int) -> tuple[str, list[Work]]:
     size = int(video["width"]), int(video["height"])
     content, cases = planted(truth, size, int(video["frames"]), turn, seed)
     run = _brought(desk, video, content, "run")
@@ -86,13 +86,13 @@ def _one(desk: Desk, video: Mapping[str, Any], truth: TrackTable, turn: int, see
     return run, found
 
 
-def _brought(desk: Desk, video: Mapping[str, Any], content: bytes, kind: str) -> str:
+def _brought(desk: Desk, video: JsonMapping, content: bytes, kind: str) -> str:
     """Bring a table onto a video, as a run or as truth; its id."""
     asked = f"/videos/{video['id']}/imports?as={kind}&name={kind}&format=tracks-csv"
     return str(desk.server.call("POST", asked, content, "application/octet-stream")["id"])
 
 
-def _by_kind(done: Sequence[Work]) -> dict[str, Any]:
+def _by_kind(done: Sequence[Work]) -> JsonObject:
     kinds: dict[str, list[Work]] = defaultdict(list)
     for work in done:
         kinds[work.kind].append(work)
@@ -139,7 +139,7 @@ def _tell(result: Result) -> str:
     )
 
 
-def _bar(kind: str, found: Mapping[str, Any]) -> str:
+def _bar(kind: str, found: JsonMapping) -> str:
     if kind not in BARS:
         return ""
     return f"{BARS[kind]:g} actions, {'kept' if found['actions'] <= BARS[kind] else 'missed'}"

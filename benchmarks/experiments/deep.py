@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
@@ -17,6 +16,7 @@ from tsr_engine.detection.onnx import OnnxDetector
 from tsr_engine.evaluation.detection import DetectionScore, score_detections
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 
 __all__ = ["EXPERIMENT"]
@@ -62,7 +62,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _detect(reported: dict[str, Any], report: Sequence[Scene]) -> Found:
+def _detect(reported: JsonObject, report: Sequence[Scene]) -> Found:
     """Through the engine's plug-in, as `tsr track --onnx` runs it."""
     size = (int(reported["input"][0]), int(reported["input"][1]))
     detector = OnnxDetector(SIGNS.read_bytes(), size, reported["layout"], params=DetectorParams(keep_score=LEAST))
@@ -73,7 +73,7 @@ def _detect(reported: dict[str, Any], report: Sequence[Scene]) -> Found:
     return results
 
 
-def _plain(results: Found) -> dict[str, Any]:
+def _plain(results: Found) -> JsonObject:
     score = score_detections(results)
     return {**plain(score), "by_width": _by_width(results, score)}
 
@@ -113,7 +113,7 @@ def _tell(result: Result) -> str:
     )
 
 
-def _widths(figures: dict[str, Any]) -> list[str]:
+def _widths(figures: JsonObject) -> list[str]:
     return [f"{name} px".replace("-1000", " and more") for name in figures["by_width"]]
 
 

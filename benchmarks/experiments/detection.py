@@ -21,6 +21,7 @@ from benchmarks.systems.trained import SYSTEMS, trained
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.pipeline import load_components, one_blas_thread
@@ -37,7 +38,7 @@ def _run(data: Data) -> Result:
     known = held_out(data)
     detector, report = known.detector, known.report
     curves = {name: score_detections(known.found(prior=prior)) for name, prior in zip(OURS, (False, True), strict=True)}
-    settings: dict[str, Any] = {
+    settings: JsonObject = {
         "seed": detector.seed or 0,
         "detector": detector.sha256[:12],
         "prior": known.prior.sha256[:12],
@@ -56,7 +57,7 @@ def _run(data: Data) -> Result:
     kept = Cache(data.scratch / "side_by_side")
     found, ms = _side_by_side(detectors, report, kept, made_from) if not missing else ({}, {})
     curves |= {name: score_detections(results) for name, results in found.items() if name not in OURS}
-    figures: dict[str, Any] = {name: plain(curve) for name, curve in curves.items()}
+    figures: JsonObject = {name: plain(curve) for name, curve in curves.items()}
     for name, value in ms.items():
         for row in OURS if name == "ACF" else (name,):
             figures[row]["ms"] = value
@@ -120,11 +121,11 @@ def _columns() -> dict[str, tuple[Callable[..., Any], int]]:
     }
 
 
-def _order(curves: Mapping[str, Any]) -> list[str]:
+def _order(curves: JsonMapping) -> list[str]:
     return [name for name in (*(s.title for s in SYSTEMS), *OURS) if name in curves]
 
 
-def _ms(row: Mapping[str, Any]) -> str:
+def _ms(row: JsonMapping) -> str:
     return f"{row['ms']:.0f}" if "ms" in row else "-"
 
 

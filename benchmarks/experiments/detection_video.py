@@ -27,6 +27,7 @@ from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.evaluation.tracking_rows import read_results
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread
 from tsr_engine.records import Detections
@@ -66,7 +67,7 @@ def _run(data: Data) -> Result:
     clips = {name: _watched(video, truth, times, kept) for name, (video, truth) in pairs.items()}
     approaches = {} if data.tuning is None else read_looming(data.tuning, each=EACH_OF_A_ROW).videos
     tuned_on = [clips[n] for n in chosen] + [_watched(*pair, [], kept) for pair in approaches.values()]
-    figures: dict[str, Any] = {}
+    figures: JsonObject = {}
     picked: dict[str, dict[str, float]] = {}
     for name, row in (("ACF", "ACF and KF"), ("ACF and prior", "ACF, prior and KF")):
         params = _best(tuned_on, name)
@@ -106,7 +107,7 @@ def _watched(video: Path, truth: TrackTable, times: list[float], kept: Cache) ->
     return _Clip(video, ground_truths, seen, aimed(params, video)[0].tracking.coast_foe_y)
 
 
-def _watch(video: Path, components: Components) -> dict[str, Any]:
+def _watch(video: Path, components: Components) -> JsonObject:
     """Detect once a frame; suppression, which depends on the prior, is done for both afterwards."""
     overlap = Params().detector.final_overlap
     seen: dict[str, list[Any]] = {"ACF": [], "ACF and prior": []}
@@ -127,7 +128,7 @@ def _watch(video: Path, components: Components) -> dict[str, Any]:
     return {"seen": seen, "times": times}
 
 
-def _alone(clips: Sequence[_Clip], name: str) -> dict[str, Any]:
+def _alone(clips: Sequence[_Clip], name: str) -> JsonObject:
     results = [
         counted(seen.detections.boxes, seen.detections.scores, truth)
         for clip in clips
@@ -136,7 +137,7 @@ def _alone(clips: Sequence[_Clip], name: str) -> dict[str, Any]:
     return plain(score_detections(results))
 
 
-def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) -> tuple[dict[str, Any], float]:
+def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) -> tuple[JsonObject, float]:
     """The curve of tracked boxes, and the filter's median time a frame in ms."""
     settings = [*values.items(), ("confirm_score", values["birth_score"])]
     params = Params().with_settings(settings)
@@ -159,7 +160,7 @@ def _best(clips: Sequence[_Clip], name: str) -> dict[str, float]:
     return max(choices, key=lambda values: _filtered(clips, name, values)[0]["ap"])
 
 
-def _engine(clips: Sequence[_Clip], kept: Cache) -> dict[str, Any]:
+def _engine(clips: Sequence[_Clip], kept: Cache) -> JsonObject:
     """The result rows of `tsr track`, default parameters: KF, gate, online detector."""
     shipped = Params.preset("default")
     components = load_components(shipped)
@@ -178,7 +179,7 @@ def _engine(clips: Sequence[_Clip], kept: Cache) -> dict[str, Any]:
     return plain(score_detections(results)) | {"ms": 1e3 * seconds / max(1, frames)}
 
 
-def _track(video: Path, params: Params, components: Components) -> dict[str, Any]:
+def _track(video: Path, params: Params, components: Components) -> JsonObject:
     """Frames, boxes and scores of the rows of one clip, and the CPU seconds that they took."""
     with tempfile.TemporaryDirectory() as scratch:
         rows = Path(scratch) / "rows.csv"
@@ -224,7 +225,7 @@ def _picked(result: Result) -> list[tuple[str, dict[str, float]]]:
     return [(row, result.figures["picked"][row]) for row in ROWS if row in result.figures["picked"]]
 
 
-def _against_paper(curves: Mapping[str, Mapping[str, Any]]) -> str:
+def _against_paper(curves: Mapping[str, JsonMapping]) -> str:
     def than(a: str, b: str) -> str:
         change = curves[a]["ap"] - curves[b]["ap"]
         if abs(change) < 5e-5:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from benchmarks.exchange_scale import FRAMES, MOST_MB, MOST_SECONDS, TRACKS, WITHOUT_PICTURES, measured
 from benchmarks.experiment import Data, Experiment, Result, machine, table
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]
 
@@ -37,7 +36,7 @@ def _tell(result: Result) -> str:
     )
 
 
-def _written(one: dict[str, Any]) -> list[str]:
+def _written(one: JsonObject) -> list[str]:
     return [
         f"{one['seconds']:.1f} s",
         f"{one['cpu_seconds']:.1f} s",
@@ -47,7 +46,7 @@ def _written(one: dict[str, Any]) -> list[str]:
     ]
 
 
-def _read(one: dict[str, Any]) -> list[str]:
+def _read(one: JsonObject) -> list[str]:
     if "read_seconds" not in one:
         return ["-", "-", "-"]
     return [f"{one['read_seconds']:.1f} s", f"{one['read_cpu_seconds']:.1f} s", f"{one['read_peak_mb']} MB"]

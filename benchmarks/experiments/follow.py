@@ -24,6 +24,7 @@ from benchmarks.peers.multi import Missing
 from tsr_engine.follow import FollowerModels
 from tsr_engine.following import load_follower
 from tsr_engine.io.video import open_video
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.track_table import TrackTable
@@ -152,7 +153,7 @@ def _signs(video: _Video) -> Iterator[tuple[Sequence[Picture], Sign]]:
         yield painted(pictures, sign) if video.vanish else (pictures, sign)
 
 
-def _ours(video: _Video, parts: FollowerModels) -> dict[str, Any]:
+def _ours(video: _Video, parts: FollowerModels) -> JsonObject:
     """Our figures on one video, and how many boxes its signs need."""
     ways: dict[str, dict[str, list[dict[str, float]]]] = {}
     times: dict[str, list[float]] = {}
@@ -182,7 +183,7 @@ def _ours(video: _Video, parts: FollowerModels) -> dict[str, Any]:
     return {"ways": ways, "times": times, "needed": needed, "signs": count}
 
 
-def _theirs(video: _Video, makers: Mapping[str, Callable[[], Any]]) -> dict[str, Any]:
+def _theirs(video: _Video, makers: Mapping[str, Callable[[], Any]]) -> JsonObject:
     """The peers' figures on one video."""
     ways: dict[str, dict[str, list[dict[str, float]]]] = {}
     times: dict[str, list[float]] = {}
@@ -226,7 +227,7 @@ def _ms(times: Mapping[str, float], way: str) -> str:
     return f"{times[way]:.1f} ms ({1e3 / times[way]:.0f} frames/s)"
 
 
-def _table(groups: Mapping[str, Any], group: str) -> str:
+def _table(groups: JsonMapping, group: str) -> str:
     ways = groups[group]
     head = ["share of frames with IoU >= 0.7 / >= 0.5; ends met; runaways", *POSITIONS]
     rows = [head]

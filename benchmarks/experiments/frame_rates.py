@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from benchmarks.peers.ours import filter_alone
 from benchmarks.peers.seen import Seen, every, look
 from benchmarks.peers.tuning import tune
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.track_table import TrackTable
 
@@ -48,7 +48,7 @@ def _run(data: Data) -> Result:
     kept = Cache(data.scratch / "peers")
     default = Params.preset("default")
     ours = {OURS: default, BEFORE: default.with_settings(list(FULL_RATE.items()))}
-    figures: dict[str, Any] = {}
+    figures: JsonObject = {}
     missing: dict[str, str] = {}
     for step in STEPS:
         left = [every(s, step) for s in seen]
@@ -84,7 +84,7 @@ def _group(seen: Seen) -> str:
     return seen.video.group if seen.video.group in (*GROUPS, *CHOSEN_ON) else "approaches"
 
 
-def _figures(seen: Sequence[Seen], rows: Sequence[TrackTable]) -> dict[str, Any]:
+def _figures(seen: Sequence[Seen], rows: Sequence[TrackTable]) -> JsonObject:
     reports = []
     for s, returned in zip(seen, rows, strict=True):
         size = (s.width, s.height)
@@ -108,28 +108,28 @@ def _tell(result: Result) -> str:
     return "\n".join([*parts, _verdict(f["groups"]), ""])
 
 
-def _in_order(groups: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+def _in_order(groups: JsonMapping) -> list[tuple[str, JsonMapping]]:
     return [(group, groups[group]) for group in GROUPS if group in groups]
 
 
-def _names(steps: Mapping[str, Any]) -> list[str]:
+def _names(steps: JsonMapping) -> list[str]:
     """Ours first, then the peers, last what none of them could surpass."""
     known = next(iter(steps.values()))
     peers = [name for name in known if name not in (OURS, BEFORE, BOUND)]
     return [name for name in (OURS, BEFORE, *peers, BOUND) if name in known]
 
 
-def _cell(figures: Mapping[str, Any]) -> str:
+def _cell(figures: JsonMapping) -> str:
     if figures["mean_error"] is None:
         return "-"
     return f"{_error(figures)}, {100 * figures['coverage']:.1f} %, {figures['ids_per_sign']:.2f}"
 
 
-def _error(figures: Mapping[str, Any]) -> str:
+def _error(figures: JsonMapping) -> str:
     return "none" if figures["mean_error"] is None else f"{figures['mean_error']:.4f}"
 
 
-def _verdict(groups: Mapping[str, Any]) -> str:
+def _verdict(groups: JsonMapping) -> str:
     """Where the values of today lose to those of before, and to peers."""
     worse = [
         f"{group}, {HEADINGS[step]}: {_loss(found[OURS], found[name])} of {name}"
@@ -146,7 +146,7 @@ def _verdict(groups: Mapping[str, Any]) -> str:
     )
 
 
-def _loss(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> str:
+def _loss(ours: JsonMapping, theirs: JsonMapping) -> str:
     """Both means in as many digits as tell them apart, with what each covers."""
     a, b = ours["mean_error"], theirs["mean_error"]
     digits = next((n for n in range(4, 8) if round(a, n) != round(b, n)), 8)

@@ -6,7 +6,6 @@ import hashlib
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from benchmarks.peers.cache import code
 from tsr_engine.evaluation.fusion import MODES, Mode, TrackVotes, evaluate_fusion, track_votes
 from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items, read_picture
 from tsr_engine.io.models import load_component, save_component
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.fusion import FusionParams
 from tsr_engine.pipeline import one_blas_thread
@@ -126,7 +126,7 @@ def _tell(result: Result) -> str:
     return f"{single} {fused}\n\n{table(rows)}\n{shipped}{_verdicts(f)}\n\n{_tell_folds(f['folds'])}"
 
 
-def _verdicts(f: Mapping[str, Any]) -> str:
+def _verdicts(f: JsonMapping) -> str:
     """Where either weighting by scale does worse than equal weights, and by how many signs."""
     said = []
     for mode in BY_SCALE:
@@ -139,7 +139,7 @@ def _verdicts(f: Mapping[str, Any]) -> str:
     return f"Against equal weights, {' and '.join(said)}."
 
 
-def _tell_folds(folds: dict[str, Any]) -> str:
+def _tell_folds(folds: JsonObject) -> str:
     """One split has few signs that can go wrong; the whole set has four times as many."""
     rows = [["part held out", "signs", "single crops", f"over {folds['frames'][-1]} frames, clamped"]]
     for number, part in enumerate(folds["each"]):

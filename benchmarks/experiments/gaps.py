@@ -23,6 +23,7 @@ from benchmarks.peers.generic import GENERIC, maker
 from benchmarks.peers.multi import Missing
 from benchmarks.peers.ours import identity
 from benchmarks.peers.seen import Seen, look, pictures
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 
@@ -42,7 +43,7 @@ EVERY = {"held out": 12, "chosen on": 12, "approaches": 1000}
 
 def _run(data: Data) -> Result:
     videos, without = annotated(data)
-    makers: dict[str, Any] = {STILL: Still}
+    makers: JsonObject = {STILL: Still}
     missing: dict[str, str] = {}
     for name in GENERIC:
         try:
@@ -113,7 +114,7 @@ def _run(data: Data) -> Result:
 
 
 def _one_video(
-    seen: Seen, gaps: Sequence[Gap], configurations: Mapping[str, tuple[Params, Components]], makers: Mapping[str, Any]
+    seen: Seen, gaps: Sequence[Gap], configurations: Mapping[str, tuple[Params, Components]], makers: JsonMapping
 ) -> dict[str, dict[str, list[Any]]]:
     """Every tracker over every gap of a video: name -> outcomes, and the CPU seconds of a step, gap by gap."""
     frames = [picture for _, picture in pictures(seen)]
@@ -169,7 +170,7 @@ def _tell(result: Result) -> str:
     return "\n".join(parts)
 
 
-def _by_stress(stresses: Mapping[str, Mapping[str, Any]]) -> str:
+def _by_stress(stresses: Mapping[str, JsonMapping]) -> str:
     """Eq. 7 at the end of the gaps of each stress, and where the filter alone ends nearer; nothing without any."""
     if not stresses:
         return ""
@@ -188,18 +189,18 @@ def _by_stress(stresses: Mapping[str, Mapping[str, Any]]) -> str:
     return table(rows) + f"\nWith the online detector the boxes end nearer than by KF alone, {said}.\n"
 
 
-def _groups(groups: Mapping[str, Any]) -> list[tuple[str, Any]]:
+def _groups(groups: JsonMapping) -> list[tuple[str, Any]]:
     """What was held out first."""
     return [(name, groups[name]) for name in EVERY if name in groups]
 
 
-def _order(by_name: Mapping[str, Any]) -> list[str]:
+def _order(by_name: JsonMapping) -> list[str]:
     """Ours first, then what any tracker must beat, then the others: what was saved has lost its order."""
     first = [name for name in (*CONFIGURATIONS, *UNAIMED.values(), STILL) if name in by_name]
     return first + sorted(set(by_name) - set(first))
 
 
-def _verdict(groups: Mapping[str, Any]) -> str:
+def _verdict(groups: JsonMapping) -> str:
     beaten = []
     for group, by_name in _groups(groups):
         for n in LENGTHS:
@@ -220,7 +221,7 @@ def _verdict(groups: Mapping[str, Any]) -> str:
     return head + "\n".join(beaten) + "\n" + _unaimed(groups)
 
 
-def _unaimed(groups: Mapping[str, Any]) -> str:
+def _unaimed(groups: JsonMapping) -> str:
     """Where not knowing the camera would have been better; nothing where it never is."""
     title = UNAIMED["default"]
     better = [

@@ -17,6 +17,7 @@ from tsr_engine.evaluation.detection import match, score_detections
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.records import FloatArray
 
@@ -44,7 +45,7 @@ class Seen:
     scores: FloatArray
 
 
-def misses(seen: Sequence[Seen], threshold: float) -> list[dict[str, Any]]:
+def misses(seen: Sequence[Seen], threshold: float) -> list[JsonObject]:
     """Signs that no detection of at least ``threshold`` finds at IoU 0.5, the smallest first.
 
     Returns:
@@ -69,7 +70,7 @@ def misses(seen: Sequence[Seen], threshold: float) -> list[dict[str, Any]]:
     return sorted(found, key=lambda m: m["width"])
 
 
-def reason(miss: dict[str, Any], contrast: float) -> str:
+def reason(miss: JsonObject, contrast: float) -> str:
     """In words why a sign was missed, from what the detector made of it.
 
     Args:
@@ -124,7 +125,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _false(seen: Sequence[Seen], threshold: float) -> list[dict[str, Any]]:
+def _false(seen: Sequence[Seen], threshold: float) -> list[JsonObject]:
     """Detections from the threshold on that lie on no sign, the surest first."""
     out = []
     for number, one in enumerate(seen):
@@ -143,7 +144,7 @@ def _contrast(picture: Any, box: FloatArray) -> float:
     return float(cv2.cvtColor(picture[y1:y2, x1:x2], cv2.COLOR_BGR2GRAY).std())
 
 
-def _by_width(all_widths: FloatArray, missed: Sequence[float]) -> list[dict[str, Any]]:
+def _by_width(all_widths: FloatArray, missed: Sequence[float]) -> list[JsonObject]:
     edges = (0, 20, 24, 32, 48, 1000)
     return [
         {

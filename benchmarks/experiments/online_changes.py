@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from benchmarks.experiment import table
 from benchmarks.experiments.against_paper import number
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["online_changes"]
 
 
-def online_changes(groups: Mapping[str, Mapping[str, Any]]) -> str:
+def online_changes(groups: Mapping[str, JsonMapping]) -> str:
     """Table of ``changed_errors`` of ``default`` against KF alone, a row a group; one sentence where nothing changed.
 
     Args:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -19,6 +19,7 @@ from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.models import component_path, load_component
 from tsr_engine.io.pictures import read_picture
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_detector, load_other_shapes, one_blas_thread
 from tsr_engine.protocols import OfflineDetector
@@ -74,14 +75,14 @@ def read_boxes(folder: Path) -> dict[str, list[Sign]]:
     return signs
 
 
-def _by_code(row: Mapping[str, Any]) -> Sign:
+def _by_code(row: JsonMapping) -> Sign:
     x, y, width, height = (float(v) for v in row["bbox"])
     kind = "43" if row["code"] in CLASSES else "other" if row["code"] in OTHERS else ""
     counted = not row["ignore"] and max(width, height) >= LEAST
     return Sign(np.array([x, y, x + width, y + height]), kind if counted else "", row["code"])
 
 
-def _by_name(row: Mapping[str, Any]) -> Sign:
+def _by_name(row: JsonMapping) -> Sign:
     box = np.array(row["box"], np.float64)
     kind = "43" if row["gtsrb"] >= 0 else "other"
     counted = not row["ignore"] and row["kind"] == "upright" and (box[2:] - box[:2]).max() >= LEAST

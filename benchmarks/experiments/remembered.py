@@ -11,11 +11,11 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from benchmarks.peers.cache import ENGINE, code, file_digest
 from tsr_engine.evaluation.tracking import SignReport, VideoReport
 from tsr_engine.io.atomic import atomic_text
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.track_table import TrackTable
 
@@ -67,7 +67,7 @@ class Memory:
         return digest.hexdigest()
 
 
-def _report(record: Mapping[str, Any]) -> VideoReport:
+def _report(record: JsonMapping) -> VideoReport:
     signs = tuple(SignReport(**(sign | {"ids": tuple(sign["ids"])})) for sign in record["signs"])
     lists = {
         "signs": signs,

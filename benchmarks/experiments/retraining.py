@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.io.models import SHIPPED, load_component
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
@@ -73,7 +73,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _loop(pairs: Pairs, groups: Mapping[str, list[str]], work: Path, data: Data) -> dict[str, Any]:
+def _loop(pairs: Pairs, groups: Mapping[str, list[str]], work: Path, data: Data) -> JsonObject:
     """Figures before and after, and what the version itself reports."""
     corrections = Dataset(shipped_set(DEFAULT), tuple(corrected(*pairs[name]) for name in groups["chosen on"]))
     opened = OpenedExport(corrections, (), {}, {"name": "annotations of " + ", ".join(groups["chosen on"])})
@@ -93,7 +93,7 @@ def _unwatched(_stage: str, _done: int, _total: int) -> None:
     """Nobody asks."""
 
 
-def _judged(held: Pairs, models: Path, work: Path) -> dict[str, Any]:
+def _judged(held: Pairs, models: Path, work: Path) -> JsonObject:
     """Single frames (every second one or so), and whole runs."""
     dataset = Dataset(shipped_set(DEFAULT), tuple(corrected(*pair) for pair in held.values()))
     scenes = corrected_scenes(dataset, work / "held", Sampling(signs=60, background=60))
@@ -140,7 +140,7 @@ def _tell(result: Result) -> str:
     )
 
 
-def _cell(figures: Mapping[str, Any], key: str) -> str:
+def _cell(figures: JsonMapping, key: str) -> str:
     if key in ("signs_detected", "signs_classified"):
         return f"{figures[key]} of {figures['signs']}"
     return _number(figures[key])

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import Any
 
 from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.review.desk import open_desk, open_review
 from benchmarks.review.first_use import first_correction
 from benchmarks.review.handling import measure_early_seeks, measure_handling
 from benchmarks.review.long import first_paint, lane_intervals
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]
 
@@ -18,7 +18,7 @@ CLIP = "SH13_9f8bd8.mp4"
 """1280x720, a key frame every 128 pictures: the hardest of the clips to seek in."""
 
 
-def _clip(data: Data, home: Path) -> tuple[str, dict[str, Any]]:
+def _clip(data: Data, home: Path) -> tuple[str, JsonObject]:
     from sample_videos import SHIPPED
 
     clip = SHIPPED[0].video
@@ -39,11 +39,11 @@ def _clip(data: Data, home: Path) -> tuple[str, dict[str, Any]]:
         return clip.name, {"early": early, **measure_handling(page, data.seed)}
 
 
-def _long(home: Path) -> dict[str, Any]:
+def _long(home: Path) -> JsonObject:
     from tests.app.long_run import make_long_run
 
     made = make_long_run(home)
-    found: dict[str, Any] = {}
+    found: JsonObject = {}
     with open_desk(home, (home,), sample=False) as desk:
         found["first_paint"] = [first_paint(desk, made.video_id, made.run_id) for _ in range(4)]
         page = desk.page()
@@ -58,7 +58,7 @@ def _run(data: Data) -> Result:
         place = Path(scratch)
         for name in ("first", "clip", "long"):
             (place / name).mkdir()
-        figures: dict[str, Any] = {"first": first_correction(place / "first")}
+        figures: JsonObject = {"first": first_correction(place / "first")}
         clip, figures["clip"] = _clip(data, place / "clip")
         figures["long"] = _long(place / "long")
     return Result(

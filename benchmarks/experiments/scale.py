@@ -21,6 +21,7 @@ from benchmarks.timing.looped import RATE, SIZE, base_clip, cut_out, looped
 from benchmarks.timing.notes import read_sections
 from sample_videos import SHIPPED
 from tsr_engine.io.video import open_video
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 
@@ -41,7 +42,7 @@ def _run(data: Data) -> Result:
     base = base_clip(folder, BASE, drives=2)
     long = looped(base, TURNS, folder / f"drive_{LONGEST}.mp4")
     runs = {"real": (long, data.scratch / "long_real"), "repeated": (base, data.scratch / "long_repeated")}
-    figures: dict[str, Any] = {}
+    figures: JsonObject = {}
     for kind, (video, evidence) in runs.items():
         sections = read_sections(evidence / NOTES, ENDS)
         if not sections or sections[-1].frames < LONGEST:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import time
 from pathlib import Path
-from typing import Any
 
 from app.storage.database import Database
 from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.search_scale import MOST_MS, fill, measured, pages, size_mb
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]
 
@@ -38,7 +38,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _on(url: str, tracks: int, seed: int) -> dict[str, Any]:
+def _on(url: str, tracks: int, seed: int) -> JsonObject:
     database = Database(url)
     try:
         database.migrate()
@@ -56,7 +56,7 @@ def _on(url: str, tracks: int, seed: int) -> dict[str, Any]:
 
 
 def _tell(result: Result) -> str:
-    databases: dict[str, Any] = result.figures["databases"]
+    databases: JsonObject = result.figures["databases"]
     rows = [["question", "found", *(f"{name}, median / slowest" for name in databases)]]
     first = next(iter(databases.values()))
     over = []

@@ -17,6 +17,7 @@ from benchmarks.experiments.online_changes import online_changes
 from benchmarks.experiments.tracked import CONFIGURATIONS, PAPER_KF, score
 from benchmarks.experiments.wrong import draw_wrong
 from tsr_engine.evaluation.tracking import changed_errors, summarise
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 __all__ = ["EXPERIMENT"]
 
@@ -29,7 +30,7 @@ SHEET = ROOT / "figures" / "stress_wrong.png"
 def _run(data: Data) -> Result:
     tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
     clips = read_looming(data.need("looming"), without=tuned, each=EACH)
-    figures: dict[str, dict[str, Any]] = {}
+    figures: dict[str, JsonObject] = {}
     scores = score(clips.videos, CONFIGURATIONS, data.scratch)
     for name, scored in scores.items():
         for stress in (*clips.stresses, "all"):
@@ -73,11 +74,11 @@ def _tell(result: Result) -> str:
     ))  # fmt: skip
 
 
-def _ordered(figures: Mapping[str, Any]) -> list[tuple[str, Any]]:
+def _ordered(figures: JsonMapping) -> list[tuple[str, Any]]:
     return sorted(figures.items(), key=lambda item: (item[0] == "all", item[0]))
 
 
-def _bars(figures: Mapping[str, Mapping[str, Any]]) -> str:
+def _bars(figures: Mapping[str, JsonMapping]) -> str:
     """Whether each row keeps to the bars on ids and Eq. 7, and where ``default`` is worse than ``paper``."""
     broken, worse = [], []
     for stress, by_name in _ordered(figures):
@@ -109,7 +110,7 @@ def _bars(figures: Mapping[str, Mapping[str, Any]]) -> str:
     return "\n\n".join(lines) + "\n"
 
 
-def _above(stress: str, mine: Mapping[str, Any], alone: Mapping[str, Any]) -> str:
+def _above(stress: str, mine: JsonMapping, alone: JsonMapping) -> str:
     """By how much the mean of Eq. 7 lies above that of KF alone, and on the boxes that both have."""
     digits = next((n for n in (4, 5, 6) if round(mine["mean_error"], n) != round(alone["mean_error"], n)), 7)
     text = f"{stress}: Eq. 7 {mine['mean_error']:.{digits}f}, above the {alone['mean_error']:.{digits}f} of KF alone"
@@ -126,7 +127,7 @@ def _short(value: float) -> str:
     return str(value) if isinstance(value, int) else f"{value:.4f}"
 
 
-def _named(notes: Mapping[str, list[dict[str, Any]]]) -> str:
+def _named(notes: Mapping[str, list[JsonObject]]) -> str:
     lines = [
         f"- {_label(n)}{n['clip']}: sign {n['sign']} (class {n['class']}), {n['frames']} frames: not found."
         for n in notes["missed"]
@@ -144,7 +145,7 @@ def _named(notes: Mapping[str, list[dict[str, Any]]]) -> str:
     return "What went wrong, sign by sign:\n\n" + "\n".join(lines) + "\n" + picture
 
 
-def _label(note: Mapping[str, Any]) -> str:
+def _label(note: JsonMapping) -> str:
     return f"{note['label']}, " if "label" in note else ""
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.systems.trained import TrainedSystem, split, trained
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]
 
@@ -27,7 +26,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _plain(system: TrainedSystem) -> dict[str, Any]:
+def _plain(system: TrainedSystem) -> JsonObject:
     return {"name": system.system.name, "title": system.system.title, **system.record}
 
 

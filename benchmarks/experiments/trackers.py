@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -23,6 +22,7 @@ from benchmarks.peers.seen import Annotated, Seen, look
 from benchmarks.peers.tuning import tune
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
 from tsr_engine.geometry.boxes import iou
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.pipeline import load_components
 from tsr_engine.track_table import TrackTable
 
@@ -123,9 +123,9 @@ def _run(data: Data) -> Result:
 
 def run_peers(
     tuned_on: Sequence[Seen], judged: Sequence[Seen], rows: dict[str, list[tuple[TrackTable, float]]], kept: Cache
-) -> tuple[dict[str, Any], dict[str, str]]:
+) -> tuple[JsonObject, dict[str, str]]:
     """Tune and run each peer; those that cannot be run, with the reason."""
-    chosen: dict[str, Any] = {}
+    chosen: JsonObject = {}
     missing: dict[str, str] = {}
     try:
         load("trackeval")
@@ -147,12 +147,12 @@ def run_peers(
     return chosen, missing
 
 
-def _figures(judged: Sequence[Seen], rows: Mapping[str, list[tuple[TrackTable, float]]]) -> dict[str, Any]:
+def _figures(judged: Sequence[Seen], rows: Mapping[str, list[tuple[TrackTable, float]]]) -> JsonObject:
     """Group -> tracker -> figures. Groups: held-out clips, each stress, all stresses."""
     stresses = sorted({s.video.group for s in judged} - {"held out"})
     clips = ["held out"] if any(s.video.group == "held out" for s in judged) else []
     groups = [*clips, *stresses, *(["all approaches"] if len(stresses) > 1 else [])]
-    figures: dict[str, Any] = {}
+    figures: JsonObject = {}
     ours: list[VideoReport] = []
     for name, found in rows.items():
         reports, sequences = [], []
@@ -176,11 +176,11 @@ def _belongs(own: str, group: str) -> bool:
     return own == group or (group == "all approaches" and own != "held out")
 
 
-def _one(reports: list[VideoReport], sequences: list[dict[str, Any]]) -> dict[str, Any]:
+def _one(reports: list[VideoReport], sequences: list[JsonObject]) -> JsonObject:
     s = summarise(reports).as_dict()
     errors = ("mean_error", "mean_error_overall", "mean_error_any_width")
     kept = ("signs", "signs_detected", "false_tracks", "coverage", "ids_per_sign", *errors, "switches")
-    figures: dict[str, Any] = {name: s[name] for name in kept}
+    figures: JsonObject = {name: s[name] for name in kept}
     try:
         return figures | trackeval_figures(sequences)
     except Missing:
@@ -230,7 +230,7 @@ def _tell(result: Result) -> str:
     return "\n".join(parts)
 
 
-def _cells(s: Mapping[str, Any]) -> list[str]:
+def _cells(s: JsonMapping) -> list[str]:
     return [
         *(_number(s[name], 3) for name in ("HOTA", "IDF1", "MOTA", "coverage")),
         _number(s["ids_per_sign"], 2),
@@ -243,7 +243,7 @@ def _cells(s: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _shared(groups: Mapping[str, Any], peers: Sequence[str]) -> str:
+def _shared(groups: JsonMapping, peers: Sequence[str]) -> str:
     """Eq. 7 where both have a box, group by group."""
     if not peers:
         return ""
@@ -262,7 +262,7 @@ def _shared(groups: Mapping[str, Any], peers: Sequence[str]) -> str:
     )
 
 
-def _verdict(groups: Mapping[str, Any], peers: Sequence[str]) -> str:
+def _verdict(groups: JsonMapping, peers: Sequence[str]) -> str:
     """Where peers are better than ``default``, written or live, and where ``paper`` is, without rounding."""
     if not peers:
         return "No peer could be run, so nothing is compared.\n"
@@ -283,7 +283,7 @@ def _verdict(groups: Mapping[str, Any], peers: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def _losses(group: str, by_name: Mapping[str, Any], ours: str, others: Sequence[str]) -> list[str]:
+def _losses(group: str, by_name: JsonMapping, ours: str, others: Sequence[str]) -> list[str]:
     """Figures of a group at which others are better than ``ours``, best of them first."""
     lines = []
     for figure, (sign, heading) in BETTER.items():
@@ -298,7 +298,7 @@ def _losses(group: str, by_name: Mapping[str, Any], ours: str, others: Sequence[
     return lines
 
 
-def _settings(chosen: Mapping[str, Any]) -> str:
+def _settings(chosen: JsonMapping) -> str:
     rows = [["peer", "combinations tried", "HOTA where chosen", "that reach it", "settings"]]
     for name, best in chosen.items():
         text = ", ".join(f"{k} {v:g}" for k, v in best["settings"].items())

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.looming_clips import read_looming
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["EXPERIMENT"]
 
@@ -209,7 +209,7 @@ def _plot(result: Result, path: Path) -> None:
     with drawing(path) as axes:
         axes.plot([0, 1], [0, 1], color="#999999", linewidth=1)
         for way, style in zip(WAYS, ("o-", "s:"), strict=True):
-            bins: list[Mapping[str, Any]] = result.figures["bins"][way]
+            bins: list[JsonMapping] = result.figures["bins"][way]
             axes.plot([b["said"] for b in bins], [b["changed"] for b in bins], style, label=way)
         axes.set(xlabel="what the queue says", ylabel="share that is changed", xlim=(0, 1), ylim=(0, 1.02))
         axes.legend()

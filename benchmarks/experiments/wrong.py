@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from benchmarks.contact_sheet import Cell, write_sheet
 from benchmarks.experiments.tracked import Videos, track_together
 from benchmarks.peers.seen import Annotated, Seen, look, pictures
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import FloatArray
@@ -23,7 +23,7 @@ LABELS = {"missed": "N", "misread": "M", "false": "F"}
 
 
 def draw_wrong(
-    sheet: Path, scratch: Path, videos: Videos, notes: Mapping[str, Sequence[dict[str, Any]]], most: int = 24
+    sheet: Path, scratch: Path, videos: Videos, notes: Mapping[str, Sequence[JsonObject]], most: int = 24
 ) -> None:
     """A sheet of what ``notes`` names: each sign or track in the frame in which it is largest.
 
@@ -61,7 +61,7 @@ def largest(boxes: Mapping[int, FloatArray]) -> tuple[int, FloatArray]:
 
 
 def _boxes(
-    kind: str, note: Mapping[str, Any], seen: Seen, truth: TrackTable, components: Components, params: Params
+    kind: str, note: JsonMapping, seen: Seen, truth: TrackTable, components: Components, params: Params
 ) -> dict[int, FloatArray]:
     """Frame -> box of a sign, as annotated, or of a track."""
     if kind != "false":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -15,6 +14,7 @@ from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.timing.contenders import ENLARGED, EQUAL, deep_networks, runtime, yolo_networks
 from benchmarks.timing.in_turn import Turns, pipeline_beside, scenes_in_turn
 from benchmarks.timing.looped import base_clip
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components, load_detector
 
@@ -162,7 +162,7 @@ def _judged(ratio: float, bar: float, aim: float) -> str:
 
 
 def _plot(result: Result, path: Path) -> None:
-    times: Mapping[str, Any] = result.figures["scenes"]
+    times: JsonMapping = result.figures["scenes"]
     names = [*times, "whole engine"]
     values = [times[name] if name in times else result.figures["drive"][name] for name in names]
     with drawing(path, size=(6.4, 0.5 + 0.42 * len(names))) as axes:

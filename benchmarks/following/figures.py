@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from benchmarks.following.signs import Sign
 from benchmarks.following.ways import straight
 from tsr_engine.geometry.boxes import iou_each
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 
 __all__ = ["GOOD", "MOST_ACTIONS", "actions", "figures_of", "lines_needed", "mean_of", "overlaps"]
@@ -82,7 +82,7 @@ def lines_needed(sign: Sign) -> int:
         drawn[worst] = sign.life[worst]
 
 
-def mean_of(rows: Sequence[Mapping[str, float]]) -> dict[str, Any]:
+def mean_of(rows: Sequence[Mapping[str, float]]) -> JsonObject:
     """Means of each figure, and how many rows they are of."""
     return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]} | {"starts": len(rows)}
 

@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.memory import memory
 from tsr_engine.follow import Anchor, FollowerModels, Proposal
 from tsr_engine.following import follow_video
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["flat_memory"]
 
@@ -20,7 +21,7 @@ _FRAMES, _GROUP = 10_000, 250
 _EARLY = 5_000
 
 
-def flat_memory(parts: FollowerModels, scratch: Path) -> dict[str, Any]:
+def flat_memory(parts: FollowerModels, scratch: Path) -> JsonObject:
     """Resident memory after some frames, and after all of a long video.
 
     Args:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -17,6 +16,7 @@ from tsr_engine.follow import NARROWEST, Anchor, Ending, FollowerModels, follow
 from tsr_engine.follow.one_way import visible_share
 from tsr_engine.follow.outwards import HIDDEN_LIMIT, LEAST_SEEN
 from tsr_engine.geometry.boxes import clip
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["PEERS", "Filled", "KltBox", "by_peer", "by_us", "legacy", "straight"]
@@ -117,7 +117,7 @@ class KltBox:
         x1, y1, x2, y2 = self._box
         across, down = np.meshgrid(np.linspace(x1, x2, 12)[1:-1], np.linspace(y1, y2, 12)[1:-1])
         points = np.stack([across.ravel(), down.ravel()], axis=1).astype(np.float32)[:, None]
-        window: dict[str, Any] = {"winSize": (11, 11), "maxLevel": 3}
+        window: JsonObject = {"winSize": (11, 11), "maxLevel": 3}
         there, found, _ = cv2.calcOpticalFlowPyrLK(before, grey, points, None, **window)
         back, again, _ = cv2.calcOpticalFlowPyrLK(grey, before, there, None, **window)
         self._grey = grey

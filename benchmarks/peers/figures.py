@@ -10,6 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from benchmarks.peers.multi import load
 from tsr_engine.geometry.boxes import area, intersection, iou
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["NAMES", "sequence", "trackeval_figures"]
@@ -22,7 +23,7 @@ MATCH = 0.5
 """IoU of a match, and share of a box inside an ignored one from which that explains it."""
 
 
-def sequence(truth: TrackTable, results: TrackTable, frames: int) -> dict[str, Any]:
+def sequence(truth: TrackTable, results: TrackTable, frames: int) -> JsonObject:
     """One video in the form that TrackEval's metrics take.
 
     As in the MOTChallenge's own preparation, rows that match an ignored truth better than a counted one are left
@@ -58,7 +59,7 @@ def sequence(truth: TrackTable, results: TrackTable, frames: int) -> dict[str, A
     }
 
 
-def trackeval_figures(sequences: Iterable[dict[str, Any]], names: Sequence[str] = NAMES) -> dict[str, float]:
+def trackeval_figures(sequences: Iterable[JsonObject], names: Sequence[str] = NAMES) -> dict[str, float]:
     """Figures over all videos together; each at most 1.
 
     Args:

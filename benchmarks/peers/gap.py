@@ -9,13 +9,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from benchmarks.peers.ours import frame_input, start
 from benchmarks.peers.seen import Seen
 from tsr_engine.geometry.boxes import clip, iou, non_overlap
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Models, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, FrameEvidence, Picture
@@ -64,7 +65,7 @@ class Outcome:
     lost: bool
 
     @classmethod
-    def of(cls, record: Mapping[str, Any]) -> Outcome:
+    def of(cls, record: JsonMapping) -> Outcome:
         """An outcome from its fields; others are left alone."""
         return cls(int(record["length"]), float(record["error"]), float(record["iou"]), bool(record["lost"]))
 
@@ -214,7 +215,7 @@ def _outcome(length: int, found: FloatArray | None, truth: FloatArray, width: in
     return Outcome(length, float(non_overlap(truth, found)[0, 0]), float(iou(truth, found)[0, 0]), False)
 
 
-def summary(outcomes: Sequence[Outcome], length: int) -> dict[str, Any]:
+def summary(outcomes: Sequence[Outcome], length: int) -> JsonObject:
     """Means over the gaps of one length; ``held`` is the share with an IoU of at least 0.5."""
     here = [o for o in outcomes if o.length == length]
     if not here:

@@ -12,6 +12,7 @@ from benchmarks.peers.cache import Cache
 from benchmarks.peers.seen import Seen, SeenFrame, pictures
 from tsr_engine.evaluation.tracking_rows import result_table
 from tsr_engine.evidence import FramePixels, ResultRow
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, FrameInput, Models, ResultStream, TrackingCore, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, Picture
@@ -35,12 +36,12 @@ class Followed:
     live: TrackTable
     seconds: float
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> JsonObject:
         """Plain values, exact."""
         return {"rows": _plain(self.rows), "live": _plain(self.live), "seconds": self.seconds}
 
     @classmethod
-    def of(cls, record: Mapping[str, Any]) -> Followed:
+    def of(cls, record: JsonMapping) -> Followed:
         """What ``as_dict`` gave."""
         return cls(_results(record["rows"]), _results(record["live"]), float(record["seconds"]))
 
@@ -145,7 +146,7 @@ def follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]], 
     return {name: Followed.of(record) for name, record in records.items()}
 
 
-def identity(configurations: Mapping[str, tuple[Params, Components]]) -> dict[str, Any]:
+def identity(configurations: Mapping[str, tuple[Params, Components]]) -> JsonObject:
     """What decides the results of configurations, besides the code."""
     return {
         name: [params.model_dump(mode="json"), dict(components.models)]

@@ -7,7 +7,6 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from tsr_engine.errors import TsrError
 from tsr_engine.evaluation.tracking_rows import thinned
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import Detections, Picture
@@ -149,7 +149,7 @@ def pictures(seen: Seen) -> Iterator[tuple[SeenFrame, Picture]]:
             yield known, frame.picture
 
 
-def _seeing(parameters: Mapping[str, Any]) -> str:
+def _seeing(parameters: JsonMapping) -> str:
     """Those parameters that detections and the camera's shift depend on: tracking may change, they stay."""
     tracking = parameters["tracking"]
     used = {name: tracking.get(name) for name in ("use_camera_shift", "shift_scale", "foe_x", "foe_y")}

@@ -10,9 +10,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from benchmarks.review.planted import Case
+from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -125,7 +126,7 @@ class Annotator:
         self._key(letter)
         self._left("accepted" if letter == "a" else "rejected", key, last=last)
 
-    def _next(self, before: str | None) -> dict[str, Any]:
+    def _next(self, before: str | None) -> JsonObject:
         """The state once another track is selected and its frame is there."""
         return self._wait(lambda s: s["selected"] not in (None, before) and s["ready"])
 
@@ -248,11 +249,11 @@ class Annotator:
             stage["y"] + stage["height"] / 2 + (y - view["y"]) * view["zoom"],
         )
 
-    def _state(self) -> dict[str, Any]:
-        found: dict[str, Any] = self._page.evaluate(_STATE)
+    def _state(self) -> JsonObject:
+        found: JsonObject = self._page.evaluate(_STATE)
         return found
 
-    def _wait(self, holds: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    def _wait(self, holds: Callable[[JsonObject], bool]) -> JsonObject:
         end = time.monotonic() + _PATIENCE
         while not holds(now := self._state()):
             if time.monotonic() > end:

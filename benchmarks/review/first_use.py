@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any
 
 from benchmarks.review.desk import descendants, open_desk, resident_mb
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["first_correction"]
 
@@ -20,7 +20,7 @@ _STORED = """() => {
 }"""
 
 
-def first_correction(home: Path) -> dict[str, Any]:
+def first_correction(home: Path) -> JsonObject:
     """Start the tool, open the sample drive while the engine runs on it, accept its first track.
 
     Returns:
@@ -30,7 +30,7 @@ def first_correction(home: Path) -> dict[str, Any]:
     from sample_videos import SHIPPED
 
     began = time.monotonic()
-    steps: dict[str, Any] = {}
+    steps: JsonObject = {}
     with open_desk(home, (SHIPPED[0].video.parent,), sample=True) as desk:
         page = desk.page()
         page.get_by_role("heading", name="Start with the sample drive").wait_for()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -63,7 +65,7 @@ def measure_early_seeks(page: Page, seed: int) -> dict[str, float]:
     return _percentiles(page.evaluate(_GO, [np.random.default_rng(seed).permutation(frames)[-10:].tolist(), 250]))
 
 
-def measure_handling(page: Page, seed: int) -> dict[str, Any]:
+def measure_handling(page: Page, seed: int) -> JsonObject:
     """Step forth and back, seek at random, play.
 
     Args:
@@ -75,7 +77,7 @@ def measure_handling(page: Page, seed: int) -> dict[str, Any]:
         frames shown, frames that passed, frames shown without their overlay, seconds.
     """
     frames = page.evaluate("() => tsr.store.get().review.timebase.frames")
-    found: dict[str, Any] = {}
+    found: JsonObject = {}
     # far places first: what has been seen stays in the page's cache
     places = np.random.default_rng(seed).permutation(frames)[: min(frames // 2, 60)].tolist()
     found["seek"] = _percentiles(page.evaluate(_GO, [places, 250]))

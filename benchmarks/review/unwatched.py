@@ -21,6 +21,8 @@ from typing import Any
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
+from tsr_engine.json_shapes import JsonObject
+
 __all__ = ["UnwatchedPage", "open_unwatched"]
 
 _START = 60.0
@@ -39,7 +41,7 @@ class UnwatchedPage:
         self._socket = socket
         self._numbers = itertools.count(1)
 
-    def send(self, method: str, **params: Any) -> dict[str, Any]:
+    def send(self, method: str, **params: Any) -> JsonObject:
         """One command of the debugging protocol.
 
         Raises:
@@ -51,7 +53,7 @@ class UnwatchedPage:
             pass  # events
         if "error" in answer:
             raise RuntimeError(f"{method}: {answer['error']['message']}")
-        result: dict[str, Any] = answer["result"]
+        result: JsonObject = answer["result"]
         return result
 
     def evaluate(self, expression: str) -> Any:

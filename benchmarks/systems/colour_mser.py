@@ -14,6 +14,7 @@ from benchmarks.systems.hog_svm import HogSvm, describe_boxes
 from benchmarks.systems.proposals import ProposalPlan, propose
 from tsr_engine.detection.nms import suppress
 from tsr_engine.geometry.boxes import clip
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import Detections, Picture
 
@@ -37,14 +38,14 @@ class ColourMser:
     calibration: tuple[float, float]
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], settings: Mapping[str, Any]) -> ColourMser:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], settings: JsonMapping) -> ColourMser:
         """From what :meth:`to_arrays` gave."""
         colours = ColourModel(arrays["table"], arrays["means"].astype(float), arrays["covariances"].astype(float))
         c0, c1 = (float(v) for v in settings["calibration"])
         svm = HogSvm(arrays["weights"].astype(np.float32), arrays["offsets"].astype(np.float32))
         return cls(colours, ProposalPlan(**settings["plan"]), svm, (c0, c1))
 
-    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], JsonObject]:
         """Arrays and JSON settings."""
         arrays: dict[str, NDArray[Any]] = {
             "table": self.colours.table,

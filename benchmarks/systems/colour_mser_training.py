@@ -18,6 +18,7 @@ from benchmarks.systems.sign_patches import SignPatch, crop_patches, scene_patch
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.mining import read_picture, searched_picture
@@ -91,7 +92,7 @@ def train_colour_mser(
     tell: Tell,
     plan: SvmPlan | None = None,
     proposals: ProposalPlan | None = None,
-) -> tuple[ColourMser, dict[str, Any]]:
+) -> tuple[ColourMser, JsonObject]:
     """Train the system.
 
     Args:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.evaluation.detection import DetectionScore
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.records import FloatArray
 
 __all__ = ["RATES", "outdone", "plain"]
@@ -17,7 +18,7 @@ RATES: Final = ("0.03", "0.1", "1.0")
 """False detections a picture at which recall is reported."""
 
 
-def plain(curve: DetectionScore) -> dict[str, Any]:
+def plain(curve: DetectionScore) -> JsonObject:
     """What the report needs of a curve."""
     some = _corners(curve.recall)
     return {
@@ -39,7 +40,7 @@ def _corners(recall: FloatArray, most: int = 800) -> NDArray[np.int64]:
 
 
 def outdone(
-    curves: Mapping[str, Mapping[str, Any]], ours: Sequence[str], columns: Mapping[str, tuple[Callable[..., Any], int]]
+    curves: Mapping[str, JsonMapping], ours: Sequence[str], columns: Mapping[str, tuple[Callable[..., Any], int]]
 ) -> list[str]:
     """Sentences on where the best of ours is behind another row.
 

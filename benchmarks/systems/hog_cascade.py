@@ -19,6 +19,7 @@ from benchmarks.systems.hog_scan import HogLevel, levels, scales_of, scan
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.geometry.boxes import clip
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import Detections, FloatArray, Picture
 
@@ -43,7 +44,7 @@ class HogCascade:
     calibration: tuple[float, float]
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], settings: Mapping[str, Any]) -> HogCascade:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], settings: JsonMapping) -> HogCascade:
         """From what :meth:`to_arrays` gave."""
         cascade = TreeEnsemble(
             arrays["features"].astype(np.int32),
@@ -55,7 +56,7 @@ class HogCascade:
         c0, c1 = (float(v) for v in settings["calibration"])
         return cls(cascade, (c0, c1))
 
-    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], JsonObject]:
         """Arrays and JSON settings."""
         arrays: dict[str, NDArray[Any]] = {
             "features": self.cascade.features,

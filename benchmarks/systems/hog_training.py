@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -21,6 +21,7 @@ from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.calibration import fit_calibration
@@ -73,7 +74,7 @@ def train_hog_cascade(
     seed: int,
     tell: Tell,
     plan: HogPlan | None = None,
-) -> tuple[HogCascade, dict[str, Any]]:
+) -> tuple[HogCascade, JsonObject]:
     """Train a cascade.
 
     Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -16,13 +16,14 @@ from benchmarks.systems.hog_training import train_hog_cascade
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.models import Component, load_component, save_component
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.training.offline import split_scenes
 
 __all__ = ["SYSTEMS", "System", "TrainedSystem", "split", "trained"]
 
-Train = Callable[..., tuple[Any, dict[str, Any]]]
+Train = Callable[..., tuple[Any, JsonObject]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,7 @@ class System:
     name: str
     title: str
     train: Train
-    read: Callable[[Mapping[str, Any], Mapping[str, Any]], Any]
+    read: Callable[[JsonMapping, JsonMapping], Any]
     detector: Callable[[Any, DetectorParams], OfflineDetector]
 
 
@@ -57,7 +58,7 @@ class TrainedSystem:
 
     system: System
     model: Any
-    record: Mapping[str, Any] = field(default_factory=dict)
+    record: JsonMapping = field(default_factory=dict)
     sha256: str = ""
 
     def detector(self, params: DetectorParams | None = None) -> OfflineDetector:

@@ -19,6 +19,7 @@ import numpy as np
 from benchmarks.deep.yolo import name_of
 from benchmarks.experiment import ROOT, Skip
 from tsr_engine.detection.onnx import OnnxDetector, letterbox
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.records import Picture
 
 __all__ = ["ENLARGED", "EQUAL", "SIGNS", "Networks", "deep_networks", "runtime", "session", "yolo_networks"]
@@ -37,7 +38,7 @@ class Networks:
     """Networks by name, and what they are, for the report."""
 
     run: Mapping[str, Contender]
-    about: Mapping[str, Any]
+    about: JsonMapping
 
 
 def runtime() -> Any:

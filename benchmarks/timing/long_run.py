@@ -29,6 +29,7 @@ from benchmarks.timing.looped import RATE
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, FramePixels, RunHeader, VideoIdentity
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.video import open_video, video_sha256
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import (
     Components,
@@ -96,7 +97,7 @@ def look_once(video: Path, components: Components, params: Params, kept: Path | 
     return clip
 
 
-def _read_answers(path: Path, key: dict[str, Any]) -> list[Any]:
+def _read_answers(path: Path, key: JsonObject) -> list[Any]:
     """Answers of an earlier process to the same question; none if it was another."""
     if not path.is_file():
         return []
@@ -128,7 +129,7 @@ def repeated(
         Frames done, those of earlier calls included.
     """
     height, width = clip[0].picture.shape[:2]
-    table: dict[str, Any] = {"time_base": f"1/{RATE}", "frames": stop, "width": width, "height": height}
+    table: JsonObject = {"time_base": f"1/{RATE}", "frames": stop, "width": width, "height": height}
     table |= {"rotation": 0, "interval": 1 / RATE, "learned_lambda": components.learned_lambda}
     header = RunHeader(identity, params.model_dump(mode="json"), dict(components.models), table)
     begun = (folder / RUN_FILE).is_file()

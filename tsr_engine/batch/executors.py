@@ -15,6 +15,7 @@ from tsr_engine.batch.order import Order, Outcome
 from tsr_engine.batch.process import TRIES, run_order
 from tsr_engine.errors import UsageError
 from tsr_engine.extras import explained
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["At", "on_ray", "on_this_machine"]
 
@@ -119,7 +120,7 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
     ray = _connected(address)
 
     @ray.remote(max_retries=TRIES)  # type: ignore[untyped-decorator]
-    def do(content: dict[str, Any]) -> dict[str, Any]:
+    def do(content: JsonObject) -> JsonObject:
         outcome = _tried(lambda: run_order(Order(**content)))
         return {"result": outcome.result, "error": outcome.error, "died": outcome.died}
 

@@ -6,12 +6,13 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 from pydantic import TypeAdapter, ValidationError
 
 from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.atomic import atomic_text
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["MANIFEST", "DriveState", "Identity", "Manifest", "State", "load_manifest", "save_manifest"]
 
@@ -31,7 +32,7 @@ class Identity:
     """
 
     version: str
-    parameters: dict[str, Any]
+    parameters: JsonObject
     models: dict[str, str]
 
     def differences(self, other: Identity) -> list[str]:
@@ -66,7 +67,7 @@ class DriveState:
     changed: int = 0
     state: State = "waiting"
     error: str = ""
-    result: dict[str, Any] = field(default_factory=dict)
+    result: JsonObject = field(default_factory=dict)
 
 
 @dataclass

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from tsr_engine.json_shapes import JsonObject
+
 __all__ = ["Order", "Outcome"]
 
 
@@ -28,7 +30,7 @@ class Order:
 
     video: str
     folder: str
-    parameters: dict[str, Any]
+    parameters: JsonObject
     models: str | None = None
     digests: dict[str, str] = field(default_factory=dict)
     onnx: list[Any] | None = None
@@ -41,7 +43,7 @@ class Order:
     memory_mb: int = 0
     stamp: str = ""
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> JsonObject:
         """For another process."""
         return asdict(self)
 
@@ -56,6 +58,6 @@ class Outcome:
         died: the process ended without a word, so that another try may go better.
     """
 
-    result: dict[str, Any] | None
+    result: JsonObject | None
     error: str = ""
     died: bool = False

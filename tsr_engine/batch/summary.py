@@ -11,6 +11,7 @@ from typing import Any, Final
 from tsr_engine.batch.manifest import Manifest
 from tsr_engine.batch.pages import page
 from tsr_engine.io.atomic import atomic_text
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["SUMMARY_HTML", "SUMMARY_JSON", "summary_of", "write_summary"]
 
@@ -21,7 +22,7 @@ _UNSURE: Final = 0.6
 _MOST_LISTED: Final = 500
 
 
-def summary_of(manifest: Manifest) -> dict[str, Any]:
+def summary_of(manifest: Manifest) -> JsonObject:
     """Figures of all drives of a batch.
 
     Returns:
@@ -83,7 +84,7 @@ def write_summary(manifest: Manifest, out: Path) -> None:
         file.write(_page(summary))
 
 
-def _page(summary: dict[str, Any]) -> str:
+def _page(summary: JsonObject) -> str:
     minutes = summary["seconds"] / 60
     head = (
         f"<p>{summary['done']} of {summary['drives']} drives are done, {summary['failed']} failed, "

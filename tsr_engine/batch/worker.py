@@ -18,11 +18,12 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from tsr_engine.batch.order import Order
 from tsr_engine.errors import ModelError, StorageError, TsrError
 from tsr_engine.io.unfinished import fsync_path
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["REPORT", "main", "unfinished_folder"]
 
@@ -54,7 +55,7 @@ def main() -> None:
         _say({"failed": f"Unexpected failure ({type(error).__name__}: {error}). Run `tsr track` on it to see more."})
 
 
-def _track(order: Order) -> dict[str, Any]:
+def _track(order: Order) -> JsonObject:
     from tsr_engine.params import Params
     from tsr_engine.pipeline import Network, load_components
     from tsr_engine.runs.live import Progress, RunRequest, track_video
@@ -155,7 +156,7 @@ def _end_with(parent: int) -> None:
     threading.Thread(target=watch, name="tsr-parent", daemon=True).start()
 
 
-def _say(message: dict[str, Any]) -> None:
+def _say(message: JsonObject) -> None:
     sys.stdout.write(json.dumps(message, allow_nan=False) + "\n")
     sys.stdout.flush()
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from tsr_engine.bundle.slices import write_slice
 from tsr_engine.errors import EvidenceError, ImportFormatError
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import VideoLimits, open_video
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import MOST_LABELS
 from tsr_engine.records import FrameEvidence
 from tsr_engine.track_table import SOURCES
@@ -35,7 +35,7 @@ _KINDS = {"born", "confirmed", "rejected", "relocalised", "missed", "died", "rel
 
 def make_ready(
     path: Path, folder: Path, limits: VideoLimits, known: Callable[[Bundle], object] = lambda _: None
-) -> dict[str, Any]:
+) -> JsonObject:
     """Check a bundle as a whole.
 
     Args:

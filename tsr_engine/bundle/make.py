@@ -6,7 +6,7 @@ import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tsr_engine.bundle.clip import Clip, cut_clip
 from tsr_engine.bundle.judge import Finding, judge
@@ -47,6 +47,7 @@ from tsr_engine.io.atomic import atomic_bytes, refuse_inputs, storage_error
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.opened_file import named
 from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.pipeline import ResultStream
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
@@ -306,5 +307,5 @@ def _files(folder: Path) -> list[BundleFile]:
     ]
 
 
-def _json(content: Mapping[str, Any]) -> str:
+def _json(content: JsonMapping) -> str:
     return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from tsr_engine.bundle.layout import FORMAT, MANIFEST, MOST_FRAMES
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = [
     "BundleFile",
@@ -97,7 +98,7 @@ class BundleRun(_Part):
     preset: _Text
     created: _Text
     engine_version: _Text
-    parameters: dict[str, Any]
+    parameters: JsonObject
     models: dict[str, str]
     interval: Annotated[float, Field(gt=0, le=1e6)]
     """Nominal seconds between two frames."""

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.bundle.engine import Decoding, run_engine
 from tsr_engine.bundle.judge import Finding, judge, overall
@@ -17,6 +16,7 @@ from tsr_engine.bundle.output import Output, same_output
 from tsr_engine.errors import EvidenceError, ImportFormatError, UsageError
 from tsr_engine.evidence import EvidenceReader, ResultRow, differences
 from tsr_engine.io.video import VideoLimits
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.renamed import present_sections
 from tsr_engine.pipeline import RECOMPUTED, Components, ResultStream
@@ -98,7 +98,7 @@ def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
         ImportFormatError: the bundle holds no parameters.
     """
     known = {f"{section}.{leaf}" for section, leaf in Params.names()}
-    stored: dict[str, Any] = {}
+    stored: JsonObject = {}
     for section, values in present_sections(bundle.manifest.run.parameters).items():
         if not isinstance(values, dict):
             raise ImportFormatError(f"{bundle.name}: the parameters of the run are damaged. Make the bundle anew.")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tsr_engine.bundle.expectation import Expectation
 from tsr_engine.bundle.judge import Finding
@@ -15,6 +15,7 @@ from tsr_engine.bundle.manifest import (
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import VideoLimits
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.classes import RunClasses
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["BundleReport", "BundleRequest"]
 
-_NO_CORRECTIONS: Mapping[str, Any] = {"documents": []}
+_NO_CORRECTIONS: JsonMapping = {"documents": []}
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +60,7 @@ class BundleRequest:
     stop: int
     note: str = ""
     expectation: Expectation = field(default_factory=Expectation)
-    corrections: Mapping[str, Any] = field(default_factory=lambda: _NO_CORRECTIONS)
+    corrections: JsonMapping = field(default_factory=lambda: _NO_CORRECTIONS)
     corrected: BoxRows | None = None
     classes: RunClasses | None = None
     tracks: tuple[str, ...] = ()

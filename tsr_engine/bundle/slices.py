@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, RunHeader
 from tsr_engine.evidence.schema import LOCK_FILE
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import Event, FrameEvidence, Sample, TrackFrame
 
 __all__ = ["moved", "write_slice"]
@@ -70,7 +70,7 @@ def _moved_samples(samples: Iterable[Sample], offset: int) -> Iterator[Sample]:
 def _moved_event(event: Event, offset: int) -> Event:
     if "frame" not in event.values:
         return event
-    values: dict[str, Any] = dict(event.values)
+    values: JsonObject = dict(event.values)
     if isinstance(values["frame"], int):
         values["frame"] -= offset
     return replace(event, values=values)

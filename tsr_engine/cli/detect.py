@@ -25,6 +25,7 @@ from tsr_engine.cli.common import (
 )
 from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["detect"]
 
@@ -105,7 +106,7 @@ def detect(
         raise InputError(refused)
 
 
-def detections_of(components: Any, picture: Any, others: Any = None) -> list[dict[str, Any]]:
+def detections_of(components: Any, picture: Any, others: Any = None) -> list[JsonObject]:
     """The detections of one picture with their classes, as JSON's own types; ``others`` finds signs of no class."""
     from tsr_engine.recognition.crops import cut
 
@@ -124,7 +125,7 @@ def detections_of(components: Any, picture: Any, others: Any = None) -> list[dic
     return rows
 
 
-def _places(detections: Any) -> list[dict[str, Any]]:
+def _places(detections: Any) -> list[JsonObject]:
     """Boxes and scores of detections."""
     rows = []
     for box, score, raw in zip(detections.boxes, detections.scores, detections.raw_scores, strict=True):

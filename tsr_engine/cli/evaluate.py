@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -24,6 +24,7 @@ from tsr_engine.cli.measured import check_out, chosen_crops, held_out_scenes, tr
 from tsr_engine.cli.tracking_table import print_summaries
 from tsr_engine.counted import counted
 from tsr_engine.errors import InputError, UsageError
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recognition.catalogue import CLASS_NAMES
 from tsr_engine.runs.report_json import class_name
 
@@ -85,8 +86,8 @@ def tracking(
     runs = {preset: params}
     if kf_alone:
         runs["KF alone"] = params.with_settings([("use_online", False)])
-    summaries: dict[str, Any] = {}
-    details: dict[str, Any] = {}
+    summaries: JsonObject = {}
+    details: JsonObject = {}
     for name, chosen in runs.items():
         reports = []
         for video, table, (frames, width, height) in pairs:

@@ -6,15 +6,16 @@ from __future__ import annotations
 
 import json as json_module
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tsr_engine.cli.common import ModelsOption, existing, say
 from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
+from tsr_engine.json_shapes import JsonMapping
 
 if TYPE_CHECKING:
     from tsr_engine.follow import Anchor, Direction, Ending, Proposal
@@ -145,13 +146,13 @@ def table_of(rows: Iterable[Proposal]) -> Iterator[str]:
         yield f"{row.frame},{edges},{row.confidence:.4f},{row.source}"
 
 
-def as_json(row: Proposal) -> Mapping[str, Any]:
+def as_json(row: Proposal) -> JsonMapping:
     """A proposal in JSON's own types."""
     edges = dict(zip(("x1", "y1", "x2", "y2"), (round(float(v), 2) for v in row.box), strict=True))
     return {"frame": row.frame, **edges, "confidence": round(row.confidence, 4), "source": row.source}
 
 
-def ending_as_json(ending: Ending) -> Mapping[str, Any]:
+def ending_as_json(ending: Ending) -> JsonMapping:
     """An ending in JSON's own types."""
     return {
         "direction": ending.direction,

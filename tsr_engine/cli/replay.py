@@ -22,6 +22,7 @@ from tsr_engine.cli.common import (
 from tsr_engine.cli.replay_bundle import replay_bundle_file
 from tsr_engine.counted import counted
 from tsr_engine.errors import EvidenceError, UsageError
+from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
     from tsr_engine.runs.replay import ReplayReport
@@ -145,7 +146,7 @@ def _check(stopped: Any) -> None:
         raise KeyboardInterrupt
 
 
-def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -> dict[str, Any]:
+def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -> JsonObject:
     """A replay's report in JSON's own types."""
     from tsr_engine.runs.report_json import track_as_json
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 
 from tsr_engine.cli.common import out_console, print_json, say, split_settings
 from tsr_engine.counted import counted
+from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
     from tsr_engine.bundle import Bundle, BundleReplay
@@ -76,7 +77,7 @@ def replay_bundle_file(
     raise typer.Exit(bundles.EXIT_CODES[report.verdict])
 
 
-def report_as_json(report: BundleReplay, bundle: Bundle, csv: Path | None) -> dict[str, Any]:
+def report_as_json(report: BundleReplay, bundle: Bundle, csv: Path | None) -> JsonObject:
     """A report in JSON's own types."""
     from tsr_engine.bundle import EXIT_CODES
 

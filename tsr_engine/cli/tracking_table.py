@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from tsr_engine.cli.common import out_console
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["print_summaries"]
 
 
-def print_summaries(summaries: dict[str, Any], details: dict[str, Any]) -> None:
+def print_summaries(summaries: JsonObject, details: JsonObject) -> None:
     """Print figures side by side, and which signs were found in which video.
 
     Args:

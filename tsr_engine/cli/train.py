@@ -13,6 +13,7 @@ import typer
 
 from tsr_engine.cli.common import JsonOption, out_console, print_json
 from tsr_engine.errors import InputError, UsageError
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["PARTS", "app"]
 
@@ -235,7 +236,7 @@ def _whole(
     from tsr_engine.io.models import component_path, save_component
     from tsr_engine.training.whole import train_component
 
-    figures: dict[str, Any] = {}
+    figures: JsonObject = {}
     for part in parts:
         with progress_bar(f"training {part}", "") as show:
             component = train_component(part, out, seed, _shown(show), gtsdb, gtsrb, signs)

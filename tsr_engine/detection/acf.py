@@ -30,6 +30,7 @@ from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import TrainedPart
 from tsr_engine.records import Detections, FloatArray, Picture
@@ -63,7 +64,7 @@ class AcfModel:
     calibration: LogOdds
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], settings: Mapping[str, Any]) -> AcfModel:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], settings: JsonMapping) -> AcfModel:
         """From the arrays and settings of a model component (see :func:`to_arrays`).
 
         Raises:
@@ -92,7 +93,7 @@ class AcfModel:
         refined, verified = self.refine_stage.look(picture, boxes)
         return refined, self.calibration.of(verified, cascade, self.sign_verifier.scores(picture, refined))
 
-    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], JsonObject]:
         """Arrays and JSON settings from which :meth:`from_arrays` makes the same model."""
         arrays: dict[str, NDArray[Any]] = {
             "step_weights": self.refine_stage.weights.astype(np.float16),

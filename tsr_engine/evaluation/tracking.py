@@ -6,12 +6,12 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from tsr_engine.evaluation.matching import Matching, match
 from tsr_engine.geometry.boxes import non_overlap_each
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import BoolArray, TrackTable
 
 BINS = 20
@@ -98,7 +98,7 @@ class TrackingSummary:
     classified_of_detected: float | None
     classified_of_all: float | None
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> JsonObject:
         """The figures as values that JSON can hold."""
         return asdict(self)
 
@@ -192,7 +192,7 @@ def _by_place(report: VideoReport) -> dict[tuple[int, int], float]:
     return dict(zip(report.matched, (error for error, _ in report.errors), strict=True))
 
 
-def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> dict[str, Any]:
+def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
     """Mean Eq. 7 of two trackers over the signs and frames that both of them have.
 
     A mean over whatever a tracker returns gets better by leaving out what is hard; this one does not.
@@ -212,7 +212,7 @@ def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) ->
     return {"n": len(pairs), "ours": mine, "theirs": other}
 
 
-def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> dict[str, Any]:
+def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
     """Eq. 7 of two configurations over the signs and frames alone in which they differ.
 
     A part of the engine that acts in few frames hardly moves a mean over all of them; this tells what it did there.

@@ -8,11 +8,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Literal, cast
 
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.schema import RUN_FILE, SCHEMA_VERSION
 from tsr_engine.io.atomic import atomic_text
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.renamed import present_sections, stored_sections
 from tsr_engine.version import __version__
 
@@ -51,9 +52,9 @@ class RunHeader:
     """
 
     video: VideoIdentity
-    parameters: Mapping[str, Any]
+    parameters: JsonMapping
     models: Mapping[str, str]
-    frame_table: Mapping[str, Any] = field(default_factory=dict)
+    frame_table: JsonMapping = field(default_factory=dict)
     engine_version: str = __version__
     schema_version: int = SCHEMA_VERSION
     created: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
@@ -105,9 +106,9 @@ class RunHeader:
         return found
 
 
-def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def _flat(tree: JsonMapping, prefix: str = "") -> JsonObject:
     """A nested mapping as dotted names; values as JSON would give them back."""
-    flat: dict[str, Any] = {}
+    flat: JsonObject = {}
     for key, value in tree.items():
         if isinstance(value, Mapping):
             flat |= _flat(value, f"{prefix}{key}.")
@@ -160,7 +161,7 @@ def read_header(folder: Path) -> RunHeader:
     return header
 
 
-def _header_of(content: dict[str, Any]) -> RunHeader:
+def _header_of(content: JsonObject) -> RunHeader:
     video = content["video"]
     state = content["state"]
     if state not in ("running", "complete", "interrupted", "failed"):

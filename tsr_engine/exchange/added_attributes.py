@@ -14,12 +14,13 @@ from pydantic import ValidationError
 from tsr_engine.exchange.additions import Declared, with_labels
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import Attribute, AttributeKind, AttributeValue, Label, LabelSet
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["Said", "attributed"]
 
-Said = Mapping[str, Any] | None
+Said = JsonMapping | None
 """What a row says beside its box, by name; None: nothing."""
 
 
@@ -165,7 +166,7 @@ def _given(
 ) -> Track:
     """The track with the answers that rows give."""
     whole: dict[str, AttributeValue] = {}
-    changing: dict[str, Any] = {}
+    changing: JsonObject = {}
     for name in _columns(said):
         attribute = known.get(name)
         if attribute is None:

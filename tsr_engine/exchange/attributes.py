@@ -10,6 +10,7 @@ from typing import Any, Final
 from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped, Track
 from tsr_engine.exchange.reading import refuse
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import AttributeValue
 
 __all__ = [
@@ -46,12 +47,12 @@ def restored(name: str) -> str:
     return name.removeprefix(PREFIX)
 
 
-def ours_in(said: Mapping[str, Any]) -> Mapping[str, Any]:
+def ours_in(said: JsonMapping) -> JsonMapping:
     """What is the tool's own of what stands beside a box."""
     return said if said.get("uid") else {name: value for name, value in said.items() if name not in _COMMON}
 
 
-def said_in(said: Mapping[str, Any], own: frozenset[str]) -> dict[str, Any]:
+def said_in(said: JsonMapping, own: frozenset[str]) -> JsonObject:
     """What is an attribute of the label of what stands beside a box; empty texts say nothing.
 
     Args:

@@ -5,7 +5,6 @@ Only what a reader needs is kept of it: a manifest lists every frame and every f
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from tsr_engine.exchange.files_below import is_rubbish
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.manifest import MANIFEST, VERSION
 from tsr_engine.exchange.names import is_name_of, video_names
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = [
     "ManifestFacts",
@@ -38,11 +38,11 @@ class ManifestFacts:
         videos: its videos, without frame tables.
     """
 
-    def __init__(self, format: Mapping[str, Any], videos: tuple[Mapping[str, Any], ...]) -> None:
+    def __init__(self, format: JsonMapping, videos: tuple[JsonMapping, ...]) -> None:
         self.format = format
         self.videos = videos
 
-    def entry(self, video: DatasetVideo) -> Mapping[str, Any] | None:
+    def entry(self, video: DatasetVideo) -> JsonMapping | None:
         """What it says of a video: the one with its hash, else the only one of its name; None: nothing."""
         for same in (
             [entry for entry in self.videos if video.sha256 and entry.get("sha256") == video.sha256],
@@ -111,8 +111,8 @@ def is_wrapper(path: Path) -> bool:
 
 @lru_cache(maxsize=8)
 def _reported(path: Path, _changed: int, _size: int) -> ManifestFacts | None:
-    about: Mapping[str, Any] = {}
-    videos: list[Mapping[str, Any]] = []
+    about: JsonMapping = {}
+    videos: list[JsonMapping] = []
     version: Any = None
     try:
         for key, _, value in members(path):
@@ -128,6 +128,6 @@ def _reported(path: Path, _changed: int, _size: int) -> ManifestFacts | None:
     return ManifestFacts(about, tuple(videos)) if version == VERSION else None
 
 
-def _bare(entry: Mapping[str, Any]) -> DatasetVideo:
+def _bare(entry: JsonMapping) -> DatasetVideo:
     name, digest = str(entry.get("name", "")), str(entry.get("sha256", ""))
     return DatasetVideo(name, digest, 1, 1, 1, None, None, True, lambda: iter(()))

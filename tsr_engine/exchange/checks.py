@@ -7,7 +7,7 @@ rule, and makes the tracks.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from tsr_engine.exchange.added_attributes import attributed
@@ -20,6 +20,7 @@ from tsr_engine.exchange.names_in_file import LEFT_OUT, NamesInFile
 from tsr_engine.exchange.reading import place_of, refuse, too_many
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["SIZE_SWITCH", "ImportValidator"]
 
@@ -130,7 +131,7 @@ class ImportValidator:
         source: str = "imported",
         notes: Sequence[tuple[int, str]] = (),
         until: int = -1,
-        said: Mapping[str, Any] | None = None,
+        said: JsonMapping | None = None,
     ) -> None:
         """What is known of a track besides its boxes; makes the track if it is new.
 
@@ -184,7 +185,7 @@ class ImportValidator:
         occluded: bool = False,
         ignore: bool = False,
         score: float = math.nan,
-        said: Mapping[str, Any] | None = None,
+        said: JsonMapping | None = None,
     ) -> bool:
         """One box of one track; ``frame`` is an ordinal, ``label`` may be ``UNSAID``. False: it was left out.
 

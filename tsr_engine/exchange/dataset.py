@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.model import AttributeValue, LabelSet
 
 __all__ = ["REJECTED", "UNSAID", "Dataset", "DatasetVideo", "Skipped", "Track"]
@@ -103,7 +103,7 @@ class DatasetVideo:
     path: VideoSource | None = None
     first: int = 0
     stop: int = 0
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    provenance: JsonMapping = field(default_factory=dict)
     negatives: tuple[Track, ...] = ()
     limits: VideoLimits | None = None
     table: FrameTable | None = None

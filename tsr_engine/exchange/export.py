@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.errors import ExportError, StorageError
 from tsr_engine.exchange.attributes import without
@@ -22,6 +20,7 @@ from tsr_engine.exchange.registry import switches_of
 from tsr_engine.exchange.relabel import merged_resolved
 from tsr_engine.exchange.split import check_leaks
 from tsr_engine.io.atomic import storage_error
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["CROPS", "export_dataset"]
 
@@ -36,7 +35,7 @@ def export_dataset(
     options: ExportOptions | None = None,
     *,
     zipped: bool,
-    about: Mapping[str, Any] | None = None,
+    about: JsonMapping | None = None,
 ) -> Manifest:
     """Write a data set to a folder or ZIP file that appears whole or not at all.
 

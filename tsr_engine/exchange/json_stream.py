@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, refuse
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["OPENED", "heads", "members"]
 
@@ -53,13 +54,13 @@ def members(
             raise text.broken("there is more behind its end")
 
 
-def heads(path: Path, wanted: Collection[str]) -> dict[str, Any]:
+def heads(path: Path, wanted: Collection[str]) -> JsonObject:
     """The wanted members of the object in a file, lists whole; reads only as far as it takes to find them all.
 
     Raises:
         ImportFormatError: as ``members``.
     """
-    found: dict[str, Any] = {}
+    found: JsonObject = {}
     for key, place, value in members(path):
         if key in wanted:
             if not place:

@@ -9,9 +9,7 @@ frames is closed.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +18,7 @@ from tsr_engine.counted import counted
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.geometry.boxes import iou
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["GAP", "LEAST_IOU", "LINK_SWITCH", "LooseBoxes"]
 
@@ -46,7 +45,7 @@ class _Box:
     occluded: bool
     ignore: bool
     score: float
-    said: Mapping[str, Any] | None
+    said: JsonMapping | None
 
 
 class LooseBoxes:
@@ -73,7 +72,7 @@ class LooseBoxes:
         occluded: bool = False,
         ignore: bool = False,
         score: float = math.nan,
-        said: Mapping[str, Any] | None = None,
+        said: JsonMapping | None = None,
     ) -> None:
         """One box, as ``ImportValidator.box`` takes it; all but its edges is checked when the boxes are settled."""
         if not self._validator.boxes.takes(edges, file, line):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import FORMATS, switches_of
 from tsr_engine.exchange.small_file_store import SmallFileStore
 from tsr_engine.io.atomic import storage_error
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["check_dataset", "read_dataset", "recognise"]
@@ -126,7 +126,7 @@ def _switches(chosen: Format, target: ImportTarget, *, named: bool) -> dict[str,
         ) from None
 
 
-def _with_origin(dataset: Dataset, entry: Mapping[str, Any]) -> Dataset:
+def _with_origin(dataset: Dataset, entry: JsonMapping) -> Dataset:
     """The data set with the run that our manifest says it was exported from."""
     said = entry.get("provenance")
     run = said.get("run") if isinstance(said, dict) else None

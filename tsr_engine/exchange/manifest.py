@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from tsr_engine.exchange.negatives import stated
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames
 from tsr_engine.exchange.reading import read_json
 from tsr_engine.exchange.split import Split, lacking, subset_of
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.track_table import NO_CLASS
@@ -66,10 +66,10 @@ class Manifest:
         content: as it is written; plain JSON values.
     """
 
-    content: dict[str, Any] = field(default_factory=dict)
+    content: JsonObject = field(default_factory=dict)
 
     @property
-    def files(self) -> list[dict[str, Any]]:
+    def files(self) -> list[JsonObject]:
         """``{"name", "size", "sha256"}`` of every file but the manifest, sorted by name."""
         return list(self.content["files"])
 
@@ -79,7 +79,7 @@ class Manifest:
         return list(self.content["skipped"])
 
     @property
-    def counts(self) -> dict[str, Any]:
+    def counts(self) -> JsonObject:
         """Number of videos, tracks, boxes and rejected tracks, and the counts of each class in each subset."""
         return dict(self.content["counts"])
 
@@ -142,9 +142,9 @@ def describe(
     options: ExportOptions,
     found: Survey,
     skipped: Iterable[Skipped],
-    extra: Mapping[str, Any],
-    files: list[dict[str, Any]],
-    about: Mapping[str, Any],
+    extra: JsonMapping,
+    files: list[JsonObject],
+    about: JsonMapping,
 ) -> Manifest:
     """Put the manifest together.
 
@@ -203,7 +203,7 @@ def describe(
     return Manifest(content)
 
 
-def _class(label: Label) -> dict[str, Any]:
+def _class(label: Label) -> JsonObject:
     """A label with what a training from the export needs: which label of a model it is, and what it teaches."""
     known = shipped_set(DEFAULT).by_key(label.key) is not None
     return {
@@ -215,7 +215,7 @@ def _class(label: Label) -> dict[str, Any]:
     }
 
 
-def labels_of(content: Mapping[str, Any]) -> LabelSet:
+def labels_of(content: JsonMapping) -> LabelSet:
     """The labels that an export names, without what else its set says of them.
 
     Raises:
@@ -263,9 +263,9 @@ def read_manifest(folder: Path) -> Manifest:
 
 def _video(
     video: DatasetVideo, called: str, frames: NDArray[np.int64], pictures: Mapping[int, WrittenPicture]
-) -> dict[str, Any]:
+) -> JsonObject:
     """One video with its frame table, as columns: rows would be ten times as large."""
-    table: dict[str, Any] = {"frame": frames.tolist()}
+    table: JsonObject = {"frame": frames.tolist()}
     if video.times is not None:
         table["time_ms"] = np.round(video.times[frames] * 1000.0, 3).tolist()
     if pictures:

@@ -8,9 +8,8 @@ from where an import of ours takes them back.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from tsr_engine.exchange.filters import only_tracks
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.labels import label_name
 from tsr_engine.exchange.reading import refuse
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import LabelSet
 
 __all__ = ["signs_alone", "stated", "with_negatives"]
@@ -37,9 +37,9 @@ def signs_alone(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dat
     return replace(dataset, videos=tuple(videos))
 
 
-def stated(track: Track, labels: LabelSet) -> dict[str, Any]:
+def stated(track: Track, labels: LabelSet) -> JsonObject:
     """A rejected track as it stands in the manifest: columns, plain JSON values; flags only where one is set."""
-    out: dict[str, Any] = {
+    out: JsonObject = {
         "id": track.uid,
         "class": label_name(labels, track.label),
         "source": track.source,
@@ -63,7 +63,7 @@ def stated(track: Track, labels: LabelSet) -> dict[str, Any]:
     return out
 
 
-def with_negatives(dataset: Dataset, entry: Mapping[str, Any], target: ImportTarget, file: str) -> Dataset:
+def with_negatives(dataset: Dataset, entry: JsonMapping, target: ImportTarget, file: str) -> Dataset:
     """An import with the rejected tracks that the manifest beside it tells of.
 
     A track of the import that has the name of one of these was put there by somebody since, and counts.
@@ -104,7 +104,7 @@ def with_negatives(dataset: Dataset, entry: Mapping[str, Any], target: ImportTar
     )
 
 
-def _take(track: Mapping[str, Any], validator: ImportValidator, file: str, where: str) -> None:
+def _take(track: JsonMapping, validator: ImportValidator, file: str, where: str) -> None:
     uid, frames, boxes = track.get("id"), track.get("frames"), track.get("boxes")
     if not isinstance(uid, str) or not isinstance(frames, list) or not isinstance(boxes, list):
         raise refuse(file, where, "must have id, frames and boxes. Export it again.")

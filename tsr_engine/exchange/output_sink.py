@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import IO, Any, BinaryIO, TextIO
 
 from tsr_engine.exchange.zip_writer import ZipWriter
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FolderSink", "OutputSink", "ZipSink", "compact_json"]
 
@@ -35,7 +36,7 @@ class OutputSink(ABC):
         self._files: dict[str, tuple[int, str]] = {}
 
     @property
-    def files(self) -> list[dict[str, Any]]:
+    def files(self) -> list[JsonObject]:
         """``{"name", "size", "sha256"}`` of every file that is complete, sorted by name."""
         return [{"name": n, "size": s, "sha256": d} for n, (s, d) in sorted(self._files.items())]
 

@@ -17,13 +17,14 @@ from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import check_dataset
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.files import dump_set, parse_set
 
 __all__ = ["read_packed", "write_packed"]
 
 _ALWAYS: Final = ("frames", "boxes", "key", "occluded", "score")
 _SOMETIMES: Final = ("labels", "ignore", "silent")
-_TYPES: Final[dict[str, Any]] = {
+_TYPES: Final[JsonObject] = {
     "frames": np.int64,
     "boxes": np.float64,
     "key": np.bool_,
@@ -88,7 +89,7 @@ def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
     take: dict[str, Callable[[int], Any]] = {column: _taker(values) for column, values in columns.items()}
 
     def one(at: int, uid: str, label: int, count: int, state: str, source: str, notes: list[tuple[int, str]]) -> Track:
-        arrays: dict[str, Any] = {column: take[column](count) for column in _ALWAYS}
+        arrays: JsonObject = {column: take[column](count) for column in _ALWAYS}
         arrays |= {column: take[column](count) for column in _SOMETIMES if has[column][at]}
         texts = tuple((int(frame), str(text)) for frame, text in notes)
         said_here = attributes_in(said["attributes"][at], name, None)

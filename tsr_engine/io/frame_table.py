@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import InputError
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 FORMAT = 1
 APART = 32
@@ -118,9 +119,9 @@ class FrameTable:
         except (KeyError, TypeError, ValueError, OverflowError, ZeroDivisionError) as error:
             raise InputError(f"The frame table is damaged: {error}. Import the video again.") from None
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         """The table as plain JSON values; key and corrupt frames are listed by ordinal."""
-        content: dict[str, Any] = {
+        content: JsonObject = {
             "format": FORMAT,
             "time_base": [self.time_base.numerator, self.time_base.denominator],
             "confirmed": self.confirmed,
@@ -134,7 +135,7 @@ class FrameTable:
         return content
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> FrameTable:
+    def from_dict(cls, content: JsonMapping) -> FrameTable:
         """The inverse of ``to_dict``.
 
         Raises:

@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 from tsr_engine.errors import ModelError
 from tsr_engine.io.atomic import atomic_bytes, atomic_text
 from tsr_engine.io.unfinished import sweep
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.version import __version__
 
 FORMAT = 2
@@ -50,9 +51,9 @@ class Component:
 
     name: str
     arrays: Mapping[str, NDArray[Any]]
-    params: Mapping[str, Any] = field(default_factory=dict)
-    data: Mapping[str, Any] = field(default_factory=dict)
-    figures: Mapping[str, Any] = field(default_factory=dict)
+    params: JsonMapping = field(default_factory=dict)
+    data: JsonMapping = field(default_factory=dict)
+    figures: JsonMapping = field(default_factory=dict)
     seed: int | None = None
     sha256: str = ""
 
@@ -124,7 +125,7 @@ def component_path(name: str, folder: Path | None = None) -> Path:
     return _entry(name, SHIPPED if folder is None else folder)[1]
 
 
-def _entry(name: str, folder: Path) -> tuple[Mapping[str, Any], Path]:
+def _entry(name: str, folder: Path) -> tuple[JsonMapping, Path]:
     """A component's part of the manifest, and its file."""
     entry = read_manifest(folder)["components"].get(name)
     if entry is None:
@@ -135,7 +136,7 @@ def _entry(name: str, folder: Path) -> tuple[Mapping[str, Any], Path]:
     return entry, path
 
 
-def read_manifest(folder: Path) -> dict[str, Any]:
+def read_manifest(folder: Path) -> JsonObject:
     """The manifest of a model folder.
 
     Raises:
@@ -182,7 +183,7 @@ def save_component(component: Component, folder: Path) -> str:
     _write_npz(arrays, component.arrays)
     content = arrays.getvalue()
     digest = hashlib.sha256(content).hexdigest()
-    manifest: dict[str, Any] = {"components": {}}
+    manifest: JsonObject = {"components": {}}
     if (folder / MANIFEST).exists():
         manifest = read_manifest(folder)
     manifest |= {"format": FORMAT, "engine": __version__}
@@ -204,7 +205,7 @@ def save_component(component: Component, folder: Path) -> str:
     return digest
 
 
-def _manifest_text(manifest: Mapping[str, Any], component: Component) -> str:
+def _manifest_text(manifest: JsonMapping, component: Component) -> str:
     for part in ("params", "data", "figures"):
         for place, value in _numbers(getattr(component, part), part):
             if not math.isfinite(value):

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import re
 import unicodedata
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from pydantic import ValidationError
 
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.model import MOST_LABELS, Label, LabelSet
 from tsr_engine.labels.refusals import ChangeError, NoLabelError, claims_of, require_free, require_unclaimed
 from tsr_engine.labels.wording import comparable, first_problem
@@ -78,7 +79,7 @@ def key_of(name: str, taken: Callable[[str], bool] = lambda key: False) -> str:
     return unique
 
 
-def add_label(labels: LabelSet, facts: Mapping[str, Any]) -> Changed:
+def add_label(labels: LabelSet, facts: JsonMapping) -> Changed:
     """Add one label with the next id.
 
     Args:
@@ -107,7 +108,7 @@ def add_label(labels: LabelSet, facts: Mapping[str, Any]) -> Changed:
     return Changed(added, f"Added '{label.name}'.", label)
 
 
-def update_label(labels: LabelSet, label_id: int, facts: Mapping[str, Any]) -> Changed:
+def update_label(labels: LabelSet, label_id: int, facts: JsonMapping) -> Changed:
     """Change fields of one label.
 
     Args:
@@ -228,7 +229,7 @@ def _live(labels: LabelSet, label_id: int) -> Label:
     return found
 
 
-def _label(facts: Mapping[str, Any]) -> Label:
+def _label(facts: JsonMapping) -> Label:
     try:
         return Label.model_validate_json(json.dumps(facts))
     except ValidationError as error:

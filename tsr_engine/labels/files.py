@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import atomic_text
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import MOST_LABELS, SCHEMA, LabelSet
 from tsr_engine.labels.wording import first_problem
 
@@ -71,7 +72,7 @@ def parse_set(text: str | bytes, where: str) -> LabelSet:
         raise InputError(f"{where} is not a label set: {place or 'the set'}: {problem}.") from None
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _once(pairs: list[tuple[str, Any]]) -> JsonObject:
     """The object of some members; a member that stands there twice would lose one of two values."""
     found = dict(pairs)
     if len(found) != len(pairs):

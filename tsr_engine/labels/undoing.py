@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.changes import Changed, listed, next_version
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.refusals import ChangeError, require_free
@@ -68,7 +68,7 @@ def undo_change(
 
 def _restored(now: Label, old: Label, new: Label, version: int) -> Label:
     """A label of now with the fields of ``old`` that ``new`` had changed."""
-    back: dict[str, Any] = {}
+    back: JsonObject = {}
     for name in Label.model_fields:
         was, became = getattr(old, name), getattr(new, name)
         if was != became:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
-from typing import Any
 
 from tsr_engine.errors import UsageError
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 __all__ = ["RENAMED", "present_name", "present_names", "present_sections", "rename_warnings", "stored_sections"]
 
@@ -42,13 +42,13 @@ def present_name(name: str) -> str:
     return RENAMED.get(name) or _LEAVES.get(name, name)
 
 
-def present_names(settings: Mapping[str, Any]) -> dict[str, Any]:
+def present_names(settings: JsonMapping) -> JsonObject:
     """Settings by present names.
 
     Raises:
         UsageError: a parameter is given by its old and by its present name.
     """
-    found: dict[str, Any] = {}
+    found: JsonObject = {}
     for name, value in settings.items():
         present = present_name(name)
         if present != name and present in settings:
@@ -66,17 +66,17 @@ def rename_warnings(names: Iterable[str]) -> list[str]:
     ]
 
 
-def present_sections(parameters: Mapping[str, Any]) -> dict[str, Any]:
+def present_sections(parameters: JsonMapping) -> JsonObject:
     """Stored parameters, section by section, with present names; anything else in them is left as it is."""
     return _with_leaves(parameters, _LEAVES)
 
 
-def stored_sections(parameters: Mapping[str, Any]) -> dict[str, Any]:
+def stored_sections(parameters: JsonMapping) -> JsonObject:
     """The reverse of :func:`present_sections`: the names that a run's identity is computed with."""
     return _with_leaves(parameters, _FORMER)
 
 
-def _with_leaves(parameters: Mapping[str, Any], leaves: Mapping[str, str]) -> dict[str, Any]:
+def _with_leaves(parameters: JsonMapping, leaves: Mapping[str, str]) -> JsonObject:
     return {
         section: {leaves.get(name, name): value for name, value in values.items()}
         if isinstance(values, Mapping)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any, get_args, get_origin
 
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 
 __all__ = ["parameter_rows"]
 
 
-def parameter_rows(preset: str = "default") -> list[dict[str, Any]]:
+def parameter_rows(preset: str = "default") -> list[JsonObject]:
     """One row a parameter: ``section``, ``name``, ``default``, ``value``, ``range``, ``description``.
 
     ``value`` is that of the preset, ``default`` that of the field.

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import ModelError
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, describe, describe_patches, resize_crops
 from tsr_engine.recognition.features import FeatureMap, linear
@@ -131,7 +132,7 @@ class SignClassifier:
             ModelError: missing or misshapen arrays, or weights for another descriptor.
         """
         arrays: Mapping[str, NDArray[np.generic]] = component.arrays
-        params: Mapping[str, Any] = component.params
+        params: JsonMapping = component.params
         found = {key: params.get(key) for key in GEOMETRY}
         if found != GEOMETRY:
             raise ModelError(

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recording.content import BoxRows, Frames, Moments, Series
 from tsr_engine.recording.layers import (
     FRAME_TIMELINE,
@@ -115,10 +116,10 @@ class Sink:
         boxes = rows.table.boxes
         centres, halves = (boxes[:, :2] + boxes[:, 2:]) / 2, (boxes[:, 2:] - boxes[:, :2]) / 2
         counts = rows.counts(frames)
-        columns: dict[str, Any] = {"centers": centres, "half_sizes": halves, "labels": list(rows.labels)}
+        columns: JsonObject = {"centers": centres, "half_sizes": halves, "labels": list(rows.labels)}
         columns["class_ids"] = rows.table.class_id.astype(np.uint16)
         self._columns(layer.entity, frames, frames.ordinal, rr.Boxes2D.columns(**columns).partition(counts))
-        style: dict[str, Any] = {"radii": [-layer.radius], "show_labels": labelled}
+        style: JsonObject = {"radii": [-layer.radius], "show_labels": labelled}
         if layer.colour is not None:
             style["colors"] = [layer.colour]
         self._static(layer.entity, rr.Boxes2D.from_fields(**style))

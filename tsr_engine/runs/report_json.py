@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
     from tsr_engine.pipeline import TrackSummary
@@ -12,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["class_name", "report_as_json", "track_as_json"]
 
 
-def report_as_json(report: RunReport, request: RunRequest) -> dict[str, Any]:
+def report_as_json(report: RunReport, request: RunRequest) -> JsonObject:
     """A run's report in JSON's own types."""
     return {
         "video": report.video,
@@ -40,7 +42,7 @@ def report_as_json(report: RunReport, request: RunRequest) -> dict[str, Any]:
     }
 
 
-def track_as_json(track: TrackSummary, names: Sequence[str]) -> dict[str, Any]:
+def track_as_json(track: TrackSummary, names: Sequence[str]) -> JsonObject:
     """One track's summary in JSON's own types; ``names`` are those of the classes."""
     return {
         "track_id": track.track_id,

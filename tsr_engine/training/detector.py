@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.training.box_refinement import BoxRefinementPlan, train_box_refinement
 from tsr_engine.training.classifier import load_all
 from tsr_engine.training.crops import crop_windows
@@ -91,7 +91,7 @@ class DetectorPlan:
 
 def fit_detector(
     scenes: Sequence[Scene], crops: Sequence[CropItem], plan: DetectorPlan, seed: int, tick: Tick
-) -> tuple[AcfModel, dict[str, Any]]:
+) -> tuple[AcfModel, JsonObject]:
     """Train a detector.
 
     Args:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from tsr_engine.errors import ImportFormatError, InputError
 from tsr_engine.exchange.archive import unpack
@@ -24,6 +24,7 @@ from tsr_engine.exchange.registry import format_named
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.training.corrections import verdict
 
 __all__ = ["OpenedExport", "open_export"]
@@ -46,7 +47,7 @@ class OpenedExport:
     dataset: Dataset
     pictures: tuple[Mapping[int, Path], ...]
     sides: Mapping[tuple[str, str], str]
-    about: Mapping[str, Any]
+    about: JsonMapping
     notes: tuple[str, ...] = field(default=())
 
 
@@ -120,7 +121,7 @@ def open_export(
     return OpenedExport(Dataset(labels, tuple(videos)), tuple(pictures), sides, about, tuple(dict.fromkeys(notes)))
 
 
-def _bare(entry: Mapping[str, Any], path: VideoSource | None, limits: VideoLimits | None) -> DatasetVideo:
+def _bare(entry: JsonMapping, path: VideoSource | None, limits: VideoLimits | None) -> DatasetVideo:
     rate = entry.get("rate")
     return DatasetVideo(
         name=str(entry["name"]),
@@ -140,7 +141,7 @@ def _bare(entry: Mapping[str, Any], path: VideoSource | None, limits: VideoLimit
     )
 
 
-def _pictures(folder: Path, entry: Mapping[str, Any]) -> dict[int, Path]:
+def _pictures(folder: Path, entry: JsonMapping) -> dict[int, Path]:
     """Frames of a video that the export has pictures of."""
     table = entry.get("frame_table", {})
     root = folder.resolve()
@@ -154,7 +155,7 @@ def _pictures(folder: Path, entry: Mapping[str, Any]) -> dict[int, Path]:
     return found
 
 
-def _reviewed(tracks: Iterator[Track], content: Mapping[str, Any]) -> Iterator[Track]:
+def _reviewed(tracks: Iterator[Track], content: JsonMapping) -> Iterator[Track]:
     """Tracks with their review states.
 
     Formats that carry none give back open tracks. Where the export was limited to accepted ones, that is what they are.

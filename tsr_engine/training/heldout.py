@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.detection import match, score_detections
 from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.records import FloatArray
@@ -111,7 +111,7 @@ def _drawn(
 
 def detection_of(
     model: AcfModel, prior: SpatialPrior | None, scenes: Sequence[CorrectedScene], progress: Progress
-) -> dict[str, Any]:
+) -> JsonObject:
     """AP, recall and mean Eq. 7 of a detector on corrected frames, tight boxes, with the prior.
 
     A detection on an ignored place counts neither way.
@@ -147,7 +147,7 @@ def _counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArr
     return np.asarray(~excused | on_sign)
 
 
-def classification_of(classifier: SignClassifier, crops: Sequence[SignCrop]) -> dict[str, Any]:
+def classification_of(classifier: SignClassifier, crops: Sequence[SignCrop]) -> JsonObject:
     """Share of crops, and of signs by the sum of their crops' probabilities, that are read right."""
     if not crops:
         return {}
@@ -167,7 +167,7 @@ def classification_of(classifier: SignClassifier, crops: Sequence[SignCrop]) -> 
     }
 
 
-def regressions(new: Mapping[str, Any], parent: Mapping[str, Any], where: str) -> list[str]:
+def regressions(new: JsonMapping, parent: JsonMapping, where: str) -> list[str]:
     """Sentences on what the new version does worse than the earlier one."""
     out = []
     for name, words in _HIGHER.items():

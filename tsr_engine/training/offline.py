@@ -22,6 +22,7 @@ from tsr_engine.geometry.boxes import non_overlap
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.models import Component
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.candidates import candidates_of, log_odds_of
@@ -110,13 +111,13 @@ def detect_scenes(
 
 def detection_figures(
     found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]],
-) -> dict[str, Any]:
+) -> JsonObject:
     """AP at IoU 0.5, recall at three rates of false alarms, mean Eq. 7 of the true detections."""
     score = score_detections([(boxes, raw, truth) for boxes, raw, truth, _ in found])
     return {**score_figures(score), "mean_eq7": round(mean_error(found), 4)}
 
 
-def score_figures(score: DetectionScore) -> dict[str, Any]:
+def score_figures(score: DetectionScore) -> JsonObject:
     """What a table shows of a precision-recall curve."""
     return {
         "ap50": round(score.average_precision, 4),

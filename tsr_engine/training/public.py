@@ -13,6 +13,7 @@ from tsr_engine.evaluation.classification import evaluate_classification, predic
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.gtsrb import read_items, split_by_track
 from tsr_engine.io.models import Component
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.memory import COMPONENT, Samples
 from tsr_engine.training.offline import detect_scenes, detection_figures, split_scenes
@@ -27,7 +28,7 @@ _FRAMES = 3
 """Crops of each held-out track: neighbours hardly differ."""
 
 
-def remembered_figures(parts: Mapping[str, Component]) -> dict[str, Any]:
+def remembered_figures(parts: Mapping[str, Component]) -> JsonObject:
     """How much of the remembered training data a version still gets right; that part of it which refinements spare.
 
     Returns:
@@ -37,7 +38,7 @@ def remembered_figures(parts: Mapping[str, Component]) -> dict[str, Any]:
     if memory is None:
         return {}
     model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
-    out: dict[str, Any] = {}
+    out: JsonObject = {}
     for name, sign in (("signs", 1.0), ("others", -1.0)):
         samples = Samples.remembered(memory.arrays, name)
         spared = samples.pick(np.arange(len(samples)) % 3 == 0)
@@ -55,7 +56,7 @@ def public_figures(
     gtsrb: Path | None,
     seed: int,
     progress: Progress,
-) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
+) -> Iterator[tuple[str, JsonObject, JsonObject]]:
     """Name and figures of the new and the earlier version, for each folder that is named.
 
     The shipped version has learned from all scenes and tracks in the end, so the figures tell what a refinement
@@ -74,14 +75,14 @@ def public_figures(
         yield "gtsrb", _crops(new, chosen, progress), _crops(old, chosen, progress)
 
 
-def _scenes(parts: Mapping[str, Component], scenes: Any, progress: Progress) -> dict[str, Any]:
+def _scenes(parts: Mapping[str, Component], scenes: Any, progress: Progress) -> JsonObject:
     model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
     return detection_figures(
         detect_scenes(model, scenes, lambda stage, done, of: progress(f"GTSDB: {stage}", done, of))
     )
 
 
-def _crops(parts: Mapping[str, Component], items: Any, progress: Progress) -> dict[str, Any]:
+def _crops(parts: Mapping[str, Component], items: Any, progress: Progress) -> JsonObject:
     classifier = SignClassifier.from_component(parts["classifier"])
     true: list[int] = []
     read: list[int] = []

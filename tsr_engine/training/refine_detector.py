@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.refine.box_refinement import BoxRefinement
 from tsr_engine.detection.refine.stage import CELLS
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.memory import Samples, stacked
@@ -88,7 +89,7 @@ class RefinementNotes:
     floor: float
     calibration: LogOdds
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> JsonObject:
         """Plain values."""
         return asdict(self) | {"calibration": self.calibration.to_list()}
 

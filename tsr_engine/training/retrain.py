@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.errors import InputError, ModelError, UsageError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest, save_component
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, video_name
@@ -82,8 +83,8 @@ class Report:
         models: component -> SHA-256.
     """
 
-    figures: Mapping[str, Any]
-    lineage: Mapping[str, Any]
+    figures: JsonMapping
+    lineage: JsonMapping
     models: Mapping[str, str]
 
 
@@ -139,7 +140,7 @@ def _retrain(
         sides.update({f"{video}/{uid}": side for (video, uid), side in export.sides.items()})
     _something(scenes, exports)
     holdout = part(scenes, recipe.seed, recipe.held_out, sides) if recipe.held_out > 0 else HoldoutSplit(scenes)
-    figures: dict[str, Any] = {}
+    figures: JsonObject = {}
     complaints: list[str] = []
     if holdout.held:
         trial, _ = _refined(old, holdout.training, recipe, _named("trial", progress))
@@ -204,7 +205,7 @@ def _memory(parts: Parts) -> tuple[tuple[Samples, Samples] | None, Component | N
 
 def _refined(
     old: Parts, scenes: Sequence[CorrectedScene], recipe: Recipe, progress: Progress
-) -> tuple[Parts, dict[str, Any]]:
+) -> tuple[Parts, JsonObject]:
     """All parts, refined or as they were, and counts for the lineage."""
     new, counts = dict(old), {}
     remembered, memory = _memory(old)
@@ -270,7 +271,7 @@ def _classifier(
     return Component("classifier", arrays, old.params, data, {}, recipe.seed)
 
 
-def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -> dict[str, Any]:
+def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -> JsonObject:
     """Figures of one version on held-out corrections."""
     model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
     prior = None
@@ -281,7 +282,7 @@ def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -
     return found | read
 
 
-def _own(name: str, component: Component, figures: Mapping[str, Any]) -> Mapping[str, Any]:
+def _own(name: str, component: Component, figures: JsonMapping) -> JsonMapping:
     """Figures that go into the component's own entry; a part that was taken over keeps its own."""
     if component.figures or name == MEMORY:
         return component.figures
@@ -295,8 +296,8 @@ def _lineage(
     old: Parts,
     holdout: HoldoutSplit,
     scenes: Sequence[CorrectedScene],
-    counts: Mapping[str, Any],
-) -> dict[str, Any]:
+    counts: JsonMapping,
+) -> JsonObject:
     return {
         "parent": {"folder": None if parent is None else parent.name, "models": {n: c.sha256 for n, c in old.items()}},
         "parts": list(recipe.parts),

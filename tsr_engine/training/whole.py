@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.other_shapes import COMPONENT as OTHER_SHAPES
@@ -13,6 +13,7 @@ from tsr_engine.errors import UsageError
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.models import MANIFEST, SHIPPED, Component, load_component, read_manifest, save_component
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.classifier import train_classifier
 from tsr_engine.training.gtsdb_signs import ignoring, other_signs, read_signs
@@ -127,7 +128,7 @@ def train_parts(
         if name in WHOLE and ((name == "classifier" and gtsrb is None) or (name != "classifier" and gtsdb is None)):
             raise UsageError(f"Training {name} needs {'gtsrb' if name == 'classifier' else 'gtsdb'}. Name its folder.")
     done: set[str] = set(read_manifest(out)["components"]) if (out / MANIFEST).exists() else set()
-    figures: dict[str, Any] = {}
+    figures: JsonObject = {}
     for name in (n for n in WHOLE if n in asked or n in old):
         if name in asked and name not in done:
             component = train_component(name, out, seed, _named(name, progress), gtsdb, gtsrb)

@@ -16,6 +16,7 @@ from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.picture_rows import Listed
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Head", "Image", "head_of", "no_list", "take_images"]
 
@@ -59,8 +60,8 @@ class Head:
 
     file: str
     categories: dict[Any, str] = field(default_factory=dict)
-    videos: dict[Any, dict[str, Any]] = field(default_factory=dict)
-    listed: list[dict[str, Any]] = field(default_factory=list)
+    videos: dict[Any, JsonObject] = field(default_factory=dict)
+    listed: list[JsonObject] = field(default_factory=list)
     images: dict[Any, Image | None] = field(default_factory=dict)
 
 
@@ -161,9 +162,7 @@ def take_images(heads: Sequence[Head], validator: ImportValidator, folder: Path)
         head.listed.clear()
 
 
-def _listed(
-    image: dict[str, Any], where: str, head: Head, hashes: set[str], video: DatasetVideo, several: bool
-) -> Listed:
+def _listed(image: JsonObject, where: str, head: Head, hashes: set[str], video: DatasetVideo, several: bool) -> Listed:
     said = {name: image[name] for name in ("frame", "frame_id", "frame_index") if image.get(name) is not None}
     numbers = {name: whole_of(value, name, head.file, where) for name, value in said.items()}
     digest = str(image.get("video_sha256") or "")
@@ -193,7 +192,7 @@ def _spoken(file: str) -> str:
     return f"{folder}/{stem}"
 
 
-def _video_of(image: dict[str, Any], head: Head, where: str) -> str:
+def _video_of(image: JsonObject, head: Head, where: str) -> str:
     """What the file calls the video of an image; empty: nothing."""
     name = image.get("video")
     if image.get("video_id") is not None:
@@ -206,7 +205,7 @@ def _video_of(image: dict[str, Any], head: Head, where: str) -> str:
     return parts[-1] if parts else ""
 
 
-def _scale(image: dict[str, Any], head: Head, where: str, validator: ImportValidator) -> tuple[float, float]:
+def _scale(image: JsonObject, head: Head, where: str, validator: ImportValidator) -> tuple[float, float]:
     """Factors from the size of an image, or else that of its video in the file."""
     key = id_of(image.get("video_id"))
     for sized in (image, head.videos.get(key, {})):

@@ -20,6 +20,7 @@ from tsr_engine.exchange.picture_rows import Listed
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.turned import Edges, upright
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["read_coco"]
 
@@ -81,7 +82,7 @@ class _Annotations:
             if place:
                 self._annotation(value, f"annotation {place}")
 
-    def _annotation(self, note: dict[str, Any], where: str) -> None:
+    def _annotation(self, note: JsonObject, where: str) -> None:
         key = id_of(note.get("id"))
         if key is not None:
             if key in self._seen:
@@ -98,7 +99,7 @@ class _Annotations:
         said = said if isinstance(said, dict) else {}
         ours = ours_in(said)
         score = said.get("score", note.get("score"))
-        given: dict[str, Any] = {
+        given: JsonObject = {
             "file": self._name,
             "line": where,
             "key": said.get("keyframe", True) in _TRUE,
@@ -133,7 +134,7 @@ class _Annotations:
             edges = upright(edges, degrees, self._validator, self._name, where)
         return _scaled(edges, scale)
 
-    def _track(self, note: dict[str, Any], said: dict[str, Any], where: str) -> str:
+    def _track(self, note: JsonObject, said: JsonObject, where: str) -> str:
         """A name for the track of an annotation, by the id that CVAT, or CocoVID, gives it; empty: it has none."""
         for name, reported in (("track_id", said), ("track_id", note), ("instance_id", note)):
             found = track_of(reported.get(name), name, self._name, where)
@@ -187,7 +188,7 @@ class _Results:
         frames = frames_of_pictures(list(listed.values()), self._validator, self._folder)
         self._frames = dict(zip(listed, frames, strict=True))
 
-    def _result(self, result: dict[str, Any], where: str) -> None:
+    def _result(self, result: JsonObject, where: str) -> None:
         key, category = id_of(result.get("image_id")), result.get("category_id")
         scale = (1.0, 1.0)
         if self._alone:

@@ -25,6 +25,7 @@ from tsr_engine.exchange.subject import name_similarity
 from tsr_engine.exchange.turned import upright
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted, text
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, AttributeValue
 
 __all__ = [
@@ -129,7 +130,7 @@ def _attribute(node: Node) -> Attribute | None:
         return None
     values = tuple(value for line in node.value("values").split("\n") if (value := line.strip()))
     default: Any = node.value("default_value").strip() or None
-    about: dict[str, Any] = {"name": restored(name), "mutable": node.value("mutable").strip().lower() == "true"}
+    about: JsonObject = {"name": restored(name), "mutable": node.value("mutable").strip().lower() == "true"}
     if kind in ("select", "radio"):
         about |= {"kind": "select", "values": tuple(dict.fromkeys(values)), "default": default}
     elif kind == "checkbox":

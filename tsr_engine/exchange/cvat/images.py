@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.exchange.attributes import ours_in, said_in
 from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator
@@ -39,6 +38,7 @@ from tsr_engine.exchange.rows import FrameRows
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FORMAT"]
 
@@ -46,7 +46,7 @@ _DECIMALS = 2
 _OWN = OWN_NAMES | {"track_id"}
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], JsonObject]:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options)

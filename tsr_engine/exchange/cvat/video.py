@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TextIO
 
 import numpy as np
 
@@ -47,6 +47,7 @@ from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.thinning import key_frames
 from tsr_engine.exchange.xml import Node, attribute, elements, quoted
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FORMAT"]
 
@@ -54,13 +55,13 @@ _DECIMALS = 2
 _ROUNDING = 0.5 * 10**-_DECIMALS
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], JsonObject]:
     labels = class_map(dataset, options.used_labels)
     extra = [*(["ignore"] if labels.ignore else []), *(["frame_label"] if labels.changes else [])]
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     pictures: list[WrittenPicture] = []
-    parts: list[dict[str, Any]] = []
+    parts: list[JsonObject] = []
     done = keys = 0
     folders = _folders(dataset, subsets)
     for place, video in enumerate(dataset.videos):

@@ -20,6 +20,7 @@ from tsr_engine.exchange.picture_rows import Listed
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.turned import Edges, upright
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["read_datumaro", "sniff_datumaro"]
 
@@ -88,14 +89,14 @@ def _listed(file: Path, several: bool) -> Iterator[Listed]:
         raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
 
 
-def _label_names(content: dict[str, Any], file: str) -> list[str]:
+def _label_names(content: JsonObject, file: str) -> list[str]:
     try:
         return [str(label["name"]) for label in content["categories"]["label"]["labels"]]
     except (KeyError, TypeError):
         raise refuse(file, None, "has no categories.label.labels with names. Export as Datumaro again.") from None
 
 
-def _scale(item: dict[str, Any], file: str, where: str, validator: ImportValidator) -> tuple[float, float]:
+def _scale(item: JsonObject, file: str, where: str, validator: ImportValidator) -> tuple[float, float]:
     image = item.get("image")
     size = image.get("size") if isinstance(image, dict) else None
     if size is None:

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from tsr_engine.exchange.reading import refuse
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.changes import key_of
 from tsr_engine.labels.model import MOST_LABELS, Attribute, Label, LabelSet
 from tsr_engine.labels.wording import comparable, first_problem
@@ -58,7 +59,7 @@ class Collector:
         if sentence not in self._reported:
             self._reported.append(sentence)
 
-    def attribute(self, label: str, facts: dict[str, Any]) -> Attribute | None:
+    def attribute(self, label: str, facts: JsonObject) -> Attribute | None:
         """An attribute; None: it is left out, which is reported."""
         try:
             return Attribute(**facts)

@@ -11,6 +11,7 @@ from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.label_files.collected import Collector, FileLabels
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, LabelSet
 
 __all__ = ["MOST_BYTES", "read_cvat_labels", "write_cvat_labels"]
@@ -77,7 +78,7 @@ def _take(found: Any, where: str, taken: Collector) -> None:
     taken.add(name, where, colour=colour and colour.lower(), attributes=tuple(attributes))
 
 
-def _facts(each: dict[str, Any], label: str, where: str, taken: Collector) -> dict[str, Any]:
+def _facts(each: JsonObject, label: str, where: str, taken: Collector) -> JsonObject:
     """Fields of an attribute."""
     kind, default = each.get("input_type"), each.get("default_value")
     values = each.get("values") or []
@@ -113,7 +114,7 @@ def _number(value: str, label: str, where: str, taken: Collector) -> float:
         raise refuse(taken.file, where, f"{value[:40]!r} in an attribute of {label!r} must be a number.") from None
 
 
-def _written(attribute: Attribute) -> dict[str, Any]:
+def _written(attribute: Attribute) -> JsonObject:
     """An attribute as CVAT has it, where every one has a default."""
     default, values = attribute.default, list(attribute.values)
     if attribute.kind == "checkbox":

@@ -20,6 +20,7 @@ from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.labels import ClassMap
 from tsr_engine.exchange.xml import elements, quoted
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import Attribute, AttributeValue
 
 __all__ = ["CONFIG", "answers_of", "controls", "declare_controls", "results"]
@@ -54,13 +55,13 @@ def _control(name: str, asked: list[Attribute]) -> str:
     return f"<Number {head}/>" if kinds == {"number"} else f"<TextArea {head}/>"
 
 
-def results(track: Track, labels: ClassMap) -> list[dict[str, Any]]:
+def results(track: Track, labels: ClassMap) -> list[JsonObject]:
     """The answers of a track, as results beside its region."""
     found = []
     kinds = {each.name: each.kind for label in labels.labels if label.id == track.label for each in label.attributes}
     for name, value in track.attributes.items():
         kind = kinds.get(name, "text")
-        what: tuple[str, dict[str, Any]] = ("textarea", {"text": [as_text(value)]})
+        what: tuple[str, JsonObject] = ("textarea", {"text": [as_text(value)]})
         if kind in ("checkbox", "select"):
             what = ("choices", {"choices": [as_text(value)]})
         elif kind == "number":
@@ -83,7 +84,7 @@ def answers_of(regions: Iterable[Any]) -> dict[str, dict[str, AttributeValue]]:
     return found
 
 
-def _answer(kind: str, value: Mapping[str, Any]) -> AttributeValue | None:
+def _answer(kind: str, value: JsonMapping) -> AttributeValue | None:
     said = value.get({"textarea": "text"}.get(kind, kind))
     if kind in ("choices", "textarea"):
         texts = [said] if isinstance(said, str) else said if isinstance(said, list) else []
@@ -103,7 +104,7 @@ def declare_controls(folder: Path, validator: ImportValidator) -> None:
         for node in elements(path, "View", ("Choices", "Number", "TextArea")):
             name = restored(node.attrib.get("name", ""))
             values = tuple(dict.fromkeys(choice.attrib.get("value", "") for choice in node.all("Choice")))
-            about: dict[str, Any] = {"name": name, "kind": {"Number": "number"}.get(node.tag, "text")}
+            about: JsonObject = {"name": name, "kind": {"Number": "number"}.get(node.tag, "text")}
             if node.tag == "Choices":
                 about |= {"kind": "checkbox"} if set(values) == set(_TRUTH) else {"kind": "select", "values": values}
             with suppress(ValidationError):

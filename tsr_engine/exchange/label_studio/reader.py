@@ -14,6 +14,7 @@ from tsr_engine.exchange.label_studio.regions import Times, as_list, drawn_on, i
 from tsr_engine.exchange.reading import read_json, refuse
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import Part, choose, name_in, name_similarity
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FILES", "read_label_studio", "sniff_label_studio"]
 
@@ -63,7 +64,7 @@ def _files(path: Path) -> list[Path]:
     return ours or sorted(file for file in path.glob("*.json") if file.name != "manifest.json")
 
 
-def _tasks(file: Path, video: DatasetVideo) -> list[Part[tuple[dict[str, Any], str, str]]]:
+def _tasks(file: Path, video: DatasetVideo) -> list[Part[tuple[JsonObject, str, str]]]:
     if file.suffix.lower() != ".json":
         raise refuse(file.name, None, f"is a table of Label Studio, which does not say all of a video. {_JSON}")
     tasks = read_json(file)
@@ -78,7 +79,7 @@ def _tasks(file: Path, video: DatasetVideo) -> list[Part[tuple[dict[str, Any], s
     return parts
 
 
-def _part(task: dict[str, Any], file: str, where: str, video: DatasetVideo) -> Part[tuple[dict[str, Any], str, str]]:
+def _part(task: JsonObject, file: str, where: str, video: DatasetVideo) -> Part[tuple[JsonObject, str, str]]:
     """A task with what it says of its video: by the hash where we wrote it, else by the addresses in its data."""
     data = task.get("data")
     data = data if isinstance(data, dict) else {}
@@ -100,12 +101,12 @@ def _part(task: dict[str, Any], file: str, where: str, video: DatasetVideo) -> P
     )
 
 
-def _are_ours(parts: list[Part[tuple[dict[str, Any], str, str]]]) -> bool:
+def _are_ours(parts: list[Part[tuple[JsonObject, str, str]]]) -> bool:
     """Whether all that are about the video say so by its hash: the sides of a split are tasks of one video."""
     return all(part.known is not None for part in parts)
 
 
-def _answers(task: dict[str, Any]) -> list[dict[str, Any]]:
+def _answers(task: JsonObject) -> list[JsonObject]:
     return [
         answer
         for kind in ("annotations", "predictions")
@@ -114,13 +115,13 @@ def _answers(task: dict[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def _left(answers: list[dict[str, Any]]) -> str:
+def _left(answers: list[JsonObject]) -> str:
     drawn = [any(map(is_rectangle, answer["result"])) for answer in answers]
     empty = "; it has no video rectangles, and others have" if any(drawn) and not drawn[0] else ""
     return f"Only the first of a task is taken{empty}."
 
 
-def _read_task(task: dict[str, Any], validator: ImportValidator, file: str, where: str) -> None:
+def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: str) -> None:
     answers = _answers(task)
     if not answers:
         raise refuse(file, where, "has neither annotations nor predictions with a result. Export as JSON again.")
@@ -157,7 +158,7 @@ def _read_task(task: dict[str, Any], validator: ImportValidator, file: str, wher
         validator.skip(f"{file}, {where}: {other} results", "They are no video rectangles.")
 
 
-def _others(task: dict[str, Any], regions: list[Any], video: DatasetVideo) -> dict[str, str]:
+def _others(task: JsonObject, regions: list[Any], video: DatasetVideo) -> dict[str, str]:
     """What regions of a task with several videos are drawn on that is not the video: key -> name."""
     data = task.get("data")
     known = {name for region in regions if (name := drawn_on(region))}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -11,6 +10,7 @@ from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import UNSAID
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import refuse
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 __all__ = ["Times", "as_list", "drawn_on", "is_rectangle", "read_region"]
 
@@ -81,9 +81,9 @@ class Times:
 
 
 def read_region(
-    region: dict[str, Any],
+    region: JsonObject,
     labels: list[Any],
-    said: Mapping[str, Any],
+    said: JsonMapping,
     times: Times,
     validator: ImportValidator,
     file: str,
@@ -143,7 +143,7 @@ def read_region(
     )
 
 
-def _edges(key: dict[str, Any], validator: ImportValidator, file: str, where: str) -> tuple[float, float, float, float]:
+def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -> tuple[float, float, float, float]:
     video = validator.target.video
     x, y, width, height = (
         _number(key, name, file, where) / 100 * side
@@ -168,7 +168,7 @@ def _check_count(count: Any, validator: ImportValidator, file: str, where: str) 
         )
 
 
-def _meta(region: dict[str, Any]) -> dict[str, list[str]]:
+def _meta(region: JsonObject) -> dict[str, list[str]]:
     """What ``meta.text`` says, lines ``name=value`` by name; others are notes."""
     meta = region.get("meta")
     lines = meta.get("text") if isinstance(meta, dict) else None
@@ -180,7 +180,7 @@ def _meta(region: dict[str, Any]) -> dict[str, list[str]]:
     return out
 
 
-def _number(key: dict[str, Any], name: str, file: str, where: str) -> float:
+def _number(key: JsonObject, name: str, file: str, where: str) -> float:
     value = key.get(name)
     if type(value) not in (int, float):
         raise refuse(file, where, f"{name} must be a number. Got {str(value)[:40]!r}.")

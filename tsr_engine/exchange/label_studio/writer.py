@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.thinning import key_frames, runs_of
 from tsr_engine.exchange.xml import quoted
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.version import __version__
 
 __all__ = ["FORMAT"]
@@ -98,7 +98,7 @@ def _constant_rate(video: DatasetVideo) -> float:
 def _task_head(video: DatasetVideo, called: str, rate: float, subset: str | None, options: ExportOptions) -> str:
     # Label Studio finds a video by this name alone, so two of one name must be distinguished.
     file = video.name if called == safe_stem(video.name) else called + Path(video.name).suffix
-    data: dict[str, Any] = {"video": file, "fps": rate, "sha256": video.sha256}
+    data: JsonObject = {"video": file, "fps": rate, "sha256": video.sha256}
     if subset is not None:
         data["subset"] = subset
     kind = options.switches.get("as", "predictions")
@@ -140,7 +140,7 @@ def _region(
     ]
     meta = [f"uid={track.uid}", f"state={track.state}", f"source={track.source}"]
     meta += [f"note={line}" for line in notes_to_text(track.notes).split("\n") if line]
-    region: dict[str, Any] = {
+    region: JsonObject = {
         "id": track.uid,
         "type": "videorectangle",
         "from_name": "box",

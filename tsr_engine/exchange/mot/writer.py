@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from typing import Any
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.sidecar import ATTRIBUTES
 from tsr_engine.exchange.split import SUBSETS, subset_of, subsets_of_frames
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FORMAT"]
 
@@ -39,7 +39,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     pictures: list[WrittenPicture] = []
     skipped: list[Skipped] = []
-    sequences: list[dict[str, Any]] = []
+    sequences: list[JsonObject] = []
     done = 0
     for place, (video, stem) in enumerate(zip(dataset.videos, _folders(dataset), strict=True)):
         if video.rate is None:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import attributes_in
@@ -36,6 +35,7 @@ from tsr_engine.exchange.table_columns import (
 )
 from tsr_engine.exchange.tracks_csv.cells import differ, edges_in, flag_in, real_in, score_in, uid_in
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["OWN_NUMBERS", "own_files", "read_tracks_csv", "sniff_tracks_csv"]
@@ -183,7 +183,7 @@ class _Table:
         visibility = real_in(said, "visibility", file, line) if said.get("visibility") else 1.0
         if not -1 <= visibility <= 1:
             raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
-        given: dict[str, Any] = {
+        given: JsonObject = {
             "file": file,
             "line": line,
             "key": flag_in(said, "key", file, line, True),

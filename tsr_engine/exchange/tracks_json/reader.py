@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from tsr_engine.exchange.tracks_csv.cells import whole_box
 from tsr_engine.exchange.tracks_csv.reader import OWN_NUMBERS, own_files
 from tsr_engine.exchange.tracks_json.rows import FRAME_KEY, Entry, entries, first_of, inner_of
 from tsr_engine.io.plain_numbers import real_number, whole_number
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["read_tracks_json", "sniff_tracks_json"]
@@ -129,7 +129,7 @@ class _File:
         else:
             self._box({**value, "frame": number}, where, None)
 
-    def _about(self, found: Mapping[str, Any]) -> None:
+    def _about(self, found: JsonMapping) -> None:
         version = found.get("version", _VERSION)
         self._own = found.get("format") == "tsr-tracks"
         if self._own:
@@ -163,7 +163,7 @@ class _File:
         if not isinstance(entry, dict):
             raise refuse(self._name, where, f"must be an object. Got {str(entry)[:40]!r}.")
 
-    def _track(self, track: Mapping[str, Any], where: str, *, rejected: bool) -> None:
+    def _track(self, track: JsonMapping, where: str, *, rejected: bool) -> None:
         uid = self._id(track, where)
         if not uid:
             raise refuse(self._name, where, "must have an id. Give the track a name.")
@@ -186,7 +186,7 @@ class _File:
                 said=attributes_in(track.get("attributes"), self._name, where),
             )
 
-    def _notes(self, track: Mapping[str, Any], where: str) -> list[tuple[int, str]]:
+    def _notes(self, track: JsonMapping, where: str) -> list[tuple[int, str]]:
         notes = track.get("notes", [])
         good = isinstance(notes, list) and all(
             isinstance(note, list) and len(note) == 2 and type(note[0]) is int and isinstance(note[1], str)
@@ -196,7 +196,7 @@ class _File:
             raise refuse(self._name, where, "notes must be a list of [frame, text]. Correct it.")
         return [(note[0] - self._origin.origin, note[1]) for note in notes]
 
-    def _box(self, box: Mapping[str, Any], where: str, track: tuple[str, int] | None) -> None:
+    def _box(self, box: JsonMapping, where: str, track: tuple[str, int] | None) -> None:
         if not self._own:
             box = {normal(name): value for name, value in box.items()}
         number = first_of(box, NAMES["frame"])
@@ -211,7 +211,7 @@ class _File:
             )
         frame = self._origin.frame(number, self._name, where)
         score = first_of(box, NAMES["score"])
-        given: dict[str, Any] = {
+        given: JsonObject = {
             "file": self._name,
             "line": where,
             "key": self._flag(box, "key", where, True),
@@ -228,7 +228,7 @@ class _File:
         else:
             self._loose.add(frame, edges, label, **given)
 
-    def _box_edges(self, box: Mapping[str, Any], where: str) -> tuple[float, float, float, float]:
+    def _box_edges(self, box: JsonMapping, where: str) -> tuple[float, float, float, float]:
         name, sized = next(((name, sized) for name, sized in _BOXES if name in box), ("", False))
         value = box[name] if name else box
         edges = edges_of(value, sized=sized)
@@ -239,7 +239,7 @@ class _File:
         sx, sy = self._scale
         return a * sx, b * sy, c * sx, d * sy
 
-    def _id(self, entry: Mapping[str, Any], where: str) -> str:
+    def _id(self, entry: JsonMapping, where: str) -> str:
         """Name of the track; empty: none."""
         given = (entry[name] for name in _IDS if entry.get(name) is not None)
         value = next(given, None) if self._own else first_of(entry, _IDS)
@@ -251,7 +251,7 @@ class _File:
             raise refuse(self._name, where, f"id must be a text or a whole number. Got {str(value)[:40]!r}.")
         return "" if value == "-1" else str(value)
 
-    def _label(self, entry: Mapping[str, Any], where: str, default: int) -> int:
+    def _label(self, entry: JsonMapping, where: str, default: int) -> int:
         given = {name: entry[name] for name in CLASSES if entry.get(name) is not None}
         wrong = next((value for value in given.values() if type(value) not in (int, str, float)), None)
         if wrong is not None:
@@ -280,7 +280,7 @@ class _File:
             self._validator.count(OWN_NUMBERS, self._name, where)
         return self._validator.label(cell, self._name, where, number=True)
 
-    def _flag(self, box: Mapping[str, Any], name: str, where: str, default: bool) -> bool:
+    def _flag(self, box: JsonMapping, name: str, where: str, default: bool) -> bool:
         value = box.get(name, default)
         if value not in (True, False):
             raise refuse(self._name, where, f"{name} must be true or false. Got {str(value)[:40]!r}.")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from typing import Any
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.table_columns import EMPTY
+from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["FRAME_KEY", "Entry", "entries", "first_of", "inner_of"]
 
@@ -74,7 +75,7 @@ def entries(path: Path) -> Iterator[Entry | None]:
             raise refuse(path.name, key, "must be a list. Correct it.")
 
 
-def first_of(entry: Mapping[str, Any], names: Sequence[str]) -> Any:
+def first_of(entry: JsonMapping, names: Sequence[str]) -> Any:
     """What stands under the first of some keys that says something; None: nothing does."""
     for name in names:
         value = entry.get(name)

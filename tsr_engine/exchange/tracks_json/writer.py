@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from tsr_engine.exchange.attributes import at_row
 from tsr_engine.exchange.checks import SIZE_SWITCH
@@ -17,6 +16,7 @@ from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv.writer import file_names
 from tsr_engine.exchange.tracks_json.reader import read_tracks_json, sniff_tracks_json
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["FORMAT"]
@@ -63,11 +63,11 @@ def _head(video: DatasetVideo, labels: ClassMap) -> str:
 
 
 def _track(track: Track, labels: Mapping[int, str]) -> str:
-    boxes: list[dict[str, Any]] = []
+    boxes: list[JsonObject] = []
     for k, (frame, edges, score) in enumerate(
         zip(track.frames.tolist(), track.boxes.tolist(), track.score.tolist(), strict=True)
     ):
-        box: dict[str, Any] = {"frame": frame, "box": edges}
+        box: JsonObject = {"frame": frame, "box": edges}
         if score == score:
             box["score"] = score
         if not track.key[k]:
