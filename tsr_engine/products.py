@@ -6,8 +6,6 @@ must come out of its evidence again to the last bit, so everything between pixel
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -20,7 +18,7 @@ __all__ = ["dot", "product", "solve"]
 
 
 @njit(cache=True, nogil=True)
-def product(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+def product(a: NDArray[np.generic], b: NDArray[np.generic]) -> NDArray[np.generic]:
     """``a @ b``, every sum taken from its first term to its last.
 
     Args:

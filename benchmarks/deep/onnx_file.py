@@ -28,7 +28,7 @@ WRITTEN_SIZE = (1376, 800)
 """Input of the file that is kept, px: the smallest multiples of 32 over a scene of 1360x800."""
 
 
-def folded(weights: Mapping[str, NDArray[Any]], name: str) -> tuple[Array, Array]:
+def folded(weights: Mapping[str, NDArray[np.generic]], name: str) -> tuple[Array, Array]:
     """Kernel and bias of a convolution with its normalisation taken in."""
     kernel = weights[f"{name}.weight"].astype(np.float64)
     if f"{name}.bias" in weights:
@@ -59,12 +59,12 @@ def grid(size: tuple[int, int]) -> dict[str, Array]:
 class _Graph:
     """Nodes as they are added; each returns the name of its answer."""
 
-    def __init__(self, weights: Mapping[str, NDArray[Any]]) -> None:
+    def __init__(self, weights: Mapping[str, NDArray[np.generic]]) -> None:
         self.weights = weights
         self.nodes: list[onnx.NodeProto] = []
         self.constants: list[onnx.TensorProto] = []
 
-    def constant(self, name: str, value: NDArray[Any]) -> str:
+    def constant(self, name: str, value: NDArray[np.generic]) -> str:
         self.constants.append(numpy_helper.from_array(value, name))
         return name
 
@@ -117,7 +117,7 @@ class _Graph:
         return self.add("Reshape", joined, self.constant("flat", np.array([1, 5, -1], np.int64)))
 
 
-def to_onnx(weights: Mapping[str, NDArray[Any]], size: tuple[int, int] = WRITTEN_SIZE) -> bytes:
+def to_onnx(weights: Mapping[str, NDArray[np.generic]], size: tuple[int, int] = WRITTEN_SIZE) -> bytes:
     """A file's content.
 
     Args:
@@ -162,7 +162,7 @@ def resized(network: bytes, size: tuple[int, int]) -> bytes:
     return bytes(model.SerializeToString())
 
 
-def write_network(path: Path, weights: Mapping[str, NDArray[Any]], budget: JsonMapping) -> None:
+def write_network(path: Path, weights: Mapping[str, NDArray[np.generic]], budget: JsonMapping) -> None:
     """Write the file and, beside it, what its training took."""
     path.parent.mkdir(parents=True, exist_ok=True)
     content = to_onnx(weights)

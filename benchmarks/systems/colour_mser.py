@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,16 +37,20 @@ class ColourMser:
     calibration: tuple[float, float]
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], settings: JsonMapping) -> ColourMser:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], settings: JsonMapping) -> ColourMser:
         """From what :meth:`to_arrays` gave."""
-        colours = ColourModel(arrays["table"], arrays["means"].astype(float), arrays["covariances"].astype(float))
+        colours = ColourModel(
+            arrays["table"].astype(np.uint8, copy=False),
+            arrays["means"].astype(float),
+            arrays["covariances"].astype(float),
+        )
         c0, c1 = (float(v) for v in settings["calibration"])
         svm = HogSvm(arrays["weights"].astype(np.float32), arrays["offsets"].astype(np.float32))
         return cls(colours, ProposalPlan(**settings["plan"]), svm, (c0, c1))
 
-    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], JsonObject]:
+    def to_arrays(self) -> tuple[dict[str, NDArray[np.generic]], JsonObject]:
         """Arrays and JSON settings."""
-        arrays: dict[str, NDArray[Any]] = {
+        arrays: dict[str, NDArray[np.generic]] = {
             "table": self.colours.table,
             "means": self.colours.means,
             "covariances": self.colours.covariances,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ class HogCascade:
     calibration: tuple[float, float]
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], settings: JsonMapping) -> HogCascade:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], settings: JsonMapping) -> HogCascade:
         """From what :meth:`to_arrays` gave."""
         cascade = TreeEnsemble(
             arrays["features"].astype(np.int32),
@@ -56,9 +56,9 @@ class HogCascade:
         c0, c1 = (float(v) for v in settings["calibration"])
         return cls(cascade, (c0, c1))
 
-    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], JsonObject]:
+    def to_arrays(self) -> tuple[dict[str, NDArray[np.generic]], JsonObject]:
         """Arrays and JSON settings."""
-        arrays: dict[str, NDArray[Any]] = {
+        arrays: dict[str, NDArray[np.generic]] = {
             "features": self.cascade.features,
             "thresholds": self.cascade.thresholds,
             "leaves": self.cascade.leaves,

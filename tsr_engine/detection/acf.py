@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from threading import local
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,9 +92,9 @@ class AcfModel:
         refined, verified = self.refine_stage.look(picture, boxes)
         return refined, self.calibration.of(verified, cascade, self.sign_verifier.scores(picture, refined))
 
-    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], JsonObject]:
+    def to_arrays(self) -> tuple[dict[str, NDArray[np.generic]], JsonObject]:
         """Arrays and JSON settings from which :meth:`from_arrays` makes the same model."""
-        arrays: dict[str, NDArray[Any]] = {
+        arrays: dict[str, NDArray[np.generic]] = {
             "step_weights": self.refine_stage.weights.astype(np.float16),
             "step_biases": self.refine_stage.biases,
             **self.sign_verifier.to_arrays(),

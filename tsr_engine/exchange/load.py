@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -200,5 +199,5 @@ def _sound(tracks: list[Track], video: DatasetVideo, labels: frozenset[int]) -> 
     return bool(used - {NO_CLASS} <= labels and rising.all() and within.all() and boxed.all())
 
 
-def _columns(track: Track) -> tuple[NDArray[Any] | None, ...]:
+def _columns(track: Track) -> tuple[NDArray[np.generic] | None, ...]:
     return track.key, track.occluded, track.score, track.labels, track.ignore, track.silent

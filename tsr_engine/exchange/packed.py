@@ -54,7 +54,7 @@ def write_packed(path: Path, dataset: Dataset) -> int:
         "attributes": [dict(track.attributes) for track in tracks],
         "changing": [{name: values.tolist() for name, values in track.changing.items()} for track in tracks],
     }
-    columns: dict[str, NDArray[Any]] = {"said": np.frombuffer(json.dumps(said).encode(), np.uint8)}
+    columns: dict[str, NDArray[np.generic]] = {"said": np.frombuffer(json.dumps(said).encode(), np.uint8)}
     for name in _ALWAYS:
         columns[name] = _joined([getattr(track, name) for track in tracks], name)
     for name in _SOMETIMES:
@@ -82,7 +82,7 @@ def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
             raise ImportFormatError(f"{name}: was read into arrays that are not ours.")
     with np.load(path, allow_pickle=False) as file:
         said = json.loads(file["said"].tobytes())
-        columns: dict[str, NDArray[Any]] = {
+        columns: dict[str, NDArray[np.generic]] = {
             column: np.asarray(file[column], _TYPES[column]) for column in (*_ALWAYS, *_SOMETIMES)
         }
         has = {column: np.asarray(file[f"has_{column}"], np.bool_).tolist() for column in _SOMETIMES}
@@ -125,15 +125,15 @@ def _answers(values: Any, count: int, name: str) -> NDArray[np.object_]:
     return out
 
 
-def _joined(parts: list[NDArray[Any]], name: str) -> NDArray[Any]:
-    empty: NDArray[Any] = np.zeros((0, 4) if name == "boxes" else 0, _TYPES[name])
+def _joined(parts: list[NDArray[np.generic]], name: str) -> NDArray[np.generic]:
+    empty: NDArray[np.generic] = np.zeros((0, 4) if name == "boxes" else 0, _TYPES[name])
     return np.concatenate([empty, *parts])
 
 
-def _taker(values: NDArray[Any]) -> Callable[[int], NDArray[Any]]:
+def _taker(values: NDArray[np.generic]) -> Callable[[int], NDArray[np.generic]]:
     at = 0
 
-    def take(count: int) -> NDArray[Any]:
+    def take(count: int) -> NDArray[np.generic]:
         nonlocal at
         at += count
         return values[at - count : at]

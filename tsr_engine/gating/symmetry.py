@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -118,7 +117,7 @@ def _none(features: int) -> Symmetry:
     return Symmetry(0.0, 0.0, 0.0, np.zeros((0, 4)), np.zeros(0), features)
 
 
-def _similarity(descriptors: NDArray[Any]) -> FloatArray:
+def _similarity(descriptors: NDArray[np.generic]) -> FloatArray:
     """How well each feature, mirrored, looks like each other: shape (n, n), in [0, 1], symmetric.
 
     Args:

@@ -12,7 +12,6 @@ from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,7 +84,7 @@ class FrameTable:
         steps = steps[steps > 0]
         return int(steps[len(steps) // 2]) * self.time_base if len(steps) else Fraction(1, 25)
 
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
+    def to_arrays(self) -> dict[str, NDArray[np.generic]]:
         """The table as plain arrays, for a NumPy archive; ``from_arrays`` reads them back."""
         header = [FORMAT, self.time_base.numerator, self.time_base.denominator, self.confirmed, int(self.complete)]
         return {

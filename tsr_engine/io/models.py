@@ -50,7 +50,7 @@ class Component:
     """One trained part: arrays, the parameters that inference needs, and where it comes from."""
 
     name: str
-    arrays: Mapping[str, NDArray[Any]]
+    arrays: Mapping[str, NDArray[np.generic]]
     params: JsonMapping = field(default_factory=dict)
     data: JsonMapping = field(default_factory=dict)
     figures: JsonMapping = field(default_factory=dict)
@@ -99,7 +99,7 @@ def load_component(name: str, folder: Path | None = None) -> Component:
     )
 
 
-def _arrays(content: bytes) -> dict[str, NDArray[Any]]:
+def _arrays(content: bytes) -> dict[str, NDArray[np.generic]]:
     """The arrays of a NumPy archive, none of objects.
 
     Raises:
@@ -239,7 +239,7 @@ def _remove_unnamed(name: str, before: str | None, folder: Path, named: set[str]
                 sweep(folder / unfinished[1])
 
 
-def _write_npz(stream: IO[bytes], arrays: Mapping[str, NDArray[Any]]) -> None:
+def _write_npz(stream: IO[bytes], arrays: Mapping[str, NDArray[np.generic]]) -> None:
     """An ``.npz`` whose bytes depend on the arrays alone: sorted names and no time stamps."""
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for key in sorted(arrays):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from numbers import Integral, Real
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -88,7 +88,7 @@ def as_labels(y: ArrayLike, expected: int) -> FloatArray:
     return labels.astype(np.float64)
 
 
-def as_indices(indices: int | Iterable[int] | NDArray[Any], n: int) -> list[int]:
+def as_indices(indices: int | Iterable[int] | NDArray[np.generic], n: int) -> list[int]:
     """Positions among n samples.
 
     Raises:

@@ -8,7 +8,7 @@ Cauwenberghs, "SVM incremental learning, adaptation and optimization", IJCNN 200
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -109,7 +109,7 @@ class IncrementalSVC:
         self._coef = None
         return self
 
-    def unlearn(self, indices: int | Iterable[int] | NDArray[Any]) -> IncrementalSVC:
+    def unlearn(self, indices: int | Iterable[int] | NDArray[np.generic]) -> IncrementalSVC:
         """Forget samples.
 
         Args:

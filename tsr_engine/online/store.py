@@ -6,8 +6,6 @@ a user sees to the slot. Dropping a sample moves the last slot into the gap, whi
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -117,7 +115,7 @@ class SampleStore:
             "_order": ((capacity,), np.intp),
         }
         for name, (shape, kind) in shapes.items():
-            buffer: NDArray[Any] = np.zeros(shape, dtype=kind)
+            buffer: NDArray[np.generic] = np.zeros(shape, dtype=kind)
             old = getattr(self, name, None)
             if n and old is not None:
                 used = tuple(slice(0, length) for length in old.shape)

@@ -151,7 +151,7 @@ class SignClassifier:
             ) from None
 
 
-def softmax(margins: NDArray[Any], temperature: float = 1.0) -> Array:
+def softmax(margins: NDArray[np.generic], temperature: float = 1.0) -> Array:
     """Row-wise ``exp(m / T) / sum exp(m / T)``, shape (n, c), computed in float64 without overflow.
 
     Args:

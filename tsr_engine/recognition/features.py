@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numba as nb
 import numpy as np
@@ -71,7 +70,7 @@ class FeatureMap:
         """
         return cls(*(np.ascontiguousarray(arrays[prefix + name], dtype=np.float32) for name in _ARRAYS))
 
-    def to_arrays(self, prefix: str = "") -> dict[str, NDArray[Any]]:
+    def to_arrays(self, prefix: str = "") -> dict[str, NDArray[np.generic]]:
         """Arrays from which :meth:`from_arrays` makes a map; matrices as float16, in which learned ones are kept."""
         arrays = {prefix + name: getattr(self, name) for name in _ARRAYS}
         return {name: array.astype(np.float16) if array.ndim == 2 else array for name, array in arrays.items()}

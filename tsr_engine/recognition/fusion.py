@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +56,7 @@ class Fusion:
         votes.setflags(write=False)
         return cls(params, votes)
 
-    def update(self, probabilities: NDArray[Any], scale: float) -> tuple[Fusion, Recognition]:
+    def update(self, probabilities: NDArray[np.generic], scale: float) -> tuple[Fusion, Recognition]:
         """Add one frame.
 
         Args:

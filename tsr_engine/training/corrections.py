@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -224,7 +224,7 @@ def _clear(track: Track, least: float) -> NDArray[np.bool_]:
 def _wanted(video: DatasetVideo, sampling: Sampling, chosen: frozenset[tuple[str, str]]) -> NDArray[np.int64]:
     """Frames to decode, ascending."""
     stop = video.stop or video.frames
-    wanted: list[NDArray[Any]] = [
+    wanted: list[NDArray[np.generic]] = [
         np.linspace(video.first, stop - 1, min(sampling.background, max(1, stop - video.first)))
     ]
     for track in video.tracks():

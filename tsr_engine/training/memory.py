@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,14 +62,19 @@ class Samples:
         return len(self.features)
 
     @classmethod
-    def remembered(cls, arrays: Mapping[str, NDArray[Any]], name: str) -> Samples:
+    def remembered(cls, arrays: Mapping[str, NDArray[np.generic]], name: str) -> Samples:
         """``signs`` or ``others`` of the component's arrays.
 
         Raises:
             KeyError: the component is of an earlier version.
         """
         cascade, sign_verifier = (arrays[f"{name}_{score}"].astype(np.float64) for score in ("cascade", "likeness"))
-        return cls(arrays[name], cascade, sign_verifier, arrays[f"{name}_edges"].astype(np.float32))
+        return cls(
+            arrays[name].astype(np.uint8, copy=False),
+            cascade,
+            sign_verifier,
+            arrays[f"{name}_edges"].astype(np.float32),
+        )
 
     @classmethod
     def none(cls, model: AcfModel) -> Samples:
@@ -77,7 +82,7 @@ class Samples:
         edges = np.zeros((0, model.box_refinement.features.length), np.float32)
         return cls(np.zeros((0, FEATURES), np.uint8), np.zeros(0), np.zeros(0), edges)
 
-    def to_arrays(self, name: str) -> dict[str, NDArray[Any]]:
+    def to_arrays(self, name: str) -> dict[str, NDArray[np.generic]]:
         """Arrays from which :meth:`remembered` makes the samples again."""
         return {
             name: self.features,
@@ -86,7 +91,7 @@ class Samples:
             f"{name}_edges": self.edges.astype(np.float16),
         }
 
-    def pick(self, which: NDArray[Any]) -> Samples:
+    def pick(self, which: NDArray[np.generic]) -> Samples:
         """Some of the samples."""
         return Samples(*(getattr(self, f.name)[which] for f in fields(self)))
 
@@ -146,7 +151,7 @@ def build_memory(
     rng = np.random.default_rng([seed, 11])
     signs, others = _windows(scenes, model, rng, progress)
     moment, features, classes = _crop_memory(crops, classifier, rng, progress)
-    arrays: dict[str, NDArray[Any]] = {
+    arrays: dict[str, NDArray[np.generic]] = {
         **signs.to_arrays("signs"),
         **others.to_arrays("others"),
         "moment": moment.astype(np.float32),

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,7 +136,7 @@ def _views(
     count: dict[str, int] = {}
     for item in crops:
         count[item.sign] = count.get(item.sign, 0) + 1
-    features: list[NDArray[Any]] = []
+    features: list[NDArray[np.generic]] = []
     labels, weights = [], []
     for done, item in enumerate(crops):
         progress("views of crops", done, len(crops))

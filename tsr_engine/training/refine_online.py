@@ -31,12 +31,12 @@ def refine_online(parent: Component, scenes: Sequence[CorrectedScene], seed: int
         InputError: no corrected signs, or a picture that cannot be decoded.
     """
     rng = np.random.default_rng([seed, 41])
-    vectors, labels = parent.arrays["X"], parent.arrays["y"]
+    vectors, labels = parent.arrays["X"], parent.arrays["y"].astype(np.int8, copy=False)
     signs = len({sign for scene in scenes for sign in scene.signs})
     positives = int((labels > 0).sum())
     count = min(int(SHARE * positives), PER_SIGN * signs)
     drawn = train_online([scene.scene for scene in scenes], seed, max(1, count))
-    fresh = int((drawn.arrays["y"] > 0).sum())
+    fresh = int((drawn.arrays["y"].astype(np.int8, copy=False) > 0).sum())
     kept = np.sort(np.concatenate([_kept(labels, sign, fresh, rng) for sign in (1, -1)]))
     arrays = {
         "X": np.concatenate([vectors[kept], drawn.arrays["X"]]),

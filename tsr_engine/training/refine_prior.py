@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +86,7 @@ def _covered(boxes: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
 
 def refined_lambda(
     table: NDArray[np.float32],
-    detector_arrays: dict[str, NDArray[Any]],
+    detector_arrays: dict[str, NDArray[np.generic]],
     picture: tuple[int, int],
     detected: SceneDetections,
 ) -> float | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +97,7 @@ class BoxRefinement:
         weights, bias = (np.ascontiguousarray(arrays[name], dtype=np.float32) for name in names)
         return cls(FeatureMap.from_arrays(arrays, "outline_"), weights, bias)
 
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
+    def to_arrays(self) -> dict[str, NDArray[np.generic]]:
         """Arrays from which :meth:`from_arrays` makes the same regression; matrices as float16."""
         return {
             **self.features.to_arrays("outline_"),

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +70,7 @@ class SignVerifier:
             own |= {"weights": weights[:, :CLASS_COUNT], "bias": bias[:CLASS_COUNT]}
         return cls(SignClassifier.from_arrays(own, 1.0, paired=common is not None), common)
 
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
+    def to_arrays(self) -> dict[str, NDArray[np.generic]]:
         """Arrays from which :meth:`from_arrays` makes the same machines; matrices as float16."""
         weights, bias = self.machines.weights, self.machines.bias
         if self.common is not None:
