@@ -28,7 +28,6 @@ from contextlib import ExitStack
 from fractions import Fraction
 from itertools import cycle, islice
 from pathlib import Path
-from typing import Any
 
 import av
 import cv2
@@ -183,7 +182,7 @@ def _clip(kind: str, folder: Path) -> Path:
 def _join(clip: Path, out: Path) -> None:
     """The clip again and again, without encoding anything."""
     with av.open(out, "w", format="mp4") as target:
-        made: Any = None
+        made: object = None
         done = 0
         after = 0
         while done < FRAMES:

@@ -6,7 +6,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from sqlalchemy import func, insert, select, text
@@ -178,7 +178,7 @@ def measured(database: Database) -> list[JsonObject]:
 def pages(database: Database) -> list[JsonObject]:
     """Time of the pages that tell of people's work: median and slowest of some, ms."""
     activity = ActivityService(database)
-    asked: dict[str, Callable[[], Any]] = {
+    asked: dict[str, Callable[[], object]] = {
         "overview": lambda: activity.overview(0),
         "activity of a person": lambda: activity.of("p7"),
     }

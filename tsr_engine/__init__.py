@@ -6,7 +6,7 @@ Tracking, and Recognition", IEEE T-ITS 18(7), 2017.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tsr_engine.version import __version__
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["IncrementalSVC", "__version__"]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     # Looked up on first use: importing it compiles nothing, but costs Numba's import.
     if name == "IncrementalSVC":
         from tsr_engine.online.incremental_svm import IncrementalSVC

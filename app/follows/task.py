@@ -6,7 +6,6 @@ import time
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from sqlalchemy.orm import undefer
@@ -90,7 +89,7 @@ class _Pieces:
     def __init__(self, task: TaskContext) -> None:
         self._task = task
         self._number = 0
-        self._waiting: list[list[Any]] = []  # see FollowPiece.proposals
+        self._waiting: list[list[object]] = []  # see FollowPiece.proposals
         self._endings: list[JsonObject] = []
         self._reported = 0.0
 

@@ -6,7 +6,7 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -111,7 +111,7 @@ class Scene3dService:
             view.clients -= 1
             view.left_at = time.monotonic()
 
-    def move(self, run_id: str, name: str | None, **changes: Any) -> int:
+    def move(self, run_id: str, name: str | None, **changes: object) -> int:
         """Move a view of a run, or all of them; returns how many are open. The newest view_state wins."""
         with self._lock:
             views = [view for (run, own), view in self._views.items() if run == run_id and name in (None, own)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Any
 
 from sqlalchemy import JSON, ForeignKey, Index, Integer, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
@@ -86,5 +85,5 @@ class FollowPiece(Base):
 
     follow_id: Mapped[str] = mapped_column(ForeignKey("follows.id", ondelete="CASCADE"), primary_key=True)
     number: Mapped[int] = mapped_column(Integer, primary_key=True)
-    proposals: Mapped[list[list[Any]]] = mapped_column(JSON)
+    proposals: Mapped[list[list[object]]] = mapped_column(JSON)
     """Rows of frame, x1, y1, x2, y2, confidence, source: numbers and a word."""

@@ -90,7 +90,7 @@ def _pages(cells: Iterator[Cell], size: int) -> Iterator[list[Cell]]:
         yield page
 
 
-def _write(folder: Path, name: str, number: int, page: Any) -> None:
+def _write(folder: Path, name: str, number: int, page: object) -> None:
     cv2.imwrite(str(folder / f"{name}_{number:03d}.jpg"), page, [cv2.IMWRITE_JPEG_QUALITY, 90])
 
 

@@ -70,7 +70,7 @@ class _Samples:
     classes: NDArray[np.int64]
 
     @classmethod
-    def of(cls, descriptors: NDArray[np.float32], classes: Any) -> _Samples:
+    def of(cls, descriptors: NDArray[np.float32], classes: object) -> _Samples:
         whole = np.clip(np.round(descriptors * _BYTES), 0, 255)
         return cls(whole.astype(np.uint8).reshape(-1, LENGTH), np.asarray(classes, np.int64))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import av
 import cv2
@@ -65,7 +65,7 @@ def looped(base: Path, times: int, path: Path) -> Path:
     with av.open(str(base)) as source:
         length = source.streams.video[0].frames
     with av.open(str(part), "w") as sink:
-        out: Any = None
+        out: object = None
         for turn in range(times):
             with av.open(str(base)) as source:
                 stream = source.streams.video[0]

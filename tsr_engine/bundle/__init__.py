@@ -11,7 +11,7 @@ Names are imported when they are asked for: who only opens a bundle does not wai
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from tsr_engine.bundle.expectation import Bounds, Expectation, Expected, ExpectedSign, read_expectation
@@ -53,7 +53,7 @@ _PLACES = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     for module, names in _PLACES.items():
         if name in names:
             return getattr(import_module(f"{__name__}.{module}"), name)

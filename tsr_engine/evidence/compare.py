@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 
-def differences(a: Any, b: Any, *, ignore: frozenset[str] = frozenset(), path: str = "") -> Iterator[str]:
+def differences(a: object, b: object, *, ignore: frozenset[str] = frozenset(), path: str = "") -> Iterator[str]:
     """Where two records differ, bit by bit: one dotted path with both values for each place.
 
     Floats are equal if their bits are (``0.0`` and ``-0.0`` differ; every NaN equals every other).

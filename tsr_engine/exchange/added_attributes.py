@@ -62,7 +62,7 @@ def attributed(
         The set, and what was left out.
     """
     reported = _Tellings()
-    by_label: dict[int, dict[str, list[list[Any]]]] = {}
+    by_label: dict[int, dict[str, list[list[object]]]] = {}
     for place, said in rows.items():
         questions = by_label.setdefault(tracks[place].label, {})
         for name, column in _columns(said).items():
@@ -92,9 +92,9 @@ def attributed(
     return labels, reported.skipped()
 
 
-def _columns(said: Sequence[Said]) -> dict[str, list[Any]]:
+def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
     """What the rows of a track say, by name."""
-    out: dict[str, list[Any]] = {}
+    out: dict[str, list[object]] = {}
     before: Said = None
     for row in said:
         # rows between two key frames are one object

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import DatasetVideo
@@ -113,7 +112,7 @@ def is_wrapper(path: Path) -> bool:
 def _reported(path: Path, _changed: int, _size: int) -> ManifestFacts | None:
     about: JsonMapping = {}
     videos: list[JsonMapping] = []
-    version: Any = None
+    version: object = None
     try:
         for key, _, value in members(path):
             if key == "manifest":

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TextIO
 
 from tsr_engine.errors import ImportFormatError, ImportProblem
 
@@ -83,7 +83,7 @@ def open_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> Iterator[TextIO]:
             raise
 
 
-def read_json(path: Path, *, limit: int = MAX_JSON_BYTES) -> Any:
+def read_json(path: Path, *, limit: int = MAX_JSON_BYTES) -> object:
     """A JSON file in UTF-8; NaN is taken as null, infinities are refused here already.
 
     Raises:

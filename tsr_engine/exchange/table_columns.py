@@ -214,7 +214,7 @@ def _edges(numbers: Mapping[str, float], value: Mapping[str, float]) -> tuple[fl
     return numbers["x"], numbers["y"], numbers["x"] + w, numbers["y"] + h
 
 
-def _parsed(text: str) -> Any:
+def _parsed(text: str) -> object:
     """The list or object that a cell holds: of JSON, Python, or four numbers in any brackets."""
     text = text.strip()
     if ":" not in text:

@@ -6,9 +6,8 @@ A preset is a list of departures from the field defaults; ``default`` therefore 
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import Any
 
-PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
+PRESETS: MappingProxyType[str, MappingProxyType[str, object]] = MappingProxyType(
     {
         "default": MappingProxyType({}),
         "paper": MappingProxyType(

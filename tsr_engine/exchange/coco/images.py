@@ -59,10 +59,10 @@ class Head:
     """
 
     file: str
-    categories: dict[Any, str] = field(default_factory=dict)
-    videos: dict[Any, JsonObject] = field(default_factory=dict)
+    categories: dict[object, str] = field(default_factory=dict)
+    videos: dict[object, JsonObject] = field(default_factory=dict)
     listed: list[JsonObject] = field(default_factory=list)
-    images: dict[Any, Image | None] = field(default_factory=dict)
+    images: dict[object, Image | None] = field(default_factory=dict)
 
 
 def head_of(path: Path, name: str) -> Head | None:
@@ -78,7 +78,7 @@ def head_of(path: Path, name: str) -> Head | None:
     head = Head(name)
     there: set[str] = set()
     texts: dict[str, str] = {}
-    tables: dict[str, dict[Any, Any]] = {"categories": head.categories, "images": head.images, "videos": head.videos}
+    tables: dict[str, dict[object, Any]] = {"categories": head.categories, "images": head.images, "videos": head.videos}
     for key, place, value in members(path, name=name):
         if key == "":
             if place is None:

@@ -110,7 +110,7 @@ def _scale(item: JsonObject, file: str, where: str, validator: ImportValidator) 
 
 
 def _annotation(
-    note: Any,
+    note: object,
     names: list[str],
     frame: int,
     scale: tuple[float, float],

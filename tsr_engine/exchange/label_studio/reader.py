@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
@@ -158,7 +157,7 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
         validator.skip(f"{file}, {where}: {other} results", "They are no video rectangles.")
 
 
-def _others(task: JsonObject, regions: list[Any], video: DatasetVideo) -> dict[str, str]:
+def _others(task: JsonObject, regions: list[object], video: DatasetVideo) -> dict[str, str]:
     """What regions of a task with several videos are drawn on that is not the video: key -> name."""
     data = task.get("data")
     known = {name for region in regions if (name := drawn_on(region))}
