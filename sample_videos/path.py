@@ -36,6 +36,18 @@ class Path:
         self._x -= np.interp(0.0, s, self._x)
         self._z -= np.interp(0.0, s, self._z)
 
+    @classmethod
+    def winding(cls, length: float, turn: float, rng: np.random.Generator) -> Path:
+        """A road of long bends to the right and to the left in turn, of about ``turn`` radians each."""
+        bends: list[tuple[float, float, float]] = []
+        s, sign = 25.0, 1.0
+        while s < length - 50:
+            run = float(rng.uniform(110, 190))
+            bends.append((s, s + run, sign * turn * float(rng.uniform(0.7, 1.3))))
+            s += run + float(rng.uniform(10, 50))
+            sign = -sign
+        return cls(length, bends)
+
     def heading(self, s: float) -> float:
         """Heading at an arc length, radians, positive to the right of +Z."""
         return float(np.interp(s, self._s, self._heading))

@@ -329,15 +329,7 @@ def build(scenario: Scenario, seconds: float, rng: np.random.Generator) -> Drive
         The drive.
     """
     last = scenario.speed * (seconds + 0.5)
-    length = last + 900
-    bends: list[tuple[float, float, float]] = []
-    s, sign = 25.0, 1.0
-    while s < length - 50:
-        run = float(rng.uniform(110, 190))
-        bends.append((s, s + run, sign * scenario.turn * float(rng.uniform(0.7, 1.3))))
-        s += run + float(rng.uniform(10, 50))
-        sign = -sign
-    path = Path(length, bends)
+    path = Path.winding(last + 900, scenario.turn, rng)
     drive = Drive(scenario, WEATHERS[scenario.weather], TOWN if scenario.town else COUNTRY, path)
     drive.bumps = [b for b in scenario.bumps if b[0] < seconds]
     for t in np.arange(15.0, seconds, 6.0):

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
-from numpy.typing import NDArray
 
-from sample_videos.bodies import Face, box, outward
-from sample_videos.colour import Linear, lin
+from sample_videos.bodies import Face, box
+from sample_videos.colour import lin
+from sample_videos.vehicle_parts import GLASS, TRIM, lamps, loft, panel, wheels
 
-Array = NDArray[np.float64]
 PAINTS: tuple[tuple[int, int, int], ...] = (
     (150, 18, 24),
     (28, 58, 120),
@@ -23,97 +20,6 @@ PAINTS: tuple[tuple[int, int, int], ...] = (
     (190, 150, 30),
 )
 """Paints of cars, sRGB; red, blue and yellow are there to tempt a detector."""
-
-_GLASS, _RUBBER, _TRIM = lin(26, 32, 38), lin(20, 20, 21), lin(34, 34, 36)
-
-
-def _loft(stations: Array, colour: Linear, gloss: float, power: float) -> list[Face]:
-    """Skin over cross sections.
-
-    Args:
-        stations: (n, 5): z, bottom, top, half width at the bottom, half width at the top.
-        colour: Albedo.
-        gloss: Mirror share.
-        power: Roundness of the shoulders, 0 to 0.5.
-    """
-    rings = []
-    for z, low, high, wide, narrow in stations:
-        tall = high - low
-        ring = [
-            (-wide * 0.93, low),
-            (-wide, low + 0.25 * tall),
-            (-(wide * 0.5 + narrow * 0.5), high - power * tall),
-            (-narrow * 0.86, high),
-            (narrow * 0.86, high),
-            (wide * 0.5 + narrow * 0.5, high - power * tall),
-            (wide, low + 0.25 * tall),
-            (wide * 0.93, low),
-        ]
-        rings.append(np.array([(x, y, z) for x, y in ring]))
-    middle = np.concatenate(rings).mean(0)
-    faces: list[Face] = []
-    for a, b in itertools.pairwise(rings):
-        inner = (a.mean(0) + b.mean(0)) / 2
-        faces.extend(Face(outward(np.stack([a[k], a[k + 1], b[k + 1], b[k]]), inner), colour, gloss) for k in range(7))
-    faces.append(Face(outward(rings[0], middle), colour, gloss))
-    faces.append(Face(outward(rings[-1], middle), colour, gloss))
-    return faces
-
-
-def _panel(
-    points: list[tuple[float, float, float]], middle: Array, colour: Linear, gloss: float = 0.0, own: float = 0.0
-) -> Face:
-    return Face(outward(np.array(points, np.float64), middle), colour, gloss, own)
-
-
-def _wheels(length: float, width: float, radius: float, axles: tuple[float, ...]) -> list[Face]:
-    faces = []
-    angle = np.linspace(0, 2 * np.pi, 14, endpoint=False)
-    for z in axles:
-        for side in (-1.0, 1.0):
-            middle = np.array([0.0, radius, z * length])
-            for r, colour, push in (
-                (1.12, lin(12, 12, 13), 0.0),
-                (1.0, _RUBBER, 0.012),
-                (0.62, lin(120, 122, 126), 0.02),
-                (0.2, _TRIM, 0.03),
-            ):
-                rim = np.full(14, side * (width / 2 + push))
-                points = np.stack(
-                    [rim, radius + r * radius * np.sin(angle), z * length + r * radius * np.cos(angle)], axis=1
-                )
-                faces.append(Face(outward(points, middle), colour, 0.25 if r == 0.62 else 0.0))
-        tread = np.array([[-1, 0], [1, 0], [1, radius * 1.1], [-1, radius * 1.1]])
-        for side in (-1.0, 1.0):
-            at = side * (width / 2 - 0.13)
-            for end in (-1, 1):
-                points = np.stack(
-                    [at + tread[:, 0] * 0.12, tread[:, 1], np.full(4, z * length + end * radius * 0.8)], axis=1
-                )
-                faces.append(Face(outward(points, np.array([at, radius, z * length])), _RUBBER))
-    return faces
-
-
-def _lamps(half: float, y: float, z: float, front: bool, lit: bool, size: tuple[float, float]) -> list[Face]:
-    end = 1 if front else -1
-    inside = np.array([0.0, y, z - end])
-    colour = lin(225, 228, 230) if front else lin(170, 14, 18)
-    own = (9.0 if front else 1.2) if lit else 0.0
-    out = []
-    for side in (-1, 1):
-        x0, x1 = side * (half - size[0]), side * half
-        out.append(
-            _panel(
-                [(x0, y, z), (x1, y, z), (x1, y + size[1], z), (x0, y + size[1], z)],
-                inside,
-                colour,
-                0.35,
-                own if front else 0.0,
-            )
-        )
-        if not front and lit:
-            out[-1] = Face(out[-1].points, lin(255, 40, 40), 0.2, 0.0)
-    return out
 
 
 def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | None = None) -> list[Face]:
@@ -135,14 +41,14 @@ def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | No
             [b, 0.32, 0.56, half * 0.78, half * 0.74],
         ]
     )
-    faces = _loft(hull, colour, 0.5, 0.22)
+    faces = loft(hull, colour, 0.5, 0.22)
     r0, r1 = (a + 0.45, b - 2.15) if estate else (a + 1.15, b - 2.25)
     c0, c1 = (a + 0.12, b - 1.15) if estate else (a + 0.55, b - 1.2)
     roof, base = half * 0.70, half * 0.90
     middle = np.array([0.0, 1.1, 0.0])
     y = belt - 0.02
     faces.append(
-        _panel(
+        panel(
             [
                 (-roof, high, r0),
                 (roof, high, r0),
@@ -156,9 +62,9 @@ def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | No
             0.5,
         )
     )
-    faces.append(_panel([(-base, y, c0), (base, y, c0), (roof, high, r0), (-roof, high, r0)], middle, colour, 0.4))
+    faces.append(panel([(-base, y, c0), (base, y, c0), (roof, high, r0), (-roof, high, r0)], middle, colour, 0.4))
     faces.append(
-        _panel(
+        panel(
             [
                 (-base * 0.86, y + 0.06, c0 - 0.01),
                 (base * 0.86, y + 0.06, c0 - 0.01),
@@ -166,13 +72,13 @@ def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | No
                 (-roof * 0.90, high - 0.07, r0 - 0.02),
             ],
             middle,
-            _GLASS,
+            GLASS,
             0.8,
         )
     )
-    faces.append(_panel([(-base, y, c1), (base, y, c1), (roof, high, r1), (-roof, high, r1)], middle, colour, 0.4))
+    faces.append(panel([(-base, y, c1), (base, y, c1), (roof, high, r1), (-roof, high, r1)], middle, colour, 0.4))
     faces.append(
-        _panel(
+        panel(
             [
                 (-base * 0.93, y + 0.03, c1 + 0.01),
                 (base * 0.93, y + 0.03, c1 + 0.01),
@@ -180,13 +86,13 @@ def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | No
                 (-roof * 0.93, high - 0.05, r1 + 0.02),
             ],
             middle,
-            _GLASS,
+            GLASS,
             0.8,
         )
     )
     for side in (-1, 1):
         faces.append(
-            _panel(
+            panel(
                 [(side * base, y, c0), (side * base, y, c1), (side * roof, high, r1), (side * roof, high, r0)],
                 middle,
                 colour,
@@ -202,28 +108,28 @@ def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | No
                 (side * roof * 1.02, high - 0.06, r0 + (r1 - r0) * t1),
                 (side * roof * 1.02, high - 0.06, r0 + (r1 - r0) * t0),
             ]
-            faces.append(_panel(low + top, middle, _GLASS, 0.7))
+            faces.append(panel(low + top, middle, GLASS, 0.7))
         faces += box(
             side * (half + 0.02) - 0.08, side * (half + 0.02) + 0.08, belt, belt + 0.13, b - 1.55, b - 1.45, colour
         )
     back, nose = a - 0.012, b + 0.012
     faces.append(
-        _panel(
+        panel(
             [(-half * 0.8, 0.33, back), (half * 0.8, 0.33, back), (half * 0.8, 0.46, back), (-half * 0.8, 0.46, back)],
             np.zeros(3),
-            _TRIM,
+            TRIM,
         )
     )
     faces.append(
-        _panel(
+        panel(
             [(-0.26, 0.52, back), (0.26, 0.52, back), (0.26, 0.63, back), (-0.26, 0.63, back)],
             np.zeros(3),
             lin(222, 224, 220),
         )
     )
-    faces += _lamps(half * 0.93, 0.70, a + 0.04, False, lit, (0.26, 0.17))
+    faces += lamps(half * 0.93, 0.70, a + 0.04, False, lit, (0.26, 0.17))
     faces.append(
-        _panel(
+        panel(
             [
                 (-half * 0.6, 0.33, nose),
                 (half * 0.6, 0.33, nose),
@@ -231,11 +137,11 @@ def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | No
                 (-half * 0.62, 0.50, nose),
             ],
             np.zeros(3),
-            _TRIM,
+            TRIM,
         )
     )
     faces.append(
-        _panel(
+        panel(
             [
                 (-0.26, 0.40, nose + 0.01),
                 (0.26, 0.40, nose + 0.01),
@@ -246,8 +152,8 @@ def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | No
             lin(222, 224, 220),
         )
     )
-    faces += _lamps(half * 0.86, 0.56, b - 0.02, True, lit, (0.3, 0.13))
-    return faces + _wheels(length, 2 * half, 0.31, (-0.29, 0.31))
+    faces += lamps(half * 0.86, 0.56, b - 0.02, True, lit, (0.3, 0.13))
+    return faces + wheels(length, 2 * half, 0.31, (-0.29, 0.31))
 
 
 def van(rng: np.random.Generator, *, lit: bool) -> list[Face]:
@@ -265,12 +171,12 @@ def van(rng: np.random.Generator, *, lit: bool) -> list[Face]:
             [b, 0.4, 0.72, half * 0.85, half * 0.8],
         ]
     )
-    faces = _loft(hull, colour, 0.3, 0.10)
+    faces = loft(hull, colour, 0.3, 0.10)
     middle = np.array([0.0, 1.2, 0.0])
     back = a - 0.012
     for side in (-1, 1):
         faces.append(
-            _panel(
+            panel(
                 [
                     (side * 0.06, 1.45, back),
                     (side * 0.76, 1.45, back),
@@ -278,12 +184,12 @@ def van(rng: np.random.Generator, *, lit: bool) -> list[Face]:
                     (side * 0.06, 2.05, back),
                 ],
                 middle,
-                _GLASS,
+                GLASS,
                 0.7,
             )
         )
         faces.append(
-            _panel(
+            panel(
                 [
                     (side * half * 1.004, 1.3, b - 1.75),
                     (side * half * 1.004, 1.3, b - 0.95),
@@ -291,12 +197,12 @@ def van(rng: np.random.Generator, *, lit: bool) -> list[Face]:
                     (side * half * 0.96, 2.0, b - 1.75),
                 ],
                 middle,
-                _GLASS,
+                GLASS,
                 0.7,
             )
         )
     faces.append(
-        _panel(
+        panel(
             [
                 (-half * 0.84, 1.36, b - 0.76),
                 (half * 0.84, 1.36, b - 0.76),
@@ -304,35 +210,33 @@ def van(rng: np.random.Generator, *, lit: bool) -> list[Face]:
                 (-half * 0.80, high - 0.26, b - 1.40),
             ],
             middle,
-            _GLASS,
+            GLASS,
             0.8,
         )
     )
+    faces.append(panel([(-0.02, 0.5, back), (0.02, 0.5, back), (0.02, 2.25, back), (-0.02, 2.25, back)], middle, TRIM))
     faces.append(
-        _panel([(-0.02, 0.5, back), (0.02, 0.5, back), (0.02, 2.25, back), (-0.02, 2.25, back)], middle, _TRIM)
-    )
-    faces.append(
-        _panel(
+        panel(
             [(-half * 0.9, 0.42, back), (half * 0.9, 0.42, back), (half * 0.9, 0.6, back), (-half * 0.9, 0.6, back)],
             middle,
-            _TRIM,
+            TRIM,
         )
     )
     faces.append(
-        _panel(
+        panel(
             [(-0.26, 0.72, back), (0.26, 0.72, back), (0.26, 0.83, back), (-0.26, 0.83, back)],
             middle,
             lin(222, 224, 220),
         )
     )
     faces.append(
-        _panel(
-            [(-0.6, 0.5, b + 0.01), (0.6, 0.5, b + 0.01), (0.6, 0.72, b + 0.01), (-0.6, 0.72, b + 0.01)], middle, _TRIM
+        panel(
+            [(-0.6, 0.5, b + 0.01), (0.6, 0.5, b + 0.01), (0.6, 0.72, b + 0.01), (-0.6, 0.72, b + 0.01)], middle, TRIM
         )
     )
-    faces += _lamps(half * 0.94, 0.95, a - 0.015, False, lit, (0.14, 0.42))
-    faces += _lamps(half * 0.84, 0.78, b - 0.02, True, lit, (0.3, 0.2))
-    return faces + _wheels(b - a, 2 * half, 0.34, (-0.30, 0.33))
+    faces += lamps(half * 0.94, 0.95, a - 0.015, False, lit, (0.14, 0.42))
+    faces += lamps(half * 0.84, 0.78, b - 0.02, True, lit, (0.3, 0.2))
+    return faces + wheels(b - a, 2 * half, 0.34, (-0.30, 0.33))
 
 
 def lorry(rng: np.random.Generator, *, lit: bool) -> list[Face]:
@@ -340,30 +244,26 @@ def lorry(rng: np.random.Generator, *, lit: bool) -> list[Face]:
     cargo = lin(*((40, 84, 148), (206, 206, 200), (166, 36, 34), (58, 110, 74))[int(rng.integers(4))])
     cab = lin(*((220, 220, 218), (160, 24, 28), (30, 60, 120))[int(rng.integers(3))])
     faces = box(-1.25, 1.25, 0.95, 3.6, -4.4, 2.2, cargo, 0.06)
-    faces += box(-1.15, 1.15, 0.55, 0.95, -4.3, 2.2, _TRIM)
+    faces += box(-1.15, 1.15, 0.55, 0.95, -4.3, 2.2, TRIM)
     faces += box(-1.2, 1.2, 0.5, 2.95, 2.35, 4.4, cab, 0.3)
     middle = np.array([0.0, 1.8, 3.3])
     faces.append(
-        _panel([(-1.08, 1.75, 4.42), (1.08, 1.75, 4.42), (1.08, 2.7, 4.42), (-1.08, 2.7, 4.42)], middle, _GLASS, 0.8)
+        panel([(-1.08, 1.75, 4.42), (1.08, 1.75, 4.42), (1.08, 2.7, 4.42), (-1.08, 2.7, 4.42)], middle, GLASS, 0.8)
     )
     for side in (-1, 1):
         faces.append(
-            _panel(
+            panel(
                 [(side * 1.21, 1.7, 3.2), (side * 1.21, 1.7, 4.2), (side * 1.21, 2.5, 4.1), (side * 1.21, 2.5, 3.2)],
                 middle,
-                _GLASS,
+                GLASS,
                 0.7,
             )
         )
-    faces.append(
-        _panel([(-1.15, 0.6, 4.42), (1.15, 0.6, 4.42), (1.15, 0.95, 4.42), (-1.15, 0.95, 4.42)], middle, _TRIM)
-    )
-    faces.append(_panel([(-0.9, 1.05, 4.42), (0.9, 1.05, 4.42), (0.9, 1.5, 4.42), (-0.9, 1.5, 4.42)], middle, _TRIM))
+    faces.append(panel([(-1.15, 0.6, 4.42), (1.15, 0.6, 4.42), (1.15, 0.95, 4.42), (-1.15, 0.95, 4.42)], middle, TRIM))
+    faces.append(panel([(-0.9, 1.05, 4.42), (0.9, 1.05, 4.42), (0.9, 1.5, 4.42), (-0.9, 1.5, 4.42)], middle, TRIM))
     faces += box(-1.15, 1.15, 0.45, 0.6, -4.45, -4.35, lin(170, 24, 24))
     rear = np.array([0.0, 2.0, 0.0])
-    faces.append(
-        _panel([(-0.02, 1.0, -4.42), (0.02, 1.0, -4.42), (0.02, 3.5, -4.42), (-0.02, 3.5, -4.42)], rear, _TRIM)
-    )
-    faces += _lamps(1.1, 0.68, -4.46, False, lit, (0.3, 0.14))
-    faces += _lamps(1.1, 0.70, 4.43, True, lit, (0.32, 0.18))
-    return faces + _wheels(8.8, 2.4, 0.48, (-0.36, -0.23, 0.38))
+    faces.append(panel([(-0.02, 1.0, -4.42), (0.02, 1.0, -4.42), (0.02, 3.5, -4.42), (-0.02, 3.5, -4.42)], rear, TRIM))
+    faces += lamps(1.1, 0.68, -4.46, False, lit, (0.3, 0.14))
+    faces += lamps(1.1, 0.70, 4.43, True, lit, (0.32, 0.18))
+    return faces + wheels(8.8, 2.4, 0.48, (-0.36, -0.23, 0.38))

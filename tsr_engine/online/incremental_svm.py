@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tsr_engine.online.arguments import as_indices, as_labels, as_samples, check_parameters, check_reach
-from tsr_engine.online.kernels import LINEAR, RBF, kernel_row
+from tsr_engine.online.kernels import LINEAR, RBF, kernel_row, signed_kernel
 from tsr_engine.online.path import CANDIDATE, follow_path
 from tsr_engine.online.repair import repair
 from tsr_engine.online.settle import gradient, settle, violation
@@ -165,7 +165,8 @@ class IncrementalSVC:
         if not n:
             return 0.0
         g = np.empty(n)
-        gradient(self._signed_kernel(), store.y[:n], n, store.alpha[:n], self._b, g)
+        signed = signed_kernel(store.X[:n], store.y[:n], self._kind(), self._width())
+        gradient(signed, store.y[:n], n, store.alpha[:n], self._b, g)
         return float(violation(store.y, n, self.C, store.alpha, g))
 
     def copy(self) -> IncrementalSVC:
@@ -268,16 +269,13 @@ class IncrementalSVC:
     def _remove(self, position: int) -> None:
         store = self._store
         slot = int(store.order[position])
-        if store.alpha[slot] > 0.0:
-            self._size = store.leave_margin(slot, self._size)
-            if not self._follow(slot, adding=False):
-                store.drop(position, self._size)
-                self._repair()
-                return
-        else:
-            self._size = store.leave_margin(slot, self._size)
+        self._size = store.leave_margin(slot, self._size)
+        finished = store.alpha[slot] == 0.0 or self._follow(slot, adding=False)
         store.drop(position, self._size)
-        self._settle()
+        if finished:
+            self._settle()
+        else:
+            self._repair()
 
     def _follow(self, slot: int, *, adding: bool) -> bool:
         store = self._store
@@ -345,22 +343,8 @@ class IncrementalSVC:
             store.beta,
         )
 
-    # -- kernels -------------------------------------------------------------------------------------------
-
     def _kind(self) -> int:
         return LINEAR if self.kernel == "linear" else RBF
 
     def _width(self) -> float:
         return 1.0 / self._store.features if self.gamma is None else self.gamma
-
-    def _signed_kernel(self) -> FloatArray:
-        """``y_i y_j K(x_i, x_j)`` in the order of the store, computed from the samples."""
-        store = self._store
-        X, y = store.X[: store.n], store.y[: store.n]
-        if self.kernel == "linear":
-            return np.asarray(product(X, X.T) * np.outer(y, y))
-        squares = np.empty((store.n, store.n))
-        with np.errstate(over="ignore"):  # what lies too far apart for doubles has the kernel value 0
-            for i in range(store.n):
-                squares[i] = ((X - X[i]) ** 2).sum(axis=1)
-            return np.ascontiguousarray(np.exp(-self._width() * squares) * np.outer(y, y))

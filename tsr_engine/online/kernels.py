@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
+from tsr_engine.products import product
 from tsr_engine.records import FloatArray
 
 LINEAR = 0
@@ -41,3 +43,24 @@ def kernel_row(X: FloatArray, n: int, x: FloatArray, kind: int, gamma: float, ou
                 difference = X[i, k] - x[k]
                 total += difference * difference
             out[i] = math.exp(-gamma * total)
+
+
+def signed_kernel(X: FloatArray, y: FloatArray, kind: int, gamma: float) -> FloatArray:
+    """``y_i y_j K(x_i, x_j)`` of all samples, apart from what :func:`kernel_row` has summed.
+
+    Args:
+        X: shape (n, d).
+        y: shape (n,), -1 or 1.
+        kind: ``LINEAR`` or ``RBF``.
+        gamma: width of the RBF kernel, ignored for the linear one.
+
+    Returns:
+        Shape (n, n).
+    """
+    if kind == LINEAR:
+        return np.asarray(product(X, X.T) * np.outer(y, y))
+    squares = np.empty((len(X), len(X)))
+    with np.errstate(over="ignore"):  # what lies too far apart for doubles has the kernel value 0
+        for i in range(len(X)):
+            squares[i] = ((X - X[i]) ** 2).sum(axis=1)
+        return np.ascontiguousarray(np.exp(-gamma * squares) * np.outer(y, y))
