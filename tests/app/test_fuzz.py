@@ -148,7 +148,7 @@ def try_route(served: Served, document: BaseSchema, operation: Any, mode: Genera
     tried = 0
 
     @settings(
-        max_examples=_MOST or 12,
+        max_examples=_MOST or 8,
         deadline=None,
         derandomize=not _MOST,
         suppress_health_check=list(HealthCheck),

@@ -1,4 +1,8 @@
-"""A drive of an hour and a half: the whole-run answers stay quick. Limits are several times what was measured."""
+"""A long drive: the whole-run answers stay quick. Limits are several times what was measured.
+
+The report measures an hour and a half (``python -m benchmarks review``); here it is a quarter of that, with as many
+tracks.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +20,8 @@ from app.storage.database import Database
 from tests.patience import within
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
+
+FRAMES = 33_100
 
 
 def seconds(call: Callable[[], object]) -> float:
@@ -48,9 +54,9 @@ def test_a_small_one_is_evidence_like_any_other(long_runs: Any, tmp_path: Path) 
 
 
 @pytest.mark.slow
-def test_whole_run_answers_of_132400_frames(long_runs: Any, tmp_path: Path) -> None:
+def test_whole_run_answers_of_a_long_drive(long_runs: Any, tmp_path: Path) -> None:
     began = time.perf_counter()
-    made = long_runs.make_long_run(tmp_path)
+    made = long_runs.make_long_run(tmp_path, frames=FRAMES)
     assert time.perf_counter() - began < within(60)
     settings = Settings(home=tmp_path)
     database = Database(settings.database)
@@ -60,7 +66,7 @@ def test_whole_run_answers_of_132400_frames(long_runs: Any, tmp_path: Path) -> N
         warm = seconds(lambda: (evidence.tracks(made.run_id), evidence.lanes(made.run_id)))
         assert len(json.loads(evidence.tracks(made.run_id))["id"]) == 5000
         # The best of three is the work itself; one alone may have waited for whoever else runs here.
-        window = min(seconds(lambda k=k: evidence.overlays(made.run_id, k, k + 255)) for k in (60_000, 70_000, 80_000))
+        window = min(seconds(lambda k=k: evidence.overlays(made.run_id, k, k + 255)) for k in (15_000, 20_000, 25_000))
         flips = min(seconds(lambda tau=tau: evidence.flips(made.run_id, tau)) for tau in (20.0, 21.0, 22.0))
     finally:
         evidence.close()
