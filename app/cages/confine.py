@@ -1,5 +1,8 @@
 """Take rights away from this process, for good: memory, computing, files, network, other programs.
 
+A cage (``confine``) reads bytes from outside and nothing else. A worker (``stay_in``) decodes them too, but stores what
+it finds: it keeps the data folder and, where the database is elsewhere, connections.
+
 Limits and the signal at the parent's death are there on every Linux. Landlock (Linux 5.13; connections since 6.7) and
 seccomp (x86-64 and AArch64) come on top where the kernel has them. There is no well-kept Python package for either, and
 each is three system calls.
@@ -20,12 +23,11 @@ from typing import Final
 
 from app.cages.limits import Limits
 
-__all__ = ["confine", "die_with_parent"]
+__all__ = ["confine", "die_with_parent", "stay_in"]
 
 _SET_PDEATHSIG: Final = 1
 _SET_NO_NEW_PRIVS: Final = 38
-_SET_SECCOMP: Final = 22
-_FILTER: Final = 2
+_FILTER, _ALL_THREADS = 1, 1
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
 """Landlock's system calls have these numbers on every architecture."""
@@ -36,15 +38,16 @@ _CONNECTIONS: Final = 0b11
 _SCOPES: Final = 0b11
 """Abstract sockets and signals to processes outside."""
 
-_SYSCALLS: Final = {
-    "x86_64": (0xC000003E, (41, 42, 43, 49, 50, 59, 101, 250, 298, 310, 311, 321, 322, 323, 425, 434)),
-    "aarch64": (0xC00000B7, (198, 203, 202, 200, 201, 221, 117, 219, 241, 270, 271, 280, 281, 282, 425, 434)),
+_SECCOMP: Final = {"x86_64": (0xC000003E, 317), "aarch64": (0xC00000B7, 277)}
+"""Of each architecture: its name for the kernel, and the number of the system call."""
+_CONNECTING: Final = {"x86_64": (41, 42, 43, 49, 50, 288), "aarch64": (198, 203, 202, 200, 201, 242)}
+"""socket, connect, accept, bind, listen, accept4."""
+_NEVER: Final = {
+    "x86_64": (59, 101, 250, 298, 310, 311, 321, 322, 323, 425, 434),
+    "aarch64": (221, 117, 219, 241, 270, 271, 280, 281, 282, 425, 434),
 }
-"""Of each architecture: its name for the kernel, and the calls that nothing in a cage needs.
-
-socket, connect, accept, bind, listen, execve, ptrace, keyctl, perf_event_open, process_vm_readv, process_vm_writev,
-bpf, execveat, userfaultfd, io_uring_setup, pidfd_open.
-"""
+"""What nothing here needs: execve, ptrace, keyctl, perf_event_open, process_vm_readv, process_vm_writev, bpf, execveat,
+userfaultfd, io_uring_setup, pidfd_open."""
 _X32: Final = 0x40000000
 _ALLOW, _REFUSE = 0x7FFF0000, 0x00050000 | errno.EPERM
 
@@ -72,11 +75,20 @@ def confine(limits: Limits) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (used + limits.computing, used + limits.computing))
     largest = limits.file_mb * 2**20 if limits.writable or limits.network else 0
     resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
-    if limits.network:
-        return
+    stay_in(None if limits.network else limits.writable, network=limits.network)
+
+
+def stay_in(writable: Sequence[Path] | None, *, network: bool = False) -> None:
+    """Keep this process from other programs and from other processes' memory; best called while it has one thread.
+
+    Args:
+        writable: folders that it goes on writing below; None: everywhere that it may already.
+        network: it may still open connections.
+    """
     _libc.prctl(_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
-    _landlock(limits.writable)
-    _seccomp()
+    if writable is not None:
+        _landlock(writable)
+    _seccomp(network)
 
 
 def _address_space() -> int:
@@ -104,12 +116,13 @@ def _landlock(writable: Sequence[Path]) -> None:
     os.close(rules)
 
 
-def _seccomp() -> None:
-    """Refuse what nothing in a cage needs: connections, other programs, other processes' memory."""
-    known = _SYSCALLS.get(platform.machine())
-    if known is None:
+def _seccomp(network: bool) -> None:
+    """Refuse all threads other programs and other processes' memory, and connections unless allowed."""
+    machine = platform.machine()
+    if machine not in _SECCOMP:
         return
-    architecture, refused = known
+    architecture, call = _SECCOMP[machine]
+    refused = _NEVER[machine] if network else (*_NEVER[machine], *_CONNECTING[machine])
     load, equal, at_least, answer = 0x20, 0x15, 0x35, 0x06
     count = len(refused)
     steps = [
@@ -123,4 +136,4 @@ def _seccomp() -> None:
     ]
     code = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *step) for step in steps))
     program = struct.pack("HP", len(steps), ctypes.addressof(code))
-    _libc.prctl(_SET_SECCOMP, _FILTER, program, 0, 0)
+    _libc.syscall(call, _FILTER, _ALL_THREADS, program)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Limits"]
+__all__ = ["Limits", "stored_in"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +19,7 @@ class Limits:
         wall: seconds from question to answer; 0: as long as it takes.
         writable: folders that it may write below; empty: it writes no file at all.
         file_mb: largest file that it writes, MiB.
-        network: may open connections. A cage that stores what another one has read reaches the database by that.
+        network: may open connections, and writes wherever it may: it stores in a database that is elsewhere.
     """
 
     memory_mb: int
@@ -27,3 +28,14 @@ class Limits:
     writable: tuple[Path, ...] = ()
     file_mb: int = 1 << 15
     network: bool = False
+
+
+def stored_in(home: Path, database: Path) -> tuple[Path, ...]:
+    """Folders that a process writes below which stores something.
+
+    Args:
+        home: the data folder; parts of it may be links to other disks.
+        database: the file of the SQLite database.
+    """
+    parts = (part.resolve() for part in home.iterdir() if part.is_symlink())
+    return (home, database.parent, Path(tempfile.gettempdir()), *(part for part in parts if part.is_dir()))

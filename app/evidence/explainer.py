@@ -15,6 +15,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from app.cages.confine import stay_in
 from app.evidence.crops import pixels_in_frame
 from app.evidence.explain import Explanation, explain
 from app.videos.opened import CheckedFile
@@ -147,7 +148,8 @@ class Explainer:
 
 
 def main() -> None:
-    """Answer questions until the input ends."""
+    """Answer questions until the input ends; a video that is decoded for one may be hostile."""
+    stay_in(None)
     for line in sys.stdin:
         signal.alarm(int(PATIENCE) + 1)  # the server may be gone by then
         question = Question(**json.loads(line))

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from app.cages.cage import CageError, Cages, CagesClosed
-from app.cages.limits import Limits
+from app.cages.limits import Limits, stored_in
 from app.cages.talk import Talk
 from app.edits.bulk import BulkEdits
 from app.edits.log_store import LogStore
@@ -31,7 +31,7 @@ from app.exchange.incoming import Incoming, Onto, read_incoming, target_of
 from app.exchange.underway import Import
 from app.ground_truths.service import GroundTruthService
 from app.settings import Settings
-from app.storage.database import Database
+from app.storage.database import Database, sqlite_file
 from app.storage.identity import server_of
 from app.storage.models import Base, Video
 from tsr_engine.exchange.formats import ImportLimits
@@ -90,7 +90,6 @@ class CagedImports:
             wall=4.0 * self._settings.import_seconds,
             writable=(incoming.scratch,),
         )
-        storing = replace(limits, writable=(), network=True)
 
         def ended() -> bool:
             return underway.cancelled.is_set() or stop()
@@ -111,7 +110,7 @@ class CagedImports:
             found = self._cages.run(
                 "app.exchange.caged:store_apart",
                 *(self._settings, video_id, onto, incoming, kind, run_id, packed),
-                limits=storing,
+                limits=self._storing(limits),
                 stop=stop,
             )
         except CagesClosed as error:
@@ -128,15 +127,23 @@ class CagedImports:
             ) from None
         return ImportResult.model_validate(found)
 
+    def _storing(self, limits: Limits) -> Limits:
+        """The limits of a process that stores what another one has read."""
+        database = sqlite_file(self._settings.database)
+        if database is None:
+            return replace(limits, network=True)
+        return replace(limits, writable=stored_in(self._settings.home, database))
+
     def begin_by_hand(self, video_id: str, name: str, author: str) -> ImportResult:
         """A run without tracks; see ``ImportService.begin_by_hand``. Another process writes that of a long video."""
         onto = self._imports.check(video_id, "run", None)
         if onto.facts.frames <= _SHORT:
             return self._imports.begin_by_hand(video_id, name, author, onto)
-        limits = Limits(self._settings.import_memory_mb, computing=self._settings.import_seconds, network=True)
+        limits = Limits(self._settings.import_memory_mb, computing=self._settings.import_seconds)
         try:
             found = self._cages.run(
-                "app.exchange.caged:begin_apart", self._settings, video_id, name, author, onto, limits=limits
+                *("app.exchange.caged:begin_apart", self._settings, video_id, name, author, onto),
+                limits=self._storing(limits),
             )
         except CageError as error:
             raise Busy(f"The run was not begun: {error}. Try again.") from None

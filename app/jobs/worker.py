@@ -1,7 +1,8 @@
 """A process that takes jobs from the queue until none are left. Its arguments are ``PARENT LANE [stay]``.
 
-It ends with its server, has a limit on memory, and works at low priority: a broken or hostile video costs this one
-process. One that is to stay waits for jobs until it is asked to leave, and loads meanwhile what they will need.
+It ends with its server, has a limit on memory, works at low priority, and can start no other program: a broken or
+hostile video costs this one process. One that is to stay waits for jobs until it is asked to leave, and loads meanwhile
+what they will need.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from collections.abc import Callable, Sequence
 
 from sqlalchemy.exc import DBAPIError
 
-from app.cages.confine import die_with_parent
+from app.cages.confine import die_with_parent, stay_in
+from app.cages.limits import stored_in
 from app.errors import Busy, StorageFull
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
@@ -31,7 +33,7 @@ from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY, preparations
 from app.log_once import LogOnce
 from app.settings import Settings, load_settings
-from app.storage.database import Database, storage_failure
+from app.storage.database import Database, sqlite_file, storage_failure
 from app.storage.identity import place_of, server_of
 from tsr_engine.errors import TsrError
 from tsr_engine.extras import explained
@@ -92,10 +94,11 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     parent, lane = int(arguments[0]), LANES[LANES.index(arguments[1])]  # type: ignore[arg-type]
     stays = STAY in arguments[2:]
     logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
+    settings = load_settings()
+    _stay_in(settings, lane)  # before there are threads
     leaving = _Leaving()
     if not die_with_parent(parent, signal.SIGTERM):
         return 0
-    settings = load_settings()
     limit = settings.worker_memory_mb * 2**20
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     os.nice(10)
@@ -105,6 +108,19 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     _work(lambda: _one_job(settings, database, events, jobs, leaving, lane), kinds, leaving, stays)
     database.close()
     return 0
+
+
+def _stay_in(settings: Settings, lane: Lane) -> None:
+    """Give up what a worker does not need: it decodes what comes from outside.
+
+    With SQLite that is the network. Who imports a video, and so is the first to decode it, writes in the data folder
+    only; the others may be about to compile code, whose caches lie elsewhere.
+    """
+    database = sqlite_file(settings.database)
+    if database is None:
+        stay_in(None, network=True)
+    else:
+        stay_in(stored_in(settings.home, database) if lane == "imports" else None)
 
 
 def _work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bool], stays: bool) -> None:

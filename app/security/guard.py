@@ -3,7 +3,7 @@
 Checked in this order: the Host header (a page of another name must not reach us by rebinding), the origin of requests
 that change something, who is asking (``app.security.access``), the size of the body. What that person may do is for
 ``app.api.access``. Every answer leaves with headers that keep the page to
-itself.
+itself; those to who was let in say how long they took here (``Server-Timing``).
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import ipaddress
 import json
 import re
+import time
 from collections.abc import Iterable
 from typing import Final
 
@@ -59,6 +60,7 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
+        began = time.perf_counter()
         if self.access.proxies.is_tls(scope):
             scope["scheme"] = "wss" if scope["type"] == "websocket" else "https"
         refusal = self._foreign(scope) or await self._stranger(scope) or self._too_large(scope)
@@ -77,7 +79,9 @@ class Guard:
                 if body.exceeded:
                     return
                 answered = True
-                _protect(MutableHeaders(scope=message))
+                headers = MutableHeaders(scope=message)
+                headers["Server-Timing"] = f"total;dur={1000 * (time.perf_counter() - began):.1f}"
+                _protect(headers)
             elif body.exceeded and not answered:
                 return
             await send(message)

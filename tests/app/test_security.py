@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -201,7 +202,10 @@ def test_every_answer_carries_the_headers(server: Server) -> None:
         assert "unsafe-inline" not in policy
         assert "frame-ancestors 'none'" in policy
         assert answer.headers["x-content-type-options"] == "nosniff"
-    assert server.client.get("/api/session").headers["cache-control"] == "no-store"
+    let_in = server.client.get("/api/session").headers
+    assert let_in["cache-control"] == "no-store"
+    assert re.fullmatch(r"total;dur=\d+\.\d", let_in["server-timing"])
+    assert "server-timing" not in server.stranger().get("/api/videos").headers
 
 
 def test_large_bodies_are_refused_announced_or_not(server: Server) -> None:

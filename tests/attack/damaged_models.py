@@ -31,6 +31,8 @@ __all__ = ["load_damaged"]
 
 _MEMORY = 3 << 30
 _PARTS = ("detector", "prior", "classifier", "online")
+_OBJECTS, _ELSEWHERE = "objects", "network whose weights lie elsewhere"
+"""Damage that runs code or reads other files where it is believed: never usable."""
 
 
 def load_damaged(folder: Path, chance: random.Random, count: int) -> str:
@@ -46,10 +48,17 @@ def load_damaged(folder: Path, chance: random.Random, count: int) -> str:
     return done.stdout.strip()
 
 
-def network() -> bytes:
-    """A small network that runs as a detector of 32x32 px: boxes and scores of 20 places."""
+def network(elsewhere: str | None = None) -> bytes:
+    """A small network that runs as a detector of 32x32 px: boxes and scores of 20 places.
+
+    Args:
+        elsewhere: another file, which it says that its weights lie in.
+    """
     x, y = helper.make_tensor_value_info("x", 1, [1, 3, 32, 32]), helper.make_tensor_value_info("y", 1, [1, 5, 20])
     weights = helper.make_tensor("w", 1, [100, 3, 32, 32], [1.0] * (100 * 3 * 32 * 32))
+    if elsewhere is not None:
+        weights = TensorProto(name="w", data_type=1, dims=weights.dims, data_location=TensorProto.EXTERNAL)
+        weights.external_data.add(key="location", value=elsewhere)
     shape = helper.make_tensor("s", TensorProto.INT64, [3], [1, 5, 20])
     nodes = [helper.make_node("Conv", ["x", "w"], ["c"]), helper.make_node("Reshape", ["c", "s"], ["y"])]
     graph = helper.make_graph(nodes, "g", [x], [y], [weights, shape])
@@ -66,7 +75,7 @@ def damaged_folder(folder: Path, chance: random.Random) -> str:
     manifest = read_manifest(folder)
     entry = manifest["components"][name]
     place = folder / entry["file"]
-    kind = chance.choice(("bytes", "objects", "huge", "lacking"))
+    kind = chance.choice(("bytes", _OBJECTS, "huge", "lacking"))
     if kind == "bytes":
         content = damaged_archive(place.read_bytes(), chance)
     else:
@@ -76,7 +85,7 @@ def damaged_folder(folder: Path, chance: random.Random) -> str:
         if kind == "lacking":
             del arrays[key]
         files = {f"{each}.npy": as_file(array) for each, array in arrays.items()}
-        if kind == "objects":
+        if kind == _OBJECTS:
             files[f"{key}.npy"] = as_file(np.array([{}], dtype=object))
         elif kind == "huge":  # says that it is far larger than it is
             head = as_file(np.zeros(8)).replace(b"(8,)", b"(1" + b"0" * chance.randint(9, 17) + b",)")
@@ -111,7 +120,10 @@ def main(seed: int, count: int) -> int:
             what = "network"
             try:
                 if number % 3 == 0:
-                    place = written(Path(name) / "a.onnx", damaged(whole, chance))
+                    content = damaged(whole, chance)
+                    if chance.random() < 0.2:
+                        what, content = _ELSEWHERE, network(chance.choice(("/etc/passwd", "../sound/a.onnx", "b.bin")))
+                    place = written(Path(name) / "a.onnx", content)
                     load_network(Network(place, (32, 32)), Params())
                 else:
                     folder = Path(name) / "damaged"
@@ -119,6 +131,8 @@ def main(seed: int, count: int) -> int:
                     shutil.copytree(sound, folder)
                     what = damaged_folder(folder, chance)
                     load_components(Params(), folder)
+                if what == _ELSEWHERE or what.endswith(_OBJECTS):
+                    raise BrokenPromiseError("it was loaded")
             except ModelError:
                 refused += 1
             except BaseException:

@@ -8,7 +8,7 @@ import threading
 import time
 import uuid
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from http.client import HTTPException
@@ -41,11 +41,17 @@ class Log:
         acknowledged: operations that the server has answered with 200.
         refused: how often each other status came.
         waits: seconds of each answered edit.
+        handled: seconds that the server needed for each, from the whole head of the request to that of the answer.
     """
 
     acknowledged: set[str] = field(default_factory=set)
     refused: Counter[int] = field(default_factory=Counter)
     waits: list[float] = field(default_factory=list)
+    handled: list[float] = field(default_factory=list)
+
+    def heard(self, headers: Mapping[str, str]) -> None:
+        """Note what the server says about its own time."""
+        self.handled.append(float(headers["Server-Timing"].partition("dur=")[2]) / 1000)
 
 
 @dataclass(frozen=True)
@@ -89,7 +95,9 @@ def client(
                 body = json.dumps({"op_id": op_id, "author": author, "command": command}).encode()
                 headers = {"If-Match": f'"{key}:{revision}"', "Content-Type": "application/json"}
                 began = time.monotonic()
-                status, said = server().ask(f"/api/runs/{place.run}/edits", body, timeout=10, more=headers)
+                status, said = server().ask(
+                    f"/api/runs/{place.run}/edits", body, timeout=10, more=headers, heard=log.heard
+                )
             except (OSError, HTTPException, ValueError, KeyError):
                 time.sleep(0.05)  # the server is down: the same operation again
                 continue

@@ -10,7 +10,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,13 +35,19 @@ class Running:
     memory: int = 0
 
     def ask(
-        self, path: str, content: bytes | None = None, timeout: float = 240, more: Mapping[str, str] | None = None
+        self,
+        path: str,
+        content: bytes | None = None,
+        timeout: float = 240,
+        more: Mapping[str, str] | None = None,
+        heard: Callable[[Mapping[str, str]], object] = lambda _: None,
     ) -> tuple[int, Any]:
-        """Status and JSON of an answer."""
+        """Status and JSON of an answer; ``heard`` gets its headers, if all went well."""
         headers = {"Authorization": f"Bearer {TOKEN}", **(more or {})}
         request = urllib.request.Request(f"{self.base}{path}", data=content, headers=headers)
         try:
             with urllib.request.urlopen(request, timeout=timeout) as answer:
+                heard(answer.headers)
                 return answer.status, json.load(answer)
         except urllib.error.HTTPError as error:
             return error.code, json.load(error)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -132,6 +133,47 @@ def test_nothing_leaves_a_cage(cages: Cages, tmp_path: Path) -> None:
     assert (other / "old").read_text() == "old"
     assert [path.name for path in other.iterdir()] == ["old"]
     assert (mine / "mine").exists(), "it may write in its own folder"
+
+
+WORKERS = """
+import json, os, sys, time
+from pathlib import Path
+from app.jobs.worker import _stay_in
+from app.settings import Settings
+from tests.attack.test_cages import try_all
+home, other, port = sys.argv[1:]
+for lane, database in (("long", None), ("short", "postgresql+psycopg://localhost/none"), ("imports", None)):
+    if (victim := os.fork()) == 0:
+        time.sleep(600)
+    Path(other, "old").write_text("old")
+    Path(other, "mine").unlink(missing_ok=True)
+    if (worker := os.fork()) == 0:
+        _stay_in(Settings(home=home, database_url=database), lane)
+        print(lane, json.dumps(try_all(None, home, other, int(port), victim)), flush=True)
+        os._exit(0)
+    os.waitpid(worker, 0)
+    os.kill(victim, 9)
+    os.waitpid(victim, 0)
+"""
+OUTWARDS = {"connect", "send", "unix socket"}
+
+
+def test_a_worker_gives_up_what_it_does_not_need(tmp_path: Path) -> None:
+    """Who imports videos can do no more than a cage but store; a database on another machine takes connections."""
+    home, other = tmp_path / "home", tmp_path / "other"
+    home.mkdir()
+    other.mkdir()
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        command = [sys.executable, "-c", WORKERS, str(home), str(other), str(listener.getsockname()[1])]
+        said = subprocess.check_output(
+            command, cwd=Path(__file__).parents[2], env={**os.environ, "TMPDIR": str(home)}, text=True
+        )
+    lines = (line.partition(" ") for line in said.splitlines())
+    done = {lane: {name for name, what in json.loads(found).items() if what == "done"} for lane, _, found in lines}
+    assert (home / "mine").exists(), "it writes in the data folder"
+    assert done["imports"] == {"more memory"}, "that one follows"
+    assert not done["long"] & {*OUTWARDS, "another program"}
+    assert done["short"] & {*OUTWARDS, "another program"} == OUTWARDS
 
 
 def test_without_a_folder_it_writes_no_byte(cages: Cages, tmp_path: Path) -> None:

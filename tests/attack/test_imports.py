@@ -8,6 +8,7 @@ import time
 import tracemalloc
 from contextlib import suppress
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,8 @@ from tsr_engine.track_table import TrackTable
 FRAMES = 75
 MOST_MB = 600
 """Memory of the server during any import, MiB."""
+FEWER = {"TSR_IMPORT_MAX_TRACKS": "5000", "TSR_IMPORT_MAX_BOXES": "250000"}
+"""A quarter of what is let in otherwise: ``tests.attack.measure`` goes to the limits themselves."""
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +44,7 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
     return made
 
 
+@cache
 def mot(tracks: int, boxes: int = 1) -> bytes:
     """A ZIP of MOT rows: so many tracks, each with so many boxes."""
     rows = "".join(
@@ -72,14 +76,13 @@ def target(limits: ImportLimits | None = None) -> ImportTarget:
 def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> None:
     """Many tracks, many boxes, many boxes between key frames: refused, or brought in by another process."""
     attacks = {
-        "tracks": mot(100_000),
-        "boxes": mot(20_000, 60),
-        "between key frames": interpolated(19_000),
-        "as many as are let in": mot(15_000),
+        "tracks": mot(25_000),
+        "boxes": mot(5_000, 60),
+        "between key frames": interpolated(4_800),
+        "as many as are let in": mot(4_000),
     }
-    with running(toy.settings.home) as server, server.watched():
+    with running(toy.settings.home, FEWER) as server, server.watched():
         for name, content in attacks.items():
-            assert len(content) < 16 << 20
             path = f"/api/videos/{toy.video_id}/imports?as=annotation&run={toy.run_id}&file=a.zip&name=a.zip"
             began = time.monotonic()
             status, said = server.ask(path, content)
@@ -130,9 +133,9 @@ def test_many_rows_are_read_in_time_that_grows_with_them(tmp_path: Path) -> None
         assert sum(1 for _ in read_dataset(path, target(), scratch=tmp_path).videos[0].tracks()) == tracks
         return time.process_time() - began
 
-    few, many = computing(10_000), computing(100_000)
+    few, many = computing(5_000), computing(50_000)
     assert many < 20 * few
-    assert many < 4 * TIMES
+    assert many < 2 * TIMES
 
 
 def test_one_name_for_all_tracks(tmp_path: Path) -> None:

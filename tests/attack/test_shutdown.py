@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import socket
 import threading
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests import pipeline_toys as toys
+from tests.attack.editors import Place
 from tests.attack.own_server import TOKEN, Running, children, command, running
 from tests.attack.places import toy_place
 from tests.attack.test_imports import mot
@@ -42,13 +44,20 @@ def below(process: int) -> list[int]:
     return found + [deeper for one in found for deeper in below(one)]
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Place, Path]:
+    """A data folder with a run, and a long drive that may be added."""
+    folder = tmp_path_factory.mktemp("shutdown")
+    (folder / "videos").mkdir()
+    return toy_place(folder), toys.write_drive(folder / "videos" / "other.mp4", 2000)
+
+
 @pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
-def test_everything_ends_within_two_seconds(tmp_path: Path, sign: signal.Signals) -> None:
-    place = toy_place(tmp_path)
-    (tmp_path / "videos").mkdir()
-    drive = toys.write_drive(tmp_path / "videos" / "other.mp4", 2000)
+def test_everything_ends_within_two_seconds(made: tuple[Place, Path], tmp_path: Path, sign: signal.Signals) -> None:
+    place, drive = made
+    home = shutil.copytree(place.home, tmp_path / "home")
     more = {"TSR_WORKERS": "1", "TSR_ROOTS": str(drive.parent)}
-    with running(place.home, more) as server:
+    with running(home, more) as server:
         open_ones = [
             half(server, "GET /api/events"),  # a page
             half(server, "PUT /api/uploads/a.mp4"),
