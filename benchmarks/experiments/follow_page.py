@@ -61,7 +61,7 @@ def _cases(truth: Path, width: int, height: int) -> dict[int, Case]:
 
 
 def _names(desk: Desk) -> dict[int, str]:
-    return {label["id"]: label["name"] for label in desk.server.call("GET", "/labels")["labels"]}
+    return {label["id"]: label["name"] for label in desk.server.call("GET", "/labels")}
 
 
 def _tell(result: Result) -> str:
@@ -77,7 +77,7 @@ def _tell(result: Result) -> str:
                 str(max(counts)),
                 f"{bar}, {_kept(max(counts) <= bar)}",
                 f"{np.mean([row['share'] for row in f[kind]]):.3f}",
-                ", ".join(max((row["actions"] for row in f[kind]), key=len)),
+                " ".join(f"`{key}`" for key in max((row["actions"] for row in f[kind]), key=len)),
             ]
         )
     p50, p95 = np.percentile(f["first"]["ms"], [50, 95])
