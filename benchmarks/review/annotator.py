@@ -99,17 +99,12 @@ class Annotator:
 
     def bring_back(self) -> Iterator[tuple[int, Work, Proposals]]:
         """Each track of the queue, followed back to its first sight: its number, what that took, what was taken."""
-        left = {number for number in self._cases if number >= 0}
-        self._next(None)
-        while left:
+        for _ in self._cases:
             self._work, began = Work(""), time.monotonic()
-            now = self._state()
-            if self._number(now["selected"]) not in left:
-                self._key("j")
-                now = self._next(now["selected"])
-            number = self._number(now["selected"])
+            before = self._state()["selected"]
+            self._key("j")
+            number = self._number(self._next(before)["selected"])
             assert number is not None, "a run that was brought in has engine tracks alone"
-            left.remove(number)
             self._key(",")
             taken = self._take()
             yield number, self._finished("late", began), taken
