@@ -205,6 +205,9 @@ def _tell(result: Result) -> str:
     rows = [["", *POSITIONS, "straight lines"]]
     for group, found in f["actions"].items():
         rows.append([group, *(f"{found[p]:.2f}" for p in POSITIONS), f"{found['lines']:.2f}"])
+    signs = [found["starts"] for found in f["actions"].values()]
+    means = (np.average([found[p] for found in f["actions"].values()], weights=signs) for p in (*POSITIONS, "lines"))
+    rows.append([f"all {sum(signs)} signs", *(f"{mean:.2f}" for mean in means)])
     m = f["memory"]
     parts += [
         "Boxes to draw until every frame has an IoU of at least 0.7, on average: the first where the column says, "

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.experiment import Result
 from benchmarks.experiments import follow as experiment
+from benchmarks.experiments import follow_approaches, follow_page
 from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
 from benchmarks.following.ways import PEERS, KltBox, by_peer, by_us, legacy, straight
@@ -124,7 +125,10 @@ def test_the_report_says_who_is_best_and_what_is_not_there() -> None:
     peer = {p: mean_of([worse, worse]) for p in POSITIONS}
     figures = {
         "groups": {"clips": {"ours": places, "CSRT": peer, "lines, 2 exact boxes": {"whole life": mean_of([worse])}}},
-        "actions": {"clips": {**dict.fromkeys(POSITIONS, 1.2), "lines": 4.0, "starts": 2}},
+        "actions": {
+            "clips": {**dict.fromkeys(POSITIONS, 1.2), "lines": 4.0, "starts": 2},
+            "blur": {**dict.fromkeys(POSITIONS, 1.0), "lines": 3.0, "starts": 6},
+        },
         "ms": {"ours at 720p": 8.0, "CSRT at 720p": 20.0},
         "memory": {"frames": 10000, "group": 250, "early": 1000, "early_mb": 300.0, "late_mb": 301.0},
         "missing": {"TLD": "no such build."},
@@ -133,6 +137,29 @@ def test_the_report_says_who_is_best_and_what_is_not_there() -> None:
     assert "**0.900** / 1.000; 1.00; 0.00" in reported
     assert "| CSRT | 0.400 / 1.000; 1.00; 1.00" in reported
     assert "| clips | 1.20 | 1.20 | 1.20 | 4.00 |" in reported
+    assert "| all 8 signs | 1.05 | 1.05 | 1.05 | 3.25 |" in reported
     assert "8.0 ms (125 frames/s)" in reported
     assert "TLD is not there: no such build." in reported
     assert set(PEERS) == {"CSRT", "KCF", "MIL", "TLD", "KLT"}
+
+
+def test_the_report_on_all_approaches_says_where_ours_is_below() -> None:
+    ours = {"iou70": 0.9, "iou50": 1.0, "iou": 0.95, "ends_met": 1.0, "runaway": 0.0}
+    behind = {**dict.fromkeys(POSITIONS, mean_of([ours])), "middle": mean_of([{**ours, "iou70": 0.8, "runaway": 1.0}])}
+    figures = {"all": {"ours": behind, "KLT": dict.fromkeys(POSITIONS, mean_of([ours]))}}
+    reported = follow_approaches.EXPERIMENT.tell(Result("follow_approaches", figures=figures))
+    assert "| all | 1 | KLT | 0.900 / 1.000 / 0.950; 1.00; 0.00 |" in reported
+    assert "Ours is below the peer at: all, middle (IoU >= 0.7), all, middle (runaways)." in reported
+
+
+def test_the_report_on_the_page_says_whether_its_bars_are_kept() -> None:
+    figures = {
+        "late": [{"actions": [",", "Enter"], "share": 1.0}, {"actions": ["j", ",", "Enter"], "share": 0.9}],
+        "missed": [{"actions": ["n", "drag", "type the label", "Enter", "a"], "share": 1.0}],
+        "first": {"ms": [100.0] * 9 + [400.0], "load": 1.5},
+    }
+    reported = follow_page.EXPERIMENT.tell(Result("follow_page", figures=figures, machine={"cores": 2}))
+    assert "| late | 2 | 2.50 | 3 | 3, kept | 0.950 | `j` `,` `Enter` |" in reported
+    assert "| 4, missed |" in reported
+    assert "100 ms (median of 10)" in reported
+    assert "bar 200 ms, missed, at a load of 1.5 on 2 cores" in reported

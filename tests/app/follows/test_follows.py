@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,15 @@ def started(server: Server, run: str, anchors: list[dict[str, Any]], **more: Any
     assert answer.status_code == 202, answer.text
     found: dict[str, Any] = answer.json()
     return found
+
+
+def edit(server: Server, run: str, op_id: str, command: dict[str, Any], revision: int) -> None:
+    answer = server.client.post(
+        f"/api/runs/{run}/edits",
+        headers={"If-Match": f'"{command["key"]}:{revision}"'},
+        json={"op_id": op_id, "author": "ada", "command": command},
+    )
+    assert answer.status_code == 200, answer.text
 
 
 def left(server: Server) -> dict[str, int]:
@@ -158,13 +168,36 @@ def test_what_cannot_be_followed_is_refused_before_any_work(
 
 def test_a_newer_request_of_the_same_person_replaces_the_older_one(server: Server, run: str) -> None:
     anchor = anchor_of(server, run)
-    follows = [started(server, run, [anchor]) for _ in range(10)]
+    with ThreadPoolExecutor(10) as pool:  # ten at once
+        list(pool.map(lambda _: started(server, run, [anchor]), range(10)))
+    last = started(server, run, [anchor])
     other = started(server, run, [anchor], author="bob")
-    assert [server.client.get(f"/api/follows/{one['id']}").status_code for one in follows] == [404] * 9 + [200]
     assert left(server) == {"follows": 2, "follow_pieces": 0, "jobs": 2, "events": 0}
     found = server.client.get(f"/api/runs/{run}/follows").json()["found"]
-    assert found["id"] == follows[-1]["id"]
+    assert found["id"] == last["id"]
     assert server.client.get(f"/api/runs/{run}/follows", params={"author": "bob"}).json()["found"]["id"] == other["id"]
+
+
+@pytest.mark.parametrize("change", [{"type": "hide", "id": 14}, {"type": "merge", "id": 14, "into": 13}])
+def test_what_was_followed_is_accepted_though_its_label_is_gone_meanwhile(
+    server: Server, run: str, change: dict[str, Any]
+) -> None:
+    anchor, key = anchor_of(server, run), "hdrawn01"
+    drawn = {"name": "create_track", "frame": anchor["frame"], "key": key, "box": anchor["box"], "class_id": 14}
+    edit(server, run, "follow-0003", drawn, 0)
+    follow = started(server, run, [anchor], key=key)
+    changed = server.client.post("/api/label-sets/gtsrb-43/changes", json={"author": "bob", "change": change})
+    assert changed.status_code == 200, changed.text
+    work_off(server.context, "follow")
+    found = server.client.get(f"/api/follows/{follow['id']}").json()
+    assert found["state"] == "complete"
+    boxes = [{"frame": row[0], "box": row[1:5], "anchor": row[6] == "anchor"} for row in sorted(found["proposals"])]
+    (before,) = server.client.get(f"/api/runs/{run}/annotation").json()["docs"]
+    taken = {"name": "follow", "frame": anchor["frame"], "key": key, "boxes": boxes}
+    edit(server, run, "follow-0004", taken, before["revision"])
+    (after,) = server.client.get(f"/api/runs/{run}/annotation").json()["docs"]
+    assert len(after["keys"]) > 5
+    assert after["class_id"] == before["class_id"]
 
 
 def test_dropped_proposals_leave_no_trace(server: Server, run: str) -> None:

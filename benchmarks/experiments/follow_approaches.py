@@ -1,0 +1,118 @@
+"""Following on every simulated approach, beside the flow box: the one peer that comes near ours."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiments.looming_clips import read_looming
+from benchmarks.following.figures import figures_of, mean_of, overlaps
+from benchmarks.following.signs import POSITIONS, signs_of
+from benchmarks.following.ways import KltBox, by_peer, by_us
+from tsr_engine.following import load_follower
+from tsr_engine.io.video import open_video
+from tsr_engine.pipeline import one_blas_thread
+from tsr_engine.track_table import TrackTable
+
+__all__ = ["EXPERIMENT"]
+
+SIGNS = 3
+"""Signs of a video, those that get widest."""
+ALL = "all"
+OURS, PEER = "ours", "KLT"
+BOARDS = "no label set"
+
+
+def _videos(data: Data) -> Iterator[tuple[str, Path, TrackTable]]:
+    tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
+    approaches = read_looming(data.need("looming"), without=tuned)
+    for name, (path, truth) in approaches.videos.items():
+        yield approaches.stress[name], path, truth
+    if data.boards is not None:
+        for path, truth in read_looming(data.boards).videos.values():
+            yield BOARDS, path, truth
+
+
+def _run(data: Data) -> Result:
+    parts = load_follower()
+    rows: dict[str, dict[str, dict[str, list[dict[str, float]]]]] = defaultdict(
+        lambda: {way: {position: [] for position in POSITIONS} for way in (OURS, PEER)}
+    )
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        with one_blas_thread():
+            for group, path, truth in _videos(data):
+                with open_video(path) as video:
+                    pictures = [frame.picture for frame in video.frames()]
+                height, width = pictures[0].shape[:2]
+                for sign in signs_of(truth, width, height)[:SIGNS]:
+                    for position in POSITIONS:
+                        start = sign.anchor(position)
+                        for way, filled in (
+                            (OURS, by_us(pictures, {start: sign.life[start]}, parts)),
+                            (PEER, by_peer(pictures, start, sign.life[start], KltBox)),
+                        ):
+                            iou = float(np.mean(list(overlaps(sign, filled.boxes).values())))
+                            for of in (group, ALL):
+                                rows[of][way][position].append({**figures_of(sign, filled.boxes), "iou": iou})
+    finally:
+        cv2.setNumThreads(threads)
+    groups = sorted(rows, key=lambda group: (group == ALL, group))
+    figures = {
+        group: {way: {p: mean_of(found) for p, found in by.items()} for way, by in rows[group].items()}
+        for group in groups
+    }
+    return Result(
+        "follow_approaches",
+        data="All simulated approaches to scenes that values were not chosen on, under each stress, and approaches to "
+        f"signs of no label set. Of each the {SIGNS} signs that get widest.",
+        figures=figures,
+        settings={"opencv": cv2.__version__},
+        machine=machine(),
+    )
+
+
+def _tell(result: Result) -> str:
+    rows = [["", "signs", "", *POSITIONS]]
+    below: list[str] = []
+    for group, ways in result.figures.items():
+        for way, by_position in ways.items():
+            cells = [
+                f"{f['iou70']:.3f} / {f['iou50']:.3f} / {f['iou']:.3f}; {f['ends_met']:.2f}; {f['runaway']:.2f}"
+                for f in (by_position[p] for p in POSITIONS)
+            ]
+            rows.append([group, str(by_position["middle"]["starts"]), way, *cells])
+        below += [f"{group}, {p} ({name})" for p in POSITIONS for name, worse in _worse(ways, p).items() if worse]
+    return (
+        "Share of frames with IoU >= 0.7 / >= 0.5 / mean IoU; ends met; runaways.\n\n"
+        + table(rows)
+        + "\nOurs is below the peer at: "
+        + (", ".join(below) if below else "none of these")
+        + ".\n"
+    )
+
+
+def _worse(ways: dict[str, Any], position: str) -> dict[str, bool]:
+    ours, peer = ways[OURS][position], ways[PEER][position]
+    return {
+        "IoU >= 0.7": ours["iou70"] < peer["iou70"],
+        "mean IoU": ours["iou"] < peer["iou"],
+        "ends": ours["ends_met"] < peer["ends_met"],
+        "runaways": ours["runaway"] > peer["runaway"],
+    }
+
+
+EXPERIMENT = Experiment(
+    "follow_approaches",
+    "Following every approach",
+    "The tables above have few signs of each stress, and the flow box (KLT) comes near ours there. On many?",
+    _run,
+    _tell,
+)
