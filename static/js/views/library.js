@@ -42,7 +42,7 @@ export function createLibrary(app) {
   const search = h('input', {
     class: 'input',
     type: 'search',
-    placeholder: 'Search name or folder',
+    placeholder: 'Name or folder',
     'aria-label': 'Search videos',
     value: place.search,
     oninput: turn,
