@@ -1,15 +1,26 @@
-"""The browser page: ``static/`` as it lies on disk, revalidated on every visit."""
+"""The browser page: ``static/`` as it lies on disk.
+
+The page names its scripts and styles under a version, ``/static/v-VERSION/``, which stands for the state of all files.
+Browsers keep what they have once fetched of a version, so a second visit asks for the page alone. Under ``/static/``
+itself, and under a version that is no longer, files are revalidated.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import re
 from pathlib import Path
-from typing import Any
+from typing import Final
 
 from fastapi import FastAPI, Request
-from fastapi.responses import Response
-from starlette.staticfiles import StaticFiles
+from fastapi.responses import HTMLResponse, Response
+from starlette.staticfiles import NotModifiedResponse, StaticFiles
+from starlette.types import Scope
 
 __all__ = ["mount_pages", "static_folder"]
+
+_VERSIONED: Final = re.compile(r"v-([0-9a-f]{16})[/\\]")
+_CODE: Final = re.compile(r'(?<=")/static/(?=(?:js|css)/)')
 
 
 def static_folder() -> Path:
@@ -19,24 +30,48 @@ def static_folder() -> Path:
     return inside if inside.is_dir() else here.parent / "static"
 
 
-class _Revalidated(StaticFiles):
-    """Files that a browser may keep but asks about: an update is seen at once, an unchanged file costs a 304."""
+def _version(folder: Path) -> str:
+    """Another one whenever a file comes, goes or is written."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*")):
+        there = path.stat()
+        digest.update(f"{path.relative_to(folder)}\0{there.st_size}\0{there.st_mtime_ns}\n".encode())
+    return digest.hexdigest()[:16]
 
-    def file_response(self, *args: Any, **options: Any) -> Response:  # handed on as they come
-        answer = super().file_response(*args, **options)
-        answer.headers["Cache-Control"] = "no-cache"
+
+class _PageFiles(StaticFiles):
+    """Files that a browser keeps under their version; elsewhere it asks, and an unchanged file costs a 304."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(directory=folder)
+        self.folder = folder
+        self.version = ""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Serve ``path``, with or without a version before it."""
+        named = _VERSIONED.match(path)
+        answer = await super().get_response(path[named.end() :] if named else path, scope)
+        kept = named is not None and named[1] == self.version
+        answer.headers["Cache-Control"] = "public, max-age=31536000, immutable" if kept else "no-cache"
         return answer
+
+    def page(self, request: Request) -> Response:
+        """``index.html``, with the version of this moment in its addresses."""
+        self.version = _version(self.folder)
+        text = (self.folder / "index.html").read_text(encoding="utf-8")
+        headers = {"Cache-Control": "no-cache", "ETag": f'"{self.version}"'}
+        answer = HTMLResponse(_CODE.sub(f"/static/v-{self.version}/", text), headers=headers)
+        return NotModifiedResponse(answer.headers) if self.is_not_modified(answer.headers, request.headers) else answer
 
 
 def mount_pages(app: FastAPI) -> None:
     """Serve the page at ``/`` and its files under ``/static``."""
-    folder = static_folder()
-    files = _Revalidated(directory=folder)
+    files = _PageFiles(static_folder())
 
     @app.api_route("/", methods=["GET", "HEAD"], include_in_schema=False)
     @app.api_route("/index.html", methods=["GET", "HEAD"], include_in_schema=False)
-    async def index(request: Request) -> Response:
-        return await files.get_response("index.html", request.scope)
+    def index(request: Request) -> Response:
+        return files.page(request)
 
     @app.api_route("/favicon.ico", methods=["GET", "HEAD"], include_in_schema=False)
     async def icon(request: Request) -> Response:

@@ -22,7 +22,7 @@ FEW_FRAMES, MANY_FRAMES = 3, 15
 WEIGHTS: Final[Mapping[str, float]] = {"constant": -4.33, "margin": 3.48, "rejected": 4.21, "gaps": 1.21, "short": 2.00}
 """Of the terms of :func:`terms`. Each of these is 0 for a track that nothing speaks against, and 1 at most."""
 REPORTED = 0.5
-"""A reason that adds less than this to the log-odds is not told."""
+"""A reason that adds less than this to the log-odds is told only if it is the weightiest and all add as much."""
 IMPORTED = "The run was imported, so nothing is known of votes, gate and detections."
 
 
@@ -108,8 +108,10 @@ def uncertainties(given: UncertaintyInput, other: Disagreement | None) -> Uncert
     uncertainty = np.round(1 / (1 + np.exp(-WEIGHTS["constant"] - added.sum(axis=0))), 4)
     order = np.argsort(-added, axis=0, kind="stable")
     tellers = [_margin_sentence, _rejected_sentence, _gaps_sentence, _short_sentence]
+    told = np.sort(-added, axis=0) <= -REPORTED
+    told[0] |= added.sum(axis=0) >= REPORTED
     reasons = [
-        [tellers[k](given, i) for k in order[:, i].tolist() if added[k, i] >= REPORTED] + ([one] if one else [])
+        [tellers[k](given, i) for k in order[told[:, i], i].tolist()] + ([one] if one else [])
         for i, one in enumerate(said)
     ]
     return Uncertainties(uncertainty, uncertainty, reasons)

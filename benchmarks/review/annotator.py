@@ -34,8 +34,8 @@ _STATE = """() => { const r = tsr.store.get().review; return { frame: r.frame, s
   view: r.viewport }; }"""
 _PROPOSED = "() => Object.entries(tsr.store.get().review.following.proposals).map(([k, p]) => [Number(k), p.box])"
 _OPERATIONS = """async () => (await import('/static/js/operations/registry.js')).allOperations().map((one) => one.id)"""
-_PATIENCE = 120.0
-"""How long the page may take for one step, s."""
+_PATIENCE = 600.0
+"""How long the page may take for one step on a busy machine, s: following needs a worker that starts."""
 _PIXELS = 3
 """Pixels that the end of a bar is dragged for a frame, where the page does not ask for more."""
 

@@ -11,6 +11,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -111,11 +112,9 @@ def _truth(page: Page, facts: dict[str, Any]) -> None:
     """A place of the comparison, opened: close to the pair, the sign of the ground truth chosen."""
     _compare(page, facts)
     page.locator(".figures-table tr", has_text="Localisation error").get_by_role("button").first.click()
-    page.locator(".place").first.click()
-    page.wait_for_function(
-        "() => { const r = tsr.store.get().review; return r && r.truthSign !== null && r.shown === r.frame"
-        " && r.overlays[r.frame]; }"
-    )
+    page.locator(".place-error").first.click()  # the places of the number before have none
+    page.locator(".truth-words:not(:empty)").wait_for()
+    page.wait_for_function("() => (r => r.shown === r.frame && r.overlays[r.frame])(tsr.store.get().review)")
     quiet(page)
 
 
@@ -179,12 +178,16 @@ def _over(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Callab
 
 
 def _merge(page: Page, facts: dict[str, Any]) -> None:
-    """The track and the one with which it shares most frames, about to be merged."""
+    """The two tracks that share most frames, about to be merged."""
     tracks = page.evaluate("tsr.store.get().review.tracks")
     spans = {f"m{i}": (a, b) for i, a, b in zip(tracks["id"], tracks["first"], tracks["last"], strict=True)}
-    first, last = spans.pop(facts["track"])
-    other = max(spans, key=lambda key: min(last, spans[key][1]) - max(first, spans[key][0]))
-    _over("merge", lambda facts: {"marked": [facts["track"], other]})(page, facts)
+
+    def shared(pair: tuple[str, str]) -> int:
+        firsts, lasts = zip(*(spans[key] for key in pair), strict=True)
+        return int(min(lasts) - max(firsts))
+
+    pair = max(combinations(spans, 2), key=shared)
+    _over("merge", lambda _: {"marked": [*pair]})(page, facts)
 
 
 def _retrained(page: Page, facts: dict[str, Any]) -> None:
@@ -268,7 +271,7 @@ SCENES = (
     Scene("drawn-box", _over("relabel", lambda facts: {"draft": {"key": "h1", "frame": facts["frame"], "box": DRAWN}})),
     Scene("judge", _over("bulk-review", lambda _: {})),
     Scene("note", _over("note", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
-    Scene("what-if", _over("whatif", lambda facts: {"run": facts["run"], "initial": {"tau": 5}})),
+    Scene("what-if", _over("whatif", lambda facts: {"run": facts["run"]})),
     Scene("compare-choose", _over("compare", lambda facts: {"video": facts["video"], "run": facts["run"]})),
     Scene("second-run", _over("second", lambda _: {})),
     Scene("conflict", _over("conflict", _conflict)),

@@ -106,7 +106,7 @@ BURST = """async ([one, two, three]) => {
 
 def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(desk: Desk) -> None:
     page = desk.browser.new_context().new_page()
-    page.route("**/static/js/main.js", lambda route: route.abort())  # no page of today opens its outbox
+    page.route("**/js/main.js", lambda route: route.abort())  # no page of today opens its outbox
     page.goto(desk.server.link())
 
     def outbox(act: str, *given: Any) -> Any:

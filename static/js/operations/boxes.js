@@ -158,7 +158,7 @@ export const boxes = [
   operation({
     id: 'delete-from',
     label: 'Delete from here on',
-    short: 'Delete on',
+    short: 'Delete from here',
     keys: ['Del'],
     icon: 'cut',
     group: GROUP,
@@ -179,7 +179,7 @@ export const boxes = [
   operation({
     id: 'delete-track',
     label: 'Delete the whole track',
-    short: 'Delete track',
+    short: 'Whole track',
     keys: ['Shift+Del'],
     icon: 'delete',
     group: GROUP,
@@ -253,7 +253,7 @@ export const boxes = [
   operation({
     id: 'new-box',
     label: 'New track in the middle of the view',
-    short: 'New box',
+    short: 'New track',
     keys: ['Shift+N'],
     icon: 'new_box',
     group: 'Box by keyboard',

@@ -70,7 +70,7 @@ export const exchange = [
   operation({
     id: 'report-bug',
     label: 'Report a bug …',
-    short: 'Report bug',
+    short: 'Report a bug',
     keys: ['Shift+B'],
     icon: 'bug',
     group: GROUP,

@@ -169,7 +169,7 @@ export const following = [
   }),
   operation({
     id: 'extend-first',
-    label: 'Extend to its first sight',
+    label: 'Extend back to its first sight',
     short: 'Extend back',
     keys: [','],
     icon: 'extend_first',
@@ -180,7 +180,7 @@ export const following = [
   }),
   operation({
     id: 'extend-last',
-    label: 'Extend to its last sight',
+    label: 'Extend on to its last sight',
     short: 'Extend on',
     keys: ['.'],
     icon: 'extend_last',

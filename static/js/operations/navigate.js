@@ -85,7 +85,7 @@ export const navigation = [
   operation({
     id: 'previous-frame',
     label: 'Previous frame',
-    short: 'Back',
+    short: 'Previous',
     keys: ['D'],
     icon: 'step_back',
     group: GROUP,
@@ -115,7 +115,7 @@ export const navigation = [
   operation({
     id: 'on-10',
     label: 'Forward 10',
-    short: 'On 10',
+    short: 'Forward 10',
     keys: ['V'],
     icon: 'skip_forward',
     group: GROUP,
@@ -125,7 +125,7 @@ export const navigation = [
   operation({
     id: 'next-key',
     label: 'Next key frame',
-    short: 'Key next',
+    short: 'Next key',
     keys: ['R'],
     tooltip: 'Next key frame of the selected track; without a selection, of the video (R)',
     icon: 'key_forward',
@@ -136,7 +136,7 @@ export const navigation = [
   operation({
     id: 'previous-key',
     label: 'Previous key frame',
-    short: 'Key back',
+    short: 'Previous key',
     keys: ['E'],
     tooltip: 'Previous key frame of the selected track; without a selection, of the video (E)',
     icon: 'key_back',

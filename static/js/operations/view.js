@@ -153,7 +153,6 @@ export const view = [
   operation({
     id: 'fit',
     label: 'Whole picture',
-    short: 'Fit',
     keys: ['0'],
     icon: 'fit',
     group: 'Picture',
@@ -161,7 +160,7 @@ export const view = [
   }),
   operation({
     id: 'actual-size',
-    label: 'One to one',
+    label: 'One to one (1:1)',
     short: '1:1',
     keys: ['Shift+0'],
     icon: 'one_to_one',

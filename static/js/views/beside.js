@@ -4,10 +4,9 @@
  * are first asked for.
  */
 
-import { sentence } from '../api/errors.js';
 import { changeReview } from '../store/actions/review.js';
 import { fill, h, setText } from './dom.js';
-import { emptyState, waiting } from './empty.js';
+import { failure, waiting } from './empty.js';
 import { icon } from './icons.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -105,13 +104,7 @@ export function createBeside(app, resize) {
       if (shown === kind)
         fill(
           place,
-          emptyState({
-            error: true,
-            icon: 'alert',
-            title: 'The view cannot be shown',
-            text: sentence(thrown),
-            actions: [h('button', { class: 'btn', type: 'button', onclick: () => void open(kind) }, icon('refresh'), 'Try again')],
-          }),
+          failure('The view cannot be shown', thrown, () => open(kind)),
         );
     }
   }

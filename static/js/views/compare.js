@@ -1,13 +1,12 @@
 // @ts-check
 /** Two views of one video against each other: figures, confusion of classes, and the places behind every number. */
 
-import { sentence } from '../api/errors.js';
 import { openDialog, setRuns } from '../store/actions/page.js';
 import { createConfusion } from './compare-confusion.js';
 import { createFigures } from './compare-figures.js';
 import { createPlaces } from './compare-places.js';
 import { fill, h, setText } from './dom.js';
-import { emptyState, waiting } from './empty.js';
+import { failure, waiting } from './empty.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { modelsOf } from './model-words.js';
@@ -63,16 +62,7 @@ export function createCompare(app) {
       if (both.aborted) return;
       content.replaceChildren(
         h('h1', { class: 'visually-hidden' }, 'Compare'),
-        emptyState({
-          error: true,
-          icon: 'alert',
-          title: 'This comparison is not possible',
-          text: sentence(thrown),
-          actions: [
-            h('button', { class: 'btn', type: 'button', onclick: () => load(a, b) }, icon('refresh'), 'Try again'),
-            h('a', { class: 'btn btn-primary', href: '#/' }, 'Go to the library'),
-          ],
-        }),
+        failure('This comparison is not possible', thrown, () => load(a, b), h('a', { class: 'btn', href: '#/' }, 'Go to the library')),
       );
     }
   }

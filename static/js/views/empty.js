@@ -1,6 +1,7 @@
 // @ts-check
 /** What a view shows where there is nothing: what is missing, why, and what to do. Also waiting, with an end. */
 
+import { sentence } from '../api/errors.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
 
@@ -21,6 +22,27 @@ export function emptyState({ icon: name = 'info', title, text, actions = [], err
     actions.length > 0 && h('div', { class: 'empty-actions' }, ...actions),
   );
 }
+
+/**
+ * What did not work, and a button that tries again.
+ *
+ * @param {string} title
+ * @param {unknown} thrown   an error, or a sentence
+ * @param {(() => unknown)|undefined} retry
+ * @param {...HTMLElement} actions   what else can be done
+ */
+export const failure = (title, thrown, retry, ...actions) =>
+  emptyState({
+    error: true,
+    icon: 'alert',
+    title,
+    text: typeof thrown === 'string' ? thrown : sentence(thrown),
+    actions: [
+      retry !== undefined &&
+        h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void retry() }, icon('refresh'), 'Try again'),
+      ...actions,
+    ],
+  });
 
 /**
  * "Loading" that does not turn for ever: after a while it says that it takes long and offers to try again.

@@ -1,15 +1,15 @@
 // @ts-check
 /** The screen of all files that were made from runs: exports, recordings, bug bundles, 3-D pages. */
 
-import { sentence } from '../api/errors.js';
 import { openDialog, setOutputs, setRuns } from '../store/actions/page.js';
 import { createOutputRow } from './output-row.js';
 import { KINDS } from './output-words.js';
 import { h, reconcile, setText } from './dom.js';
-import { emptyState, waiting } from './empty.js';
+import { emptyState, failure, waiting } from './empty.js';
 import { bytes, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { recall, remember } from '../core/preferences.js';
+import { pageHead } from './heads.js';
 
 /** @typedef {import('../types.js').Output} Output */
 
@@ -45,12 +45,9 @@ export function createFiles(app) {
     h(
       'div',
       { class: 'library-inner page-inner' },
-      h(
-        'div',
-        { class: 'library-head' },
-        h('h1', null, 'Files'),
+      pageHead(
+        'Files',
         total,
-        h('div', { class: 'grow' }),
         kind,
         h(
           'button',
@@ -89,15 +86,7 @@ export function createFiles(app) {
       if (signal.aborted) return;
       noticed = 'error';
       notice.hidden = false;
-      notice.replaceChildren(
-        emptyState({
-          error: true,
-          icon: 'alert',
-          title: 'The files could not be listed',
-          text: sentence(thrown),
-          actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load() }, icon('refresh'), 'Try again')],
-        }),
-      );
+      notice.replaceChildren(failure('The files could not be listed', thrown, () => load()));
     }
   }
 

@@ -1,9 +1,8 @@
 // @ts-check
 /** What the library says in place of videos. */
 
-import { sentence } from '../api/errors.js';
 import { h } from './dom.js';
-import { emptyState } from './empty.js';
+import { emptyState, failure } from './empty.js';
 import { icon } from './icons.js';
 
 /** @param {() => void} addVideo @param {() => void} upload */
@@ -28,11 +27,4 @@ export const noMatch = (clear) =>
   });
 
 /** @param {unknown} thrown @param {() => void} again */
-export const notLoaded = (thrown, again) =>
-  emptyState({
-    error: true,
-    icon: 'alert',
-    title: 'The videos could not be loaded',
-    text: sentence(thrown),
-    actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: again }, icon('refresh'), 'Try again')],
-  });
+export const notLoaded = (thrown, again) => failure('The videos could not be loaded', thrown, again);

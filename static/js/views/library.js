@@ -20,6 +20,7 @@ import { createWelcome } from './library-welcome.js';
 import { createWork } from './library-work.js';
 import { recall, remember } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
+import { pageHead } from './heads.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -41,7 +42,7 @@ export function createLibrary(app) {
   const search = h('input', {
     class: 'input',
     type: 'search',
-    placeholder: 'Search name or folder',
+    placeholder: 'Name or folder',
     'aria-label': 'Search videos',
     value: place.search,
     oninput: turn,
@@ -127,12 +128,9 @@ export function createLibrary(app) {
     h(
       'div',
       { class: 'library-inner' },
-      h(
-        'div',
-        { class: 'library-head' },
-        h('h1', null, 'Library'),
+      pageHead(
+        'Library',
         total,
-        h('div', { class: 'grow' }),
         h('div', { class: 'input-with-icon library-search' }, icon('search'), search),
         sort,
         layout,

@@ -4,11 +4,12 @@
 import { sentence } from '../api/errors.js';
 import { dropMade, openDialog, putModel, setModels } from '../store/actions/page.js';
 import { h, reconcile, setText } from './dom.js';
-import { emptyState, waiting } from './empty.js';
+import { failure, waiting } from './empty.js';
 import { plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { createModelCard } from './model-card.js';
 import { toast } from '../core/toast.js';
+import { pageHead } from './heads.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 
@@ -35,12 +36,9 @@ export function createModels(app) {
     h(
       'div',
       { class: 'library-inner page-inner' },
-      h(
-        'div',
-        { class: 'library-head' },
-        h('h1', null, 'Models'),
+      pageHead(
+        'Models',
         total,
-        h('div', { class: 'grow' }),
         back,
         h(
           'button',
@@ -129,15 +127,7 @@ export function createModels(app) {
     } catch (thrown) {
       if (signal.aborted) return;
       notice.hidden = false;
-      notice.replaceChildren(
-        emptyState({
-          error: true,
-          icon: 'alert',
-          title: 'The model versions could not be listed',
-          text: sentence(thrown),
-          actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load() }, icon('refresh'), 'Try again')],
-        }),
-      );
+      notice.replaceChildren(failure('The model versions could not be listed', thrown, () => load()));
     }
   }
 

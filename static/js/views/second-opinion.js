@@ -8,6 +8,7 @@ import { fill, h } from './dom.js';
 import { NO_CLASS } from '../model/documents.js';
 import { count, percent, plural } from '../model/format.js';
 import { pictureThatMayMiss } from './pictures.js';
+import { tableHead } from './heads.js';
 
 const PICTURE = 320;
 
@@ -158,17 +159,7 @@ export function agreementOf(app, looks, people, signal, reload) {
         h(
           'table',
           { class: 'table team-table' },
-          h(
-            'thead',
-            null,
-            h(
-              'tr',
-              null,
-              ...['Of', 'Looked at', 'Same answer', 'Share, 95 % interval'].map((head, at) =>
-                h('th', { scope: 'col', class: at > 0 ? 'number' : '' }, head),
-              ),
-            ),
-          ),
+          tableHead(['Of'], ['Looked at', 'Same answer', 'Share, 95 % interval']),
           h(
             'tbody',
             null,

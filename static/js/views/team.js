@@ -7,9 +7,10 @@ import { formatRoute } from '../model/route.js';
 import { anHour, may } from '../model/team.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
-import { emptyState, waiting } from './empty.js';
+import { emptyState, failure, waiting } from './empty.js';
 import { count, moment, percent, plural } from '../model/format.js';
 import { agreementOf, secondOpinionOf } from './second-opinion.js';
+import { pageHead, tableHead } from './heads.js';
 
 /** @typedef {import('../types.js').Worker} Worker */
 
@@ -37,13 +38,7 @@ export function createTeam(app) {
         h(
           'div',
           { class: 'library-notice' },
-          emptyState({
-            error: true,
-            icon: 'alert',
-            title: 'The figures could not be loaded',
-            text: sentence(thrown),
-            actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load(person) }, 'Try again')],
-          }),
+          failure('The figures could not be loaded', thrown, () => load(person)),
         ),
       );
     }
@@ -93,7 +88,7 @@ function overviewOf(overview) {
     ],
   ];
   return [
-    h('div', { class: 'library-head' }, h('h1', null, 'Team'), h('span', { class: 'muted' }, plural(overview.videos, 'video'))),
+    pageHead('Team', plural(overview.videos, 'video')),
     overview.unread > 0 &&
       h(
         'p',
@@ -113,17 +108,7 @@ function overviewOf(overview) {
       h(
         'table',
         { class: 'table team-table' },
-        h(
-          'thead',
-          null,
-          h(
-            'tr',
-            null,
-            ...['Name', 'Role', 'Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review'].map((head, at) =>
-              h('th', { scope: 'col', class: at > 1 ? 'number' : '' }, head),
-            ),
-          ),
-        ),
+        tableHead(['Name', 'Role'], ['Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review']),
         h('tbody', null, ...overview.people.map(personRow)),
       ),
     ),
@@ -196,12 +181,9 @@ function activityOf(app, activity, signal) {
     'Show earlier',
   );
   return [
-    h(
-      'div',
-      { class: 'library-head' },
-      h('h1', { dir: 'auto' }, worker.name),
-      h('span', { class: 'muted' }, worker.role),
-      h('div', { class: 'grow' }),
+    pageHead(
+      worker.name,
+      worker.role,
       may(app.store.get().session, 'reviewer') && h('a', { class: 'btn', href: '#/team' }, 'The whole team'),
     ),
     h(

@@ -81,6 +81,14 @@ def test_the_reason_that_adds_most_comes_first_and_another_run_last() -> None:
     assert found.uncertainty.tolist() == uncertainties(given, None).uncertainty.tolist()
 
 
+def test_small_reasons_that_add_up_are_told_by_the_weightiest() -> None:
+    given = sure(frames=[13], detected=[10], share=[0.88], runner_up_share=[0.02], judged=[13], rejected=[1])
+    added = {name: WEIGHTS[name] * one[0] for name, one in terms(given).items()}
+    assert max(added.values()) < 0.5 < sum(added.values())
+    assert max(added, key=lambda name: added[name]) == "margin"
+    assert uncertainties(given, None).reasons == [["'stop' has 88% of the votes, 'give way' 2%."]]
+
+
 def test_an_imported_run_has_no_percentage_and_the_order_of_what_another_run_says() -> None:
     given = sure(frames=[30, 30], detected=[30, 30], name=["stop"] * 2, runner_up=[None] * 2, by_engine=False)
     other = Disagreement(np.array([0.0, 1.0]), ["", "Run 2 calls it 'yield'."])

@@ -51,6 +51,10 @@ const PROMISED = [
   'Shift+9',
 ];
 
+test('a short name is a part of the name, as who speaks to the page says what is written', () => {
+  for (const { label, short = '' } of operations) assert.ok(label.toLowerCase().includes(short.toLowerCase()), label);
+});
+
 test('every promised key does something, and no key does two things but Enter and Escape, which are about proposals while there are any', () => {
   const keys = operations.flatMap((operation) => operation.keys);
   assert.deepEqual(

@@ -9,6 +9,7 @@ import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { signature } from '../../core/preferences.js';
 import { createDropField } from './drop-field.js';
+import { tableHead } from '../heads.js';
 
 /**
  * @param {import('./layer.js').Setup<'import-bundle'>} setup
@@ -71,7 +72,7 @@ export function importBundleDialog({ app, data, close, signal }) {
           h(
             'table',
             { class: 'table' },
-            h('thead', null, h('tr', null, h('th', { scope: 'col' }, 'Expected'), h('th', { scope: 'col' }, 'When it was made'))),
+            tableHead(['Expected', 'When it was made']),
             h(
               'tbody',
               null,

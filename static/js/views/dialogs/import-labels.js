@@ -5,6 +5,7 @@ import { ANSWERS, mappingOf, proposed } from '../../model/label_mapping.js';
 import { offeredLabels } from '../../model/labels.js';
 import { h } from '../dom.js';
 import { plural } from '../../model/format.js';
+import { tableHead } from '../heads.js';
 
 /** @typedef {import('../../types.js').UnknownLabel} UnknownLabel */
 
@@ -104,11 +105,7 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
       h(
         'table',
         { class: 'mapping' },
-        h(
-          'thead',
-          null,
-          h('tr', null, ...['Name in the file', 'Holds', 'Example', 'Becomes'].map((text) => h('th', { scope: 'col' }, text))),
-        ),
+        tableHead(['Name in the file', 'Holds', 'Example', 'Becomes']),
         h('tbody', null, ...rows.map((row) => row.element)),
       ),
     ),

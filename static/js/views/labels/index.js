@@ -6,7 +6,7 @@ import { finderOf } from '../../model/label_finder.js';
 import { offeredLabels } from '../../model/labels.js';
 import { openDialog } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
-import { emptyState, waiting } from '../empty.js';
+import { failure, waiting } from '../empty.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
@@ -208,15 +208,7 @@ export function createLabels(app) {
     notice.hidden = false;
     fill(
       notice,
-      emptyState({
-        error: true,
-        icon: 'alert',
-        title: 'The labels could not be listed',
-        text: sentence(thrown),
-        actions: [
-          h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load(wanted) }, icon('refresh'), 'Try again'),
-        ],
-      }),
+      failure('The labels could not be listed', thrown, () => load(wanted)),
     );
   }
 

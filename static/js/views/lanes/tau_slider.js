@@ -19,6 +19,7 @@ export function createTauSlider(change, signal) {
       tabindex: '0',
       'aria-label': 'tau, the threshold of the gate',
       'aria-orientation': 'vertical',
+      'aria-valuenow': '1', // until there is a lane
       title: 'Drag: which verdicts would flip. Double-click or Home: the run’s own tau',
     },
     grip,

@@ -65,6 +65,18 @@ export function createLegend(app) {
     if (button && button.title !== title) button.title = title;
   }
 
+  /** Names go, the rarest layers' first, until the row fits: no name is cut. */
+  function fit() {
+    const all = [...rows.values()].map(({ button }) => button);
+    for (const button of all) button.classList.remove('legend-key');
+    for (const button of all.reverse()) {
+      if (element.scrollWidth <= element.clientWidth) break;
+      button.classList.add('legend-key');
+    }
+  }
+  new ResizeObserver(fit).observe(element);
+  let switched = '';
+
   return {
     element,
     /** @param {NonNullable<State['review']>} review @param {Record<string, number>} counts */
@@ -80,6 +92,10 @@ export function createLegend(app) {
         const unknown = (name === 'truth' && !on.truth && counts.truth === 0) || (name === 'second' && second === null);
         setText(count, unknown ? '' : String(counts[name]));
       }
+      const now = [...rows.values()].map(({ button }) => button.getAttribute('aria-pressed')).join();
+      if (now === switched) return;
+      switched = now;
+      fit();
     },
   };
 }

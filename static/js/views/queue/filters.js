@@ -48,6 +48,7 @@ export function createFilters(app, signal) {
     ['0.75', '≥ 75 %'],
   ]);
   const kind = select('Label', [['', 'All labels']]);
+  kind.classList.add('queue-label');
   const attribute = select('Attribute', [['', 'Any attribute']]);
   const noted = h(
     'button',
@@ -76,9 +77,9 @@ export function createFilters(app, signal) {
     h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted),
     sort,
     review,
-    kind,
-    uncertainty,
     least,
+    uncertainty,
+    kind,
     most,
     attribute,
   );

@@ -6,10 +6,9 @@
  * file is offered.
  */
 
-import { sentence } from '../../api/errors.js';
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h, reconcile, setText } from '../dom.js';
-import { emptyState, waiting } from '../empty.js';
+import { emptyState, failure, waiting } from '../empty.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { isActive } from '../output-words.js';
@@ -73,16 +72,7 @@ export function createRecordingView(app) {
   function failed(thrown, retry) {
     if (signal.aborted) return;
     leave();
-    fill(
-      body,
-      emptyState({
-        icon: 'alert',
-        error: true,
-        title: 'This did not work',
-        text: typeof thrown === 'string' ? thrown : sentence(thrown),
-        actions: [retry ? h('button', { class: 'btn', type: 'button', onclick: retry }, icon('refresh'), 'Try again') : null],
-      }),
-    );
+    fill(body, failure('This did not work', thrown, retry));
   }
 
   function leave() {

@@ -9,7 +9,7 @@
 import { sentence } from '../../api/errors.js';
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h } from '../dom.js';
-import { emptyState, waiting } from '../empty.js';
+import { emptyState, failure, waiting } from '../empty.js';
 import { icon } from '../icons.js';
 import { createScene3dApi } from './api.js';
 import { createFollower } from '../follower.js';
@@ -157,13 +157,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
       if (run !== id || signal.aborted) return;
       fill(
         body,
-        emptyState({
-          icon: 'alert',
-          error: true,
-          title: 'The 3-D view cannot be opened',
-          text: sentence(thrown),
-          actions: [h('button', { class: 'btn', type: 'button', onclick: () => void open(id) }, icon('refresh'), 'Try again')],
-        }),
+        failure('The 3-D view cannot be opened', thrown, () => open(id)),
       );
     }
   }

@@ -6,9 +6,8 @@ import { formatSearch, idOf, parseSearch, select, withChanged } from '../../mode
 import { formatRoute } from '../../model/route.js';
 import { setVideos } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
-import { emptyState, waiting } from '../empty.js';
+import { emptyState, failure, waiting } from '../empty.js';
 import { count, plural } from '../../model/format.js';
-import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
 import { createSearchActions } from './actions.js';
 import { createSearchFilters } from './filters.js';
@@ -156,13 +155,7 @@ export function createSearch(app) {
       [tracks, next, answer] = [[], null, null];
       fill(
         notice,
-        emptyState({
-          error: true,
-          icon: 'alert',
-          title: 'The search did not succeed',
-          text: sentence(thrown),
-          actions: [h('button', { class: 'btn', type: 'button', onclick: () => void search() }, icon('refresh'), 'Try again')],
-        }),
+        failure('The search did not succeed', thrown, () => search()),
       );
     } finally {
       if (mine === asked) loading = false;
