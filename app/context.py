@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, cast
@@ -23,6 +24,8 @@ from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
 from app.exchange.take_over import TakeOverService
 from app.exchange.underway import ImportsUnderway
+from app.files.sending import Sending
+from app.files.shared import shared_files
 from app.follows.service import FollowService
 from app.ground_truths.service import GroundTruthService
 from app.jobs.queue import JobQueue
@@ -49,7 +52,7 @@ from app.security.proxies import Proxies
 from app.security.tokens import Tokens, home_token
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.identity import server_of
+from app.storage.identity import database_of
 from app.storage.misplaced import fetch_misplaced
 from app.storage.places import Servers
 from app.training.service import TrainingService
@@ -61,6 +64,8 @@ from app.whatif.service import WhatIfService
 from tsr_engine.errors import StorageError
 
 __all__ = ["Context", "ContextDep", "build_context"]
+
+_log = logging.getLogger("tsr.server")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +84,7 @@ class Context:
     directory: Directory
     access: Access
     events: EventBus
+    sending: Sending | None
     jobs: JobQueue
     uploads: Uploads
     videos: VideoService
@@ -134,9 +140,14 @@ def build_context(settings: Settings) -> Context:
     """
     settings.home.mkdir(parents=True, exist_ok=True)
     fetch_misplaced(settings)
+    files = shared_files(settings)
+    if files is not None:
+        files.waits = False
+        if (away := files.enter()) is not None:
+            _log.warning("%s", away)
     cages = Cages()
     tokens = Tokens(settings.token or home_token(settings.home))
-    database = Database(settings.database, server_of(settings))
+    database = database_of(settings)
     database.migrate(settings.home / "backups")
     events = EventBus()
     directory = Directory(database)
@@ -149,6 +160,7 @@ def build_context(settings: Settings) -> Context:
     except StorageError:
         database.close()
         raise
+    servers.know_shared(settings.files or "")
     videos = VideoService(settings, database, events, jobs, uploads, servers)
     evidence = EvidenceService(settings, database)
     log = LogStore(database, events, evidence, settings)
@@ -171,6 +183,7 @@ def build_context(settings: Settings) -> Context:
         directory=directory,
         access=Access(tokens, directory, Proxies(settings.trusted_proxies, settings.proxy_header)),
         events=events,
+        sending=None if files is None else Sending(settings, database, events, files),
         jobs=jobs,
         uploads=uploads,
         videos=videos,

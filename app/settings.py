@@ -47,6 +47,12 @@ class Settings(BaseSettings):
 
     home: Path = Field(default_factory=_default_home, description="data folder: database, evidence, uploads")
     database_url: str | None = Field(None, description="SQLAlchemy address of a database; unset: SQLite in home")
+    files: str | None = Field(
+        None,
+        pattern=r"^(s3://[^/]+|file:///|/).*$",
+        description="files that several servers of one database share: s3://BUCKET/PREFIX or a folder",
+    )
+    files_cache_mb: int = Field(200_000, ge=0, description="shared files that also lie in home, MiB")
     host: str = Field("127.0.0.1", description="address to listen on; other than loopback needs a token")
     port: int = Field(8765, ge=0, le=65535, description="port to listen on; 0: any free one")
     token: str | None = Field(None, min_length=16, description="secret for programs; unset: made once and kept in home")
@@ -171,6 +177,11 @@ def load_settings(**values: object) -> Settings:
         name = "_".join(str(part) for part in first["loc"])
         wrong = f"The setting {name} (TSR_{name.upper()}) cannot be {first['input']!r}"
         raise UsageError(f"{wrong}: {first['msg']}.") from None
+    if settings.files is not None and not (settings.database_url or "").startswith("postgresql"):
+        raise UsageError(
+            "Shared files (TSR_FILES) are for servers that share a PostgreSQL. Set TSR_DATABASE_URL too, or leave "
+            "TSR_FILES out."
+        )
     if not settings.loopback and settings.token is None:
         raise UsageError(
             f"The server would listen on {settings.host}, where others can reach it. Set TSR_TOKEN to a secret of at "

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 from app.context import Context
+from app.files.sending import Sending
 from app.follows.service import LEASE
 from app.jobs.supervisor import Supervisor
 from app.outputs.placing import sweep as sweep_placing
@@ -19,6 +20,8 @@ from app.streaming import EventStream
 
 __all__ = ["Running", "start", "stop"]
 
+_SENDING = 1.0
+"""Seconds between looks for what is finished and not in the shared files yet."""
 _SEARCH = 1.0
 """Seconds between looks for what the search does not know yet."""
 
@@ -31,6 +34,7 @@ class Running:
     stream: EventStream
     warmer: threading.Thread
     search: SearchIndex
+    sending: Sending | None
     beating: ExitStack
 
 
@@ -46,9 +50,12 @@ def start(context: Context) -> Running:
     context.imports.sweep()
     context.runs.sweep()
     sweep_placing(context.settings.home, context.database)
-    stream = EventStream(
-        context.database, context.events, lambda: shortage(context.settings.home), context.directory.forget
-    )
+    sending = context.sending
+
+    def trouble() -> str | None:
+        return shortage(context.settings.home) or (None if sending is None else sending.trouble)
+
+    stream = EventStream(context.database, context.events, trouble, context.directory.forget)
     supervisor = None
     if context.settings.workers:
         supervisor = Supervisor(context.settings, context.database, context.jobs, lambda: stream.pages > 0)
@@ -57,13 +64,17 @@ def start(context: Context) -> Running:
     warmer.start()
     stream.start()
     beating.enter_context(ticking("tsr-follows", LEASE / 4, context.follows.sweep))
+    if sending is not None:
+        beating.enter_context(ticking("tsr-sending", _SENDING, sending.tick))
     beating.enter_context(ticking("tsr-search", _SEARCH, context.search.tick))
-    return Running(supervisor, stream, warmer, context.search, beating)
+    return Running(supervisor, stream, warmer, context.search, sending, beating)
 
 
 async def stop(running: Running) -> None:
     """Stop them, the streams first: an open page must not hold the server up."""
     running.search.leave()
+    if running.sending is not None:
+        running.sending.leave()
     await running.stream.stop()
     if running.supervisor is not None:
         await asyncio.to_thread(running.supervisor.stop)

@@ -29,6 +29,7 @@ EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
         "train": ("matplotlib", "sklearn"),
         "postgres": ("psycopg",),
         "cluster": ("ray",),
+        "s3": ("fsspec", "s3fs"),
     }
 )
 """Extra -> the packages that it brings, by the names that they are imported by."""
@@ -40,6 +41,7 @@ _PURPOSES: Final[Mapping[str, str]] = MappingProxyType(
         "train": "Training and plots need",
         "postgres": "PostgreSQL needs",
         "cluster": "Batches on a cluster need",
+        "s3": "Shared files need",
     }
 )
 

@@ -21,7 +21,6 @@ from app.shapes import Model
 from app.videos.opened import roots_of
 from app.videos.paths import list_folder
 from app.videos.table import TableAnswer, page_table
-from app.videos.thumbnails import thumbnail_path
 from app.videos.view import VideoView
 from tsr_engine.io.video_kinds import LEAST_HEAD, PICTURE_SUFFIXES, SUFFIXES, cannot_be_video, no_video
 
@@ -123,8 +122,7 @@ def get_frame_table(video_id: VideoId, context: ContextDep) -> TableAnswer:
 )
 def get_thumbnail(video_id: VideoId, context: ContextDep) -> FileResponse:
     """A small picture from the middle of the video."""
-    context.videos.require_here(video_id)
-    place = thumbnail_path(context.settings.home, video_id)
+    place = context.videos.thumbnail(video_id)
     if not place.is_file():
         raise NotFound("There is no thumbnail (yet).")
     return FileResponse(place, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=86400"})

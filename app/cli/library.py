@@ -31,13 +31,12 @@ def opened_library(home: Path | None) -> Iterator[tuple[Settings, Database]]:
     """
     from app.errors import ApiError
     from app.settings import DATABASE_FILE, load_settings, no_home
-    from app.storage.database import Database
-    from app.storage.identity import server_of
+    from app.storage.identity import database_of
 
     settings = load_settings(home=home)
     if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
         raise UsageError(no_home(settings.home))
-    database = Database(settings.database, server_of(settings))
+    database = database_of(settings)
     try:
         database.migrate(settings.home / "backups")
         yield settings, database

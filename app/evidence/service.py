@@ -21,6 +21,7 @@ from app.evidence.place import RunPlace
 from app.evidence.pool import ReaderPool
 from app.evidence.tables import confirmed_boxes, labelled_boxes
 from app.evidence.tracks import TrackFacts, labelled_facts, no_tracks, track_columns, track_facts
+from app.files.shared import present
 from app.labels.mapping import classes_in
 from app.settings import Settings
 from app.shapes import Model
@@ -64,20 +65,25 @@ class EvidenceService:
         self._others.forget(run_id)
         self._pool.forget(self._home / "runs" / run_id)
 
+    def lies_here(self, run_id: str) -> bool:
+        """Whether the evidence of a run lies in the data folder, so that nothing need be fetched."""
+        return (self._home / "runs" / run_id).is_dir()
+
     def place(self, run_id: str) -> RunPlace:
         """Where a run lies.
 
         Raises:
             NotFound: there is none of that name.
             Elsewhere: it lies with another server.
+            Busy: it lies in shared files, and is not here yet.
         """
         with self._database.read() as session:
             run = require_run(session, run_id)
             require_here(session, run.place, run.name)
-            folder = self._home / run.folder
             classes = classes_in(session, run)
             about = run.state, run.parent_id, run.preset, dict(run.parameters)
-            return RunPlace(run.id, run.video_id, folder, *about, classes)
+        folder = present(self._settings, run.place, run.folder)
+        return RunPlace(run.id, run.video_id, folder, *about, classes)
 
     @contextmanager
     def reading(self, place: RunPlace) -> Iterator[EvidenceReader]:

@@ -32,7 +32,7 @@ from app.exchange.underway import Import
 from app.ground_truths.service import GroundTruthService
 from app.settings import Settings
 from app.storage.database import Database, sqlite_file
-from app.storage.identity import server_of
+from app.storage.identity import database_of
 from app.storage.models import Base, Video
 from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.exchange.packed import read_packed, write_packed
@@ -181,7 +181,7 @@ def begin_apart(_: Talk, settings: Settings, video_id: str, name: str, author: s
 @contextmanager
 def _imports_of(settings: Settings) -> Iterator[ImportService]:
     """The service in a process of its own."""
-    database = Database(settings.database, server_of(settings))
+    database = database_of(settings)
     events = EventBus()
     evidence = EvidenceService(settings, database)
     try:

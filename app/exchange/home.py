@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.settings import DATABASE_FILE, Settings, load_settings, no_home
 from app.storage.database import Database
-from app.storage.identity import server_of
+from app.storage.identity import database_of
 from app.storage.ids import RUN_ID
 from app.storage.latest import latest_last
 from app.storage.models import Run, TrackDocument, Video
@@ -37,7 +37,7 @@ def open_home(home: Path | None) -> Iterator[tuple[Settings, Database]]:
     settings = load_settings(home=home)
     if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
         raise InputError(no_home(settings.home))
-    database = Database(settings.database, server_of(settings))
+    database = database_of(settings)
     try:
         database.migrate(settings.home / "backups")
         yield settings, database

@@ -11,6 +11,7 @@ from app.edits.log_store import documents_of
 from app.errors import Conflict, Invalid
 from app.exchange.dataset import Source, VideoFacts, source_of, times_of
 from app.exchange.rates import exact_rate
+from app.files.shared import present
 from app.labels.mapping import classes_in
 from app.settings import Settings
 from app.storage.models import Run, Video
@@ -37,7 +38,7 @@ def home_source(session: Session, settings: Settings, run_id: str) -> Source:
         Elsewhere: it lies with another server.
     """
     run = _finished(session, settings, run_id)
-    folder = settings.home / run.folder
+    folder = present(settings, run.place, run.folder)
     query = select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))
     facts = video_facts(session.scalars(query).one(), settings)
     revision = newest_edit(session, run_id)
@@ -63,7 +64,7 @@ def _finished(session: Session, settings: Settings, run_id: str) -> Run:
         raise Conflict(
             f"{run.name} is still {run.state}. Wait until it is complete, or cancel it.", code="still_running"
         )
-    if not (settings.home / run.folder / RUN_FILE).is_file():
+    if not (present(settings, run.place, run.folder) / RUN_FILE).is_file():
         raise Conflict(f"{run.name} has stored nothing: there is nothing to export.", code="no_evidence")
     return run
 

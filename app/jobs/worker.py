@@ -34,7 +34,7 @@ from app.jobs.readiness import STAY, preparations
 from app.log_once import LogOnce
 from app.settings import Settings, load_settings
 from app.storage.database import Database, sqlite_file, storage_failure
-from app.storage.identity import place_of, server_of
+from app.storage.identity import database_of, place_of
 from tsr_engine.errors import TsrError
 from tsr_engine.extras import explained
 
@@ -102,7 +102,7 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     limit = settings.worker_memory_mb * 2**20
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     os.nice(10)
-    database = Database(settings.database, server_of(settings))
+    database = database_of(settings)
     events = EventBus()
     jobs = JobQueue(events, kinds)
     _work(lambda: _one_job(settings, database, events, jobs, leaving, lane), kinds, leaving, stays)

@@ -17,6 +17,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, NotFound
 from app.events import EventBus
+from app.files.shared import present, shared_files
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
@@ -44,6 +45,7 @@ class OutputService:
     """Queue, make, list, open, cancel, remove."""
 
     def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+        self._settings = settings
         self._home = settings.home
         self._database = database
         self._events = events
@@ -120,6 +122,7 @@ class OutputService:
         if output.state != "complete":
             raise Conflict(f"{output.name} is {output.state}: there is no file yet.", code="not_complete")
         path = self._home / output.path
+        present(self._settings, output.place, str(Path(output.path).parent))
         if not path.is_file():
             raise NotFound(f"The file of {output.name} is gone from the data folder. Make it again.")
         return path, output.name
@@ -148,6 +151,9 @@ class OutputService:
             session.delete(output)
             self._events.publish(session, "removed", output_id, {"artefact": output_id})
         clear_folder(self._home, output_id)
+        files = shared_files(self._settings)
+        if files is not None and output.place == files.id:
+            files.forget(f"artefacts/{output_id}")
 
     def sweep(self) -> None:
         """Remove folders that nothing will ever come of: their work has failed or was cancelled as the machine died."""

@@ -6,6 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
 from app.edits.log_store import documents_of
+from app.files.shared import present
 from app.jobs.context import TaskContext
 from app.labels.mapping import classes_in
 from app.outputs.service import OutputService
@@ -42,9 +43,10 @@ def record_run(task: TaskContext) -> None:
             confirm(task.database, file, video)
         except ChangedError:
             raise InputError(f"{file} is not the video of {called}: it has changed. Put that file back.") from None
+    evidence = present(task.settings, run.place, run.folder)
     track = str(options.get("track") or "")
     request = RecordingRequest(
-        evidence=task.settings.home / run.folder,
+        evidence=evidence,
         out=folder / "recording.rrd",
         first=options["first"],
         stop=options["stop"],
@@ -52,7 +54,7 @@ def record_run(task: TaskContext) -> None:
         table=unpack(video.frame_table) if file.there and video.frame_table else None,
         limits=task.settings.video_limits,
         known=True,  # it is compared each time that it is opened
-        corrected=corrected_rows(task.settings.home / run.folder, documents, classes),
+        corrected=corrected_rows(evidence, documents, classes),
         truth=truth,
         classes=classes,
         focus_frame=options.get("frame"),

@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
+from app.files.shared import shared_files
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.runs.parameters import asked_parameters, params_of
@@ -20,7 +21,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
 from app.storage.of_run import require_run
-from app.storage.places import Servers, require_here
+from app.storage.places import Servers, lies_here, require_here
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
@@ -127,7 +128,7 @@ class RunService:
                 engine_version=__version__,
             )
             run.folder = f"runs/{run.id}"
-            if video.place is not None:
+            if not lies_here(session, video.place):
                 run.place = video.place  # the engine works where the video lies
             session.add(run)
             session.flush()
@@ -197,6 +198,7 @@ class RunService:
                     )
             folders = self._drop(session, [*children, run])
         self._clear(folders)
+        self._forget([*children, run])
 
     def remove_whatifs(self, run_id: str) -> list[str]:
         """Remove what was asked of a run, with evidence and edits; a replay that goes on stays.
@@ -215,6 +217,7 @@ class RunService:
             names = [one.id for one in gone]
             folders = self._drop(session, gone)
         self._clear(folders)
+        self._forget(gone)
         return names
 
     def sweep(self) -> None:
@@ -252,6 +255,11 @@ class RunService:
         if runs:
             publish_video(session, self._events, session.get_one(Video, runs[0].video_id))
         return folders
+
+    def _forget(self, runs: Sequence[Run]) -> None:
+        """Remove the evidence of runs that are gone from the shared files."""
+        if (files := shared_files(self._settings)) is not None:
+            files.forget(*(run.folder for run in runs if run.place == files.id))
 
     def _clear(self, folders: Sequence[str]) -> None:
         for folder in folders:

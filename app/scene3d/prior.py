@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from sqlalchemy import select
 
+from app.files.shared import present
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import ModelVersion, Run
@@ -36,15 +37,15 @@ def find_prior(settings: Settings, database: Database, run_id: str) -> Prior | N
         run = session.get(Run, run_id)
         wanted = None if run is None else run.models.get("prior")
         versions = session.scalars(select(ModelVersion).where(ModelVersion.state == "complete")).all()
-        folders = [settings.home / v.folder for v in versions if wanted and v.models.get("prior") == wanted]
-    present = _load(settings.models)
-    if present is not None and present[1] == wanted:
-        return Prior(present[0], True)
-    for folder in folders:
-        found = _load(folder)
+        others = [v for v in versions if wanted and v.models.get("prior") == wanted]
+    own = _load(settings.models)
+    if own is not None and own[1] == wanted:
+        return Prior(own[0], True)
+    for version in others:
+        found = _load(present(settings, version.place, version.folder))
         if found is not None and found[1] == wanted:
             return Prior(found[0], True)
-    return None if present is None else Prior(present[0], wanted is None)
+    return None if own is None else Prior(own[0], wanted is None)
 
 
 def _load(folder: Path | None) -> tuple[SpatialPrior, str] | None:

@@ -132,6 +132,8 @@ class SearchIndex:
             if changed:
                 self._wanted = wanted_runs(session)
                 self._unread, flags = stale_runs(session, self._wanted, retry=self._event < 0)
+                if self._database.shared is not None:  # those that must be fetched come last
+                    self._unread.sort(key=lambda run_id: not self._evidence.lies_here(run_id))
             newest = session.execute(
                 select(Edit.run_id, func.max(Edit.seq)).where(Edit.seq > self._edit).group_by(Edit.run_id)
             ).all()
@@ -149,7 +151,7 @@ class SearchIndex:
         run_id = next(iter(self._edited)) if self._edited else self._unread[0]
         whole = run_id in self._unread
         wanted = self._wanted.get(run_id)
-        if wanted is not None:
+        if wanted is not None and not (whole and self._read_elsewhere(wanted)):
             try:
                 self._read(wanted, whole=whole)
             except NotFound:  # it was removed
@@ -159,6 +161,14 @@ class SearchIndex:
         self._edited.pop(run_id, None)
         if whole:
             self._unread.remove(run_id)
+
+    def _read_elsewhere(self, wanted: WantedRun) -> bool:
+        """Whether another server has read a run of the shared files meanwhile: then it need not be fetched."""
+        if self._database.shared is None or self._evidence.lies_here(wanted.run_id):
+            return False
+        with self._database.read() as session:
+            row = session.get(SearchRun, wanted.run_id)
+            return row is not None and row.error is None and row.basis == wanted.basis
 
     def _read(self, wanted: WantedRun, *, whole: bool) -> None:
         try:

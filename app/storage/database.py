@@ -68,16 +68,18 @@ class Database:
     many threads could wait for seconds and then fail: the threads of one process queue up here first.
     """
 
-    def __init__(self, url: str | URL, here: str | None = None) -> None:
+    def __init__(self, url: str | URL, here: str | None = None, shared: str | None = None) -> None:
         """Prepare to connect.
 
         Args:
             url: address.
             here: the server that this is, whose rows new ones are (``app.storage.places``); SQLite has one at a time.
+            shared: number of the files that this server shares with others; None: none.
         """
         address = _address(url)
         self.is_sqlite = address.get_backend_name() == "sqlite"
         self.here = None if self.is_sqlite else here
+        self.shared = None if self.is_sqlite else shared
         if self.is_sqlite:
             self.engine = create_engine(
                 address, pool_size=16, max_overflow=48, connect_args={"check_same_thread": False}
@@ -86,8 +88,9 @@ class Database:
             event.listen(self.engine, "begin", _on_begin)
         else:
             # as many as the server has threads: a connection beyond the pool costs more than an edit
+            places = {"tsr_here": here, "tsr_shared": shared}
             self.engine = create_engine(
-                address, pool_pre_ping=True, pool_size=40, max_overflow=8, execution_options={"tsr_here": here}
+                address, pool_pre_ping=True, pool_size=40, max_overflow=8, execution_options=places
             )
         self._closed = False
         event.listen(self.engine, "checkin", self._on_checkin)

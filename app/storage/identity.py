@@ -1,18 +1,25 @@
-"""Who a server is: a random number kept in its data folder, whatever machines and folders are called."""
+"""Who a server is: a random number kept in its data folder, whatever machines and folders are called.
+
+Shared files have such a number too. A data folder notes it, so that it is known while they do not answer.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import uuid
 from pathlib import Path
 
 from app.settings import Settings
+from app.storage.database import Database
 from tsr_engine.errors import StorageError
+from tsr_engine.io.atomic import atomic_text
 
-__all__ = ["place_of", "server_id", "server_of"]
+__all__ = ["database_of", "note_shared", "place_of", "server_id", "shared_of"]
 
 _FILE = "server.id"
+_SHARED = "shared.json"
 _BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
@@ -42,9 +49,33 @@ def server_id(home: Path) -> str:
     return found
 
 
-def server_of(settings: Settings) -> str | None:
-    """Whose files the rows of a database are about; None: SQLite in the data folder, which nobody shares."""
-    return None if settings.database_url is None else server_id(settings.home)
+def database_of(settings: Settings) -> Database:
+    """The database of a data folder, as the server of that folder sees it.
+
+    SQLite in the data folder is shared by nobody, so that nothing in it is told apart by servers.
+    """
+    server = None if settings.database_url is None else server_id(settings.home)
+    shared = None if settings.files is None else shared_of(settings.home, settings.files)
+    return Database(settings.database, server, shared)
+
+
+def shared_of(home: Path, address: str) -> str | None:
+    """The number of shared files, as it was noted; None: this data folder has not seen them yet."""
+    try:
+        found = json.loads((home / _SHARED).read_text(encoding="utf-8")).get(address)
+    except (OSError, ValueError, AttributeError):
+        return None
+    return found if isinstance(found, str) else None
+
+
+def note_shared(home: Path, address: str, number: str) -> None:
+    """Note the number of shared files.
+
+    Raises:
+        StorageError: the data folder cannot be written.
+    """
+    with atomic_text(home / _SHARED) as out:
+        json.dump({address: number}, out)
 
 
 def place_of(home: Path) -> str | None:

@@ -1,7 +1,8 @@
 """Which server holds the files of what, where several servers share a database.
 
-They share rows, not files: each video, run, output and version of models has its place, and so has each job. A job is
-done where the files are; who asks another server is informed which one to ask.
+They share rows: each video, run, output and version of models has its place, and so has each job. The place is the
+server that has the files, or the files that all servers share (:mod:`app.files`). A job is done where the files are;
+who asks another server is informed which one to ask.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Final
 
 from sqlalchemy import ColumnElement, or_, select, true, update
 from sqlalchemy.exc import SQLAlchemyError
@@ -24,9 +26,11 @@ from app.storage.models import ModelVersion, Output, Run, Server, Video
 from app.storage.number_lock import NumberLock
 from app.storage.ticking import ticking
 
-__all__ = ["Servers", "adopt_files", "here_of", "is_here", "require_here"]
+__all__ = ["Servers", "adopt_files", "here_of", "is_here", "lies_here", "require_here", "shared_by"]
 
 _log = logging.getLogger("tsr.server")
+SHARED: Final = 0
+"""Beats of a row that stands for shared files: they do not beat, and are never gone."""
 
 
 def here_of(session: Session) -> str | None:
@@ -35,10 +39,22 @@ def here_of(session: Session) -> str | None:
     return found
 
 
+def shared_by(session: Session) -> str | None:
+    """The files that this server shares with others; None: none."""
+    found: str | None = session.connection().get_execution_options().get("tsr_shared")
+    return found
+
+
 def is_here(session: Session, place: InstrumentedAttribute[str | None]) -> ColumnElement[bool]:
-    """A condition: the files lie with this server, or nobody has said where."""
+    """A condition: the files lie with this server or in the shared ones, or nobody has said where."""
+    here, shared = here_of(session), shared_by(session)
+    return true() if here is None else or_(place.is_(None), place.in_([p for p in (here, shared) if p is not None]))
+
+
+def lies_here(session: Session, place: str | None) -> bool:
+    """The same of one place."""
     here = here_of(session)
-    return true() if here is None else or_(place.is_(None), place == here)
+    return here is None or place is None or place in (here, shared_by(session))
 
 
 def require_here(session: Session, place: str | None, what: str) -> None:
@@ -52,11 +68,15 @@ def require_here(session: Session, place: str | None, what: str) -> None:
     Raises:
         Elsewhere: they do not lie here; says which server has them.
     """
-    here = here_of(session)
-    if here is None or place is None or place == here:
+    if lies_here(session, place):
         return
     server = session.get(Server, place)
     name = "one that is not known here" if server is None else server.name
+    if server is not None and server.beats == SHARED:
+        raise Elsewhere(
+            f"The files of {what or 'this'} are in shared files ({name}). Set TSR_FILES to them for this server.",
+            details={"server": place, "name": name},
+        )
     raise Elsewhere(
         f"The files of {what or 'this'} lie with another server ({name}). Ask that one.",
         details={"server": place, "name": name},
@@ -101,6 +121,7 @@ class Servers:
         self._number = NumberLock(database)
         self._lock = threading.Lock()
         self._seen: dict[str, tuple[int, float]] = {}
+        self._shared: set[str] = set()
 
     def enter(self) -> None:
         """Be the one server that has this number.
@@ -109,6 +130,14 @@ class Servers:
             StorageError: another one has it.
         """
         self._number.take()
+
+    def know_shared(self, name: str) -> None:
+        """Let the others know what the shared files are called."""
+        shared = self._database.shared
+        if shared is not None:
+            with self._database.write() as session:
+                if session.get(Server, shared) is None:
+                    session.add(Server(id=shared, name=name, beats=SHARED))
 
     def leave(self) -> None:
         """Let another one have the number."""
@@ -133,6 +162,7 @@ class Servers:
                 session.add(Server(id=here, name=self._name, beats=1))
                 session.flush()
             beats = {server.id: server.beats for server in session.scalars(select(Server))}
+        self._shared = {server for server, count in beats.items() if count == SHARED}
         now = time.monotonic()
         with self._lock:
             for server, count in beats.items():
@@ -141,6 +171,8 @@ class Servers:
 
     def is_gone(self, server: str | None) -> bool:
         """Whether a server has not beaten for long; one that nobody has ever seen is gone."""
+        if server in self._shared:
+            return False
         with self._lock:
             seen = self._seen.get(server or "")
         return seen is None or time.monotonic() - seen[1] > self.silence

@@ -12,9 +12,10 @@ from typing import Final
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.files.shared import present
 from app.settings import Settings
 from app.storage.models import ModelVersion, Run
-from app.storage.places import here_of, is_here
+from app.storage.places import is_here, lies_here
 from tsr_engine.errors import EvidenceError, ModelError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.evidence.schema import RUN_FILE
@@ -61,12 +62,12 @@ def begin_with(settings: Settings, session: Session, run: Run) -> Path | None:
         folder = folder_with(settings, session, known, run.name or "The run")
     else:
         version = active_version(session)
-        if version is not None and not _lies_here(session, version):
+        if version is not None and not lies_here(session, version.place):
             raise ModelError(
                 f"The models {version.name}, which new runs use, lie with another server. Promote others where this "
                 "video lies, or make them there."
             )
-        folder = settings.models if version is None else settings.home / version.folder
+        folder = settings.models if version is None else present(settings, version.place, version.folder)
         known = hashes_of(folder)
     run.models = {**run.models, **known}
     return folder
@@ -94,15 +95,11 @@ def folder_with(settings: Settings, session: Session, wanted: Mapping[str, str],
     ours = ModelVersion.state == "complete", is_here(session, ModelVersion.place)
     for version in session.scalars(select(ModelVersion).where(*ours)):
         if _has(version.models, wanted):
-            return settings.home / version.folder
+            return present(settings, version.place, version.folder)
     some = ", ".join(f"{name} {digest[:12]}" for name, digest in sorted(wanted.items()))
     raise ModelError(
         f"{who} was begun with models that are not here any more ({some}). Put their folder back, or start a new run."
     )
-
-
-def _lies_here(session: Session, version: ModelVersion) -> bool:
-    return here_of(session) in (None, version.place) or version.place is None
 
 
 def _has(models: Mapping[str, str], wanted: Mapping[str, str]) -> bool:

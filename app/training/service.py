@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
+from app.files.shared import present, shared_files
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.settings import Settings
@@ -190,6 +191,9 @@ class TrainingService:
             self._events.publish(session, "removed", version_id, {"model": version_id})
         for suffix in ("", ".part", ".work"):
             shutil.rmtree(self._settings.home / "models" / f"{version_id}{suffix}", ignore_errors=True)
+        files = shared_files(self._settings)
+        if files is not None and version.place == files.id:
+            files.forget(version.folder)
 
     # ------------------------------------------------------------------------------------------------------ parts
 
@@ -215,7 +219,7 @@ class TrainingService:
 
     def _sound(self, version: ModelVersion) -> None:
         """Refuse a version whose files are not those that were made."""
-        folder = self._settings.home / version.folder
+        folder = present(self._settings, version.place, version.folder)
         try:
             found = {name: load_component(name, folder).sha256 for name in version.models}
         except ModelError as error:

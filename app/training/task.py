@@ -13,6 +13,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+from app.files.shared import present
 from app.jobs.context import Stopped, TaskContext
 from app.storage.models import ModelVersion, Output, Video
 from app.training.sources import export_age
@@ -113,7 +114,7 @@ def _parent(task: TaskContext, parent: ModelVersion | None, version: ModelVersio
         return task.settings.models
     if parent is None or parent.state != "complete":
         raise ModelError("The version to start from was removed meanwhile. Start from another one.")
-    return task.settings.home / parent.folder
+    return present(task.settings, parent.place, parent.folder)
 
 
 def _reviewed(task: TaskContext, reviews: list[JsonObject], work: Path, export_reviews: ExportReviews) -> OpenedExport:
@@ -130,6 +131,7 @@ def _opened(task: TaskContext, entry: JsonObject, work: Path) -> OpenedExport:
         if output is None or output.sha256 != entry["sha256"]:
             raise InputError(f"The export {entry['name']} was removed meanwhile. Export again.")
         path, name, age = task.settings.home / output.path, output.name, export_age(session, output)
+    present(task.settings, output.place, str(Path(output.path).parent))
     opened = _with_videos(task, path, name, work)
     about = {**opened.about, "artefact": entry["artefact"], "name": name, "sha256": entry["sha256"]}
     about |= {"edits_since": age.edits, "undone_since": age.undone}

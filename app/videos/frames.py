@@ -5,13 +5,15 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Container
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeVar
 
 from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
-from app.errors import Conflict, NotFound
+from app.errors import ApiError, Conflict, NotFound
+from app.files.shared import present
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video as VideoRow
@@ -196,7 +198,9 @@ class FrameService:
             raise Conflict(in_words(row, str(error)), code="unreadable") from None
         stamp = file.stamp
         assert stamp is not None
-        previews = Previews(
-            preview_path(self._settings.home, video_id), len(table), lambda copy: self._decoder(copy, limits)
-        )
+        copy = preview_path(self._settings.home, video_id)
+        if not copy.exists():
+            with suppress(ApiError):  # not every video has one
+                present(self._settings, row.place, f"glances/{copy.name}")
+        previews = Previews(copy, len(table), lambda file: self._decoder(file, limits))
         return FrameServer(video_id, video, table, self._cache, stamp, previews)

@@ -11,6 +11,7 @@ import stat
 from collections.abc import Sequence
 from pathlib import Path
 
+from app.files.shared import shared_files
 from app.settings import Settings
 from app.storage.models import Video
 from app.videos.beneath import LINKS, open_beneath, resolved
@@ -133,10 +134,22 @@ def stamp_now(path: Path) -> Stamp | None:
 
 
 def library_file(settings: Settings, video: Video) -> CheckedFile:
-    """The file of a video of the library."""
+    """The file of a video of the library; one that lies in shared files is fetched first.
+
+    Raises:
+        FilesAwayError, Busy, StorageError: as of :meth:`app.files.shared.SharedFiles.fetch`.
+    """
     home = Path(os.path.realpath(settings.home))
-    stamp = None if video.stamp is None else tuple(video.stamp)
-    return CheckedFile(Path(video.path), [*roots_of(settings), home], video.id, stamp)  # type: ignore[arg-type]
+    path, stamp = Path(video.path), None if video.stamp is None else tuple(video.stamp)
+    files = shared_files(settings)
+    if files is not None and video.place == files.id:
+        name = f"videos/{video.id}"
+        if stamp is not None and stamp_now(path) == stamp:
+            files.used(name)  # the very file that was added here
+        else:
+            path = files.fetch(name)
+            stamp = files.stamp(name)
+    return CheckedFile(path, [*roots_of(settings), home], video.id, stamp)  # type: ignore[arg-type]
 
 
 def own_file(path: Path) -> CheckedFile:

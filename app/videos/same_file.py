@@ -12,7 +12,7 @@ from app.errors import Conflict
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from app.storage.places import require_here
+from app.storage.places import require_here, shared_by
 from app.videos.opened import ChangedError, CheckedFile, library_file, stamp_now
 from app.videos.words import in_words
 from tsr_engine.errors import InputError, VideoError
@@ -89,7 +89,10 @@ class ChangedFiles:
             if found is None:
                 return
             require_here(session, found.place, found.name)
+            shared = shared_by(session)
         video: Video = found.Video
+        if video.place is not None and video.place == shared:
+            return  # whatever lies under its name here: the video is known by its bytes
         file = library_file(self._settings, video)
         stamp = stamp_now(file.path)
         if stamp is not None and stamp != file.stamp and not self._is_same(video, file, stamp):

@@ -37,7 +37,7 @@ class SampleDrives:
                 place, stamp, digest = clip.video.resolve(), file.stamp, file.sha256()
             with self._database.read() as session:
                 known = session.get(Video, digest)
-            if known is not None and known.path == str(place):
+            if known is not None and (known.path == str(place) or known.place == self._database.shared is not None):
                 continue
             try:
                 self._add(digest, clip.video.name, place, stamp, owned=False, sample=True)

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session, undefer
 
 from app.errors import Conflict, Invalid, NotFound, UnsupportedMedia
 from app.events import EventBus
+from app.files.shared import present, shared_files
 from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
@@ -20,6 +21,7 @@ from app.videos.opened import check_file, library_file, open_allowed, own_file, 
 from app.videos.previews import preview_path
 from app.videos.samples import SampleDrives
 from app.videos.table import unpack
+from app.videos.thumbnails import thumbnail_path
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, publish_video, video_view, video_views
 from tsr_engine.errors import VideoError
@@ -75,16 +77,20 @@ class VideoService(SampleDrives):
             raise NotFound(f"There is no video {video_id[:80]!r}.")
         return video
 
-    def require_here(self, video_id: str) -> None:
-        """Refuse what needs files of a video that lies with another server.
+    def thumbnail(self, video_id: str) -> Path:
+        """Where the small picture of a video lies, if there is one.
 
         Raises:
-            Elsewhere: it does.
+            Elsewhere: it lies with another server.
+            Busy: it lies in shared files, and is not here yet.
         """
+        path = thumbnail_path(self._settings.home, video_id)
         with self._database.read() as session:
             video = session.get(Video, video_id)
-            if video is not None:
-                require_here(session, video.place, video.name)
+            if video is None:
+                return path
+            require_here(session, video.place, video.name)
+        return present(self._settings, video.place, str(path.relative_to(self._settings.home)))
 
     def _take(self, session: Session, video: Video) -> bool:
         """Whether a video that lay with a server that is gone is ours from now on.
@@ -166,9 +172,11 @@ class VideoService(SampleDrives):
                 known = session.get(Video, digest)
                 if known is not None:
                     self._refuse_elsewhere(session, known)
-            if known is not None and (stamp := self._held(known)) is not None:
+            # one in shared files is put there again: what lies there may be damaged
+            ours = known if known is None or known.place != self._database.shared or known.place is None else None
+            if ours is not None and (stamp := self._held(ours)) is not None:
                 part.unlink(missing_ok=True)  # it lies here already: one copy is enough
-                return self._add(digest, known.name, Path(known.path), stamp, owned=known.owned)
+                return self._add(digest, ours.name, Path(ours.path), stamp, owned=ours.owned)
             place = self._uploads.place(digest, Path(name).suffix.lower()[:8])
             part.replace(place)
             fsync_path(place.parent)
@@ -243,7 +251,11 @@ class VideoService(SampleDrives):
         home = self._settings.home
         if owned:
             self._uploads.remove(path)
-        (home / "thumbnails" / f"{video_id}.jpg").unlink(missing_ok=True)
+        thumbnail_path(home, video_id).unlink(missing_ok=True)
         preview_path(home, video_id).unlink(missing_ok=True)
         self.remove_folders([run.folder for run in runs])
+        if (files := shared_files(self._settings)) is not None:
+            names = f"videos/{video_id}", f"thumbnails/{video_id}.jpg", f"glances/{video_id}.mp4"
+            lie_there = [run.folder for run in runs if run.place == files.id and run.folder.startswith("runs/")]
+            files.forget(*(names if video.place == files.id else ()), *lie_there)
         return [run.id for run in runs]

@@ -9,6 +9,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+from app.files.shared import present
 from app.jobs.context import Stopped, TaskContext
 from app.labels.mapping import classes_in, labels_of_model
 from app.runs.focus import focus_of
@@ -39,7 +40,7 @@ def run_whatif(task: TaskContext) -> None:
         models = models_of_run(task.settings, session, parent)
         asked = params_of(run.preset, run.parameters)
         publish_run(session, task.events, run)
-    source = task.settings.home / parent.folder
+    source = present(task.settings, parent.place, parent.folder)
     with EvidenceReader(source) as reader:
         params = run_params(reader).with_settings([(k, _plain(v)) for k, v in run.parameters.items()])
         components = load_components(params, models)

@@ -1,0 +1,219 @@
+"""Puts what is finished into the shared files, and keeps what lies in the data folder within its bound.
+
+A row says where its files are. It names this server until all of them are in the shared files, then these: so nobody
+sees half of anything, and a server that dies goes on with what its rows still say.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, TypeAlias
+
+from sqlalchemy import select
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
+
+from app.events import EventBus
+from app.files.shared import UNUSED, Kept, SharedFiles
+from app.files.store import FilesAwayError
+from app.log_once import LogOnce
+from app.outputs.view import publish_output
+from app.runs.view import publish_run
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import ModelVersion, Output, Run, Video
+from app.training.view import publish_model
+from app.videos.opened import library_file
+from app.videos.previews import preview_path
+from app.videos.thumbnails import thumbnail_path
+from app.videos.view import publish_video
+from tsr_engine.errors import VideoError
+
+__all__ = ["Sending"]
+
+_AGAIN: Final = 60.0
+"""Seconds until something that could not be sent is tried again."""
+_TIDY: Final = 60.0
+"""Seconds between two looks at what lies here."""
+_AT_ONCE: Final = 500
+_log = logging.getLogger("tsr.server")
+
+_Row: TypeAlias = Video | Run | Output | ModelVersion
+_STATES: Final[dict[type[_Row], str]] = {ModelVersion: "complete", Video: "ready", Run: "complete", Output: "complete"}
+_ROWS_OF: Final[dict[str, type[_Row]]] = {"models": ModelVersion, "runs": Run, "artefacts": Output}
+"""Folder of a name in the shared files -> its rows; all other names are of videos."""
+
+
+class _Left(Exception):
+    """The server ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Thing:
+    name: str
+    path: Path
+    own: bool
+    """It lies in the data folder, so that it can make room there."""
+
+
+class Sending:
+    """Thread-safe; one for each server.
+
+    Args:
+        settings: name the data folder and its bound.
+        database: says what is finished.
+        events: where pages and the search hear of it.
+        files: the shared ones.
+    """
+
+    def __init__(self, settings: Settings, database: Database, events: EventBus, files: SharedFiles) -> None:
+        self._settings = settings
+        self._database = database
+        self._events = events
+        self._files = files
+        self._later: dict[str, float] = {}
+        self._trouble: str | None = None
+        self._tidied = 0.0
+        self._leaving = False
+        self._log_once = LogOnce(_log, "What is finished cannot be shared")
+
+    @property
+    def trouble(self) -> str | None:
+        """A sentence while something cannot be sent; None: all is well."""
+        return self._trouble
+
+    def leave(self) -> None:
+        """Stop; what is being sent is sent again by the next server."""
+        self._leaving = True
+
+    def tick(self) -> None:
+        """Send what is finished, then make room; failures are logged."""
+        try:
+            self.send()
+            if time.monotonic() - self._tidied > _TIDY:
+                self._tidied = time.monotonic()
+                self.tidy()
+        except _Left:
+            return
+        except (SQLAlchemyError, OSError, FilesAwayError) as error:
+            self._log_once.came(error)
+
+    def send(self) -> None:
+        """Send all that is finished and lies here alone."""
+        now = time.monotonic()
+        self._later = {key: until for key, until in self._later.items() if until > now}
+        if not self._later:
+            self._trouble = None
+            self._log_once.gone()
+        for table, state in _STATES.items():
+            with self._database.read() as session:
+                query = select(table.id).where(table.place == self._database.here, table.state == state)
+                waiting = session.scalars(query).all()
+            for key in waiting:
+                if key not in self._later and not self._try(table, key):
+                    return
+
+    def tidy(self) -> None:
+        """Remove here what is gone for good; then, of what is over the bound, what was not used for longest."""
+        kept = self._files.kept()
+        gone = self._gone(kept)
+        for one in gone:
+            self._files.drop(one)
+        left = [one for one in kept if one not in gone]
+        over = sum(one.size for one in left) - self._settings.files_cache_mb * 2**20
+        for one in left:
+            if over <= 0 or time.time() - one.used < UNUSED:
+                return
+            if self._files.store.holds(one.name):  # it is about to be the only one
+                self._files.drop(one)
+                over -= one.size
+
+    # ------------------------------------------------------------------------------------------------------ inside
+
+    def _try(self, table: type[_Row], key: str) -> bool:
+        """Send what a row is about, or put that off; False: the others had better wait too."""
+        try:
+            with self._database.read() as session:
+                row: _Row | None = session.get(table, key)
+            if row is not None:
+                self._send(table, row)
+        except FilesAwayError as error:
+            self._later[key] = time.monotonic() + _AGAIN
+            self._trouble = f"{error} What is finished stays on this server until then."
+            self._log_once.came(error)
+            return False
+        except (OSError, VideoError) as error:  # something is wrong with what lies here
+            self._later[key] = time.monotonic() + _AGAIN
+            self._log_once.came(error)
+        return True
+
+    def _send(self, table: type[_Row], row: _Row) -> None:
+        things = list(self._things(row))
+        sizes = {}
+        for thing in things:
+            listed = self._files.store.put(thing.name, thing.path, self._wait)
+            sizes[thing.name] = sum(size for size, _ in listed.values())
+            if isinstance(row, Video) and thing.name == f"videos/{row.id}" and listed[""][1] != row.id:
+                self._files.store.remove(thing.name)
+                raise VideoError(f"{thing.path} has changed since it was added: it cannot be shared. Put it back.")
+        with self._database.write() as session:
+            found: _Row | None = session.get(table, row.id, with_for_update=True)
+            sent = found is not None and found.place == self._database.here and found.state == _STATES[table]
+            if sent:
+                assert found is not None
+                found.place = self._database.shared
+                _publish(session, self._events, found)
+        if not sent:
+            self._files.forget(*(thing.name for thing in things))  # it was removed meanwhile
+            return
+        for thing in things:
+            if thing.own:
+                self._files.note(thing.name, thing.path, sizes[thing.name])
+
+    def _things(self, row: _Row) -> Iterator[_Thing]:
+        home = self._settings.home
+        if isinstance(row, Video):
+            file = library_file(self._settings, row)
+            file.open().close()  # the bytes are the video's
+            yield _Thing(f"videos/{row.id}", file.path, file.path.is_relative_to(home))
+            for path in (thumbnail_path(home, row.id), preview_path(home, row.id)):
+                if path.is_file():
+                    yield _Thing(str(path.relative_to(home)), path, True)
+            return
+        name = str(Path(row.path).parent) if isinstance(row, Output) else row.folder
+        yield _Thing(name, home / name, True)
+
+    def _wait(self) -> None:
+        if self._leaving:
+            raise _Left
+
+    def _gone(self, kept: list[Kept]) -> list[Kept]:
+        """Those that no row is about any more."""
+        found: list[Kept] = []
+        for start in range(0, len(kept), _AT_ONCE):
+            part = kept[start:][:_AT_ONCE]
+            with self._database.read() as session:
+                for table in _STATES:
+                    ours = [one for one in part if _ROWS_OF.get(one.name.partition("/")[0], Video) is table]
+                    there = set(session.scalars(select(table.id).where(table.id.in_({_id(one) for one in ours}))))
+                    found += [one for one in ours if _id(one) not in there]
+        return found
+
+
+def _id(kept: Kept) -> str:
+    return Path(kept.name).stem
+
+
+def _publish(session: Session, events: EventBus, row: _Row) -> None:
+    if isinstance(row, Video):
+        publish_video(session, events, row)
+    elif isinstance(row, Run):
+        publish_run(session, events, row)
+    elif isinstance(row, Output):
+        publish_output(session, events, row)
+    else:
+        publish_model(session, events, row)

@@ -1,0 +1,294 @@
+"""The shared files: things that are finished, each a file or a folder, put there whole and read back whole.
+
+A thing lies under its name, beside a list of its files with their sizes and SHA-256. The list is written last, so that
+without it there is nothing. What is read back must have the sizes and hashes of the list.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import uuid
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+
+from app.errors import Busy
+from tsr_engine.errors import StorageError, TsrError
+from tsr_engine.extras import explained
+from tsr_engine.io.digest import file_sha256
+from tsr_engine.io.unfinished import fsync_path
+
+__all__ = ["FilesAwayError", "Listed", "SharedStore", "files_of"]
+
+_NUMBER: Final = "store.id"
+_MOST_LIST: Final = 16 * 2**20
+_PATIENCE: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_attempts": 2, "mode": "standard"}}
+"""Of S3: seconds until somebody answers, seconds without a byte, tries."""
+_REFUSED: Final = ("NoCredentials", "PartialCredentials", "InvalidAccessKeyId", "SignatureDoesNotMatch", "AccessDenied")
+_SILENT: Final = (
+    "Timeout",
+    "EndpointConnection",
+    "ConnectionClosed",
+    "ConnectionError",
+    "ConnectorError",
+    "HTTPClient",
+)
+
+Listed = Mapping[str, tuple[int, str]]
+"""Files of a thing, relative to its name (of a single file: empty) -> bytes and SHA-256."""
+
+
+class FilesAwayError(Busy, StorageError):
+    """The shared files do not answer, do not let us in, are full, or hold something else than was put there."""
+
+
+class SharedStore:
+    """One place of shared files; thread-safe.
+
+    Args:
+        address: ``s3://BUCKET/PREFIX``, ``file:///FOLDER``, or a folder.
+
+    Raises:
+        UsageError: no such address.
+        MissingExtra: what reads it is not installed.
+    """
+
+    def __init__(self, address: str) -> None:
+        with explained():
+            import fsspec
+        self.address = address
+        protocol = address.partition("://")[0] if "://" in address else "file"
+        with explained():
+            options: dict[str, Any] = (
+                {"config_kwargs": _PATIENCE, "use_listings_cache": False} if protocol == "s3" else {}
+            )
+            self._system = fsspec.filesystem(protocol, **options)
+        self._local = protocol == "file"
+        self._root = str(self._system._strip_protocol(address)).rstrip("/")
+
+    def number(self, known: str | None) -> str:
+        """The random number that the place has, 32 hexadecimal digits; made on first use.
+
+        Args:
+            known: what it was when this server last saw it.
+
+        Raises:
+            FilesAwayError: it does not answer.
+            StorageError: it has another number, or none any more: something else is mounted there.
+        """
+        with self._explained(""):
+            if self._local and not Path(self._root).is_dir():
+                raise StorageError(f"There is no folder {self._root} for the shared files. Make it, or mount it.")
+            found = self._number()
+            if found is None and known is None:
+                with suppress(FileExistsError):  # of two that start at once, one is first
+                    self._system.pipe_file(self._place(_NUMBER), uuid.uuid4().hex.encode(), mode="create")
+                found = self._number()
+        if found is None or (known is not None and found != known):
+            raise StorageError(
+                f"{self.address} does not hold the shared files that this server knows ({_NUMBER} is missing or "
+                "another one). Mount the right folder. If they have moved for good, delete shared.json in the data "
+                "folder."
+            )
+        return found
+
+    def put(self, name: str, source: Path, wait: Callable[[], None] = lambda: None) -> Listed:
+        """Store a finished file or folder whole; what lay there under its name goes.
+
+        Args:
+            name: where it goes, as in ``runs/0123``.
+            source: lies here, and does not change meanwhile.
+            wait: called between files; may raise.
+
+        Returns:
+            Its files.
+
+        Raises:
+            FilesAwayError: it could not be stored.
+            OSError: the source cannot be read.
+        """
+        listed = {inside: (path.stat().st_size, file_sha256(path)) for inside, path in files_of(source).items()}
+        with self._explained(name):
+            self._drop(name)
+            try:
+                for inside in listed:
+                    wait()
+                    place = self._place(name, inside)
+                    if self._local:
+                        Path(place).parent.mkdir(parents=True, exist_ok=True)
+                    self._system.put_file(str(source / inside), place)
+                    if self._local:
+                        fsync_path(Path(place))
+                text = json.dumps({"format": 1, "files": {inside: list(entry) for inside, entry in listed.items()}})
+                self._system.pipe_file(self._place(f"{name}.json"), text.encode())
+            except BaseException:
+                with suppress(Exception):
+                    self._drop(name)  # on a full disk the half of it would take the room of others
+                raise
+        return listed
+
+    def listed(self, name: str) -> Listed:
+        """The files of a thing.
+
+        Raises:
+            FilesAwayError: it is not there, or its list is damaged.
+        """
+        with self._explained(name):
+            text = self._system.cat_file(self._place(f"{name}.json"), end=_MOST_LIST)
+        try:
+            files = json.loads(text)["files"]
+            found = {str(inside): (int(size), str(digest)) for inside, (size, digest) in files.items()}
+            if any(inside.startswith("/") or ".." in Path(inside).parts for inside in found):
+                raise ValueError(name)
+        except (ValueError, KeyError, TypeError, AttributeError):
+            raise self._damaged(f"{name}.json") from None
+        return found
+
+    def holds(self, name: str) -> bool:
+        """Whether a thing is there with all its files, by their sizes."""
+        files = self.listed(name)
+        with self._explained(name):
+            return all(
+                self._system.info(self._place(name, inside))["size"] == size for inside, (size, _) in files.items()
+            )
+
+    def get(self, name: str, files: Listed, part: Path) -> None:
+        """Read a thing back; nobody may look at ``part`` before this returns.
+
+        Args:
+            name: of the thing.
+            files: as :meth:`listed` has them.
+            part: file or folder that it is written to; not there yet.
+
+        Raises:
+            FilesAwayError: it cannot be read, or is not what was put there.
+            OSError: it cannot be written here.
+        """
+        for inside, (size, digest) in files.items():
+            path, told = part / inside, hashlib.sha256()
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with (
+                path.open("wb") as target,
+                self._explained(name),
+                self._system.open(self._place(name, inside), "rb") as source,
+            ):
+                while piece := source.read(2**20):
+                    told.update(piece)
+                    _write(target, piece)
+            if path.stat().st_size != size or told.hexdigest() != digest:
+                raise self._damaged(f"{name}/{inside}".rstrip("/"))
+            fsync_path(path)
+
+    def remove(self, name: str) -> None:
+        """Remove a thing; harmless where there is none.
+
+        Raises:
+            FilesAwayError: it cannot be removed now.
+        """
+        with self._explained(name):
+            self._drop(name)
+
+    # ------------------------------------------------------------------------------------------------------ inside
+
+    def _number(self) -> str | None:
+        try:
+            return str(self._system.cat_file(self._place(_NUMBER), end=64).decode("ascii", "replace")).strip()
+        except FileNotFoundError:
+            if not self._local:
+                self._system.ls(
+                    self._root.partition("/")[0], refresh=True
+                )  # a bucket that is missing is another matter
+            return None
+
+    def _place(self, name: str, inside: str = "") -> str:
+        return "/".join(part for part in (self._root, name, inside) if part)
+
+    def _drop(self, name: str) -> None:
+        for place, recursive in ((self._place(f"{name}.json"), False), (self._place(name), True)):
+            with suppress(FileNotFoundError):
+                self._system.rm(place, recursive=recursive)
+
+    def _damaged(self, what: str) -> FilesAwayError:
+        return FilesAwayError(
+            f"{what} in the shared files ({self.address}) is damaged: it is not what was put there. Put it back from a "
+            "backup, or remove it here and make it again.",
+            code="files_damaged",
+        )
+
+    @contextmanager
+    def _explained(self, name: str) -> Iterator[None]:
+        """Turn what goes wrong into one sentence.
+
+        A folder that is not mounted is an empty one, which nothing may be written to.
+        """
+        try:
+            if name and self._local and not Path(self._place(_NUMBER)).is_file():
+                raise FilesAwayError(
+                    f"The shared files ({self.address}) are not there. Mount their folder again.", code="files_away"
+                )
+            yield
+        except (TsrError, _WriteError):
+            raise
+        except Exception as error:
+            raise FilesAwayError(self._sentence(name, error), code="files_away") from error
+
+    def _sentence(self, name: str, error: Exception) -> str:
+        where = f"The shared files ({self.address})"
+        names = " ".join(type(one).__name__ for one in _causes(error)) + f" {error}"
+        number = error.errno if isinstance(error, OSError) else None
+        if number in (errno.ENOSPC, errno.EDQUOT):
+            return f"{where} are full. Free some space there."
+        if number == errno.EROFS:
+            return f"{where} can only be read. Let this server write there."
+        if isinstance(error, FileNotFoundError) and ("bucket" in str(error).lower() or not name):
+            return f"{where}: there is no such bucket. Make it, or correct TSR_FILES."
+        if isinstance(error, FileNotFoundError):
+            return (
+                f"{where} do not hold {name} any more. Put it back from a backup, or remove it here and make it again."
+            )
+        if isinstance(error, PermissionError) or any(word in names for word in _REFUSED):
+            return (
+                f"{where} do not let this server in. Check its rights, and for S3 its credentials (AWS_ACCESS_KEY_ID)."
+            )
+        if isinstance(error, TimeoutError) or any(word in names for word in _SILENT):
+            return f"{where} do not answer. The request can be repeated."
+        return f"{where} cannot be used: {error or type(error).__name__}."
+
+
+class _WriteError(OSError):
+    """The file here cannot be written: nothing is wrong with the shared ones."""
+
+
+def _write(target: BinaryIO, piece: bytes) -> None:
+    try:
+        target.write(piece)
+    except OSError as error:
+        raise _WriteError(error.errno, error.strerror) from error
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    while error is not None:
+        yield error
+        error = error.__cause__ or error.__context__
+
+
+def files_of(source: Path) -> dict[str, Path]:
+    """What is stored of a file or folder: no locks, no notes that SQLite keeps for readers.
+
+    Returns:
+        Name relative to the source (of a file: empty) -> the file.
+    """
+    if source.is_file():
+        return {"": source}
+    found = {str(path.relative_to(source)): path for path in sorted(source.rglob("*")) if path.is_file()}
+    kept = {
+        inside: path
+        for inside, path in found.items()
+        if not inside.endswith((".lock", "-shm")) and not (inside.endswith("-wal") and not path.stat().st_size)
+    }
+    if not kept:
+        raise FileNotFoundError(errno.ENOENT, "nothing is there", str(source))
+    return kept

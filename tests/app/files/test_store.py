@@ -1,0 +1,144 @@
+"""Things go into the shared files whole and come back whole; what goes wrong is one sentence."""
+
+from __future__ import annotations
+
+import errno
+import json
+import socket
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from app.files import store as store_module
+from app.files.store import FilesAwayError, SharedStore
+from tsr_engine.errors import StorageError
+
+
+@pytest.fixture(params=["folder", "s3"])
+def store(request: pytest.FixtureRequest, tmp_path: Path) -> SharedStore:
+    if request.param == "folder":
+        (tmp_path / "mounted").mkdir()
+    made = SharedStore(
+        f"file://{tmp_path / 'mounted'}" if request.param == "folder" else request.getfixturevalue("bucket")
+    )
+    made.number(None)
+    return made
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    folder = tmp_path / "run"
+    (folder / "more").mkdir(parents=True)
+    (folder / "evidence.sqlite").write_bytes(bytes(range(256)) * 999)
+    (folder / "evidence.sqlite-shm").write_bytes(b"of readers")
+    (folder / "evidence.sqlite-wal").write_bytes(b"")
+    (folder / "run.lock").write_bytes(b"")
+    (folder / "more" / "run.json").write_text("{}")
+    return folder
+
+
+def test_a_folder_comes_back_as_it_was(store: SharedStore, run: Path, tmp_path: Path) -> None:
+    number = store.number(None)
+    assert store.number(number) == number
+    assert set(store.put("runs/1", run)) == {"evidence.sqlite", "more/run.json"}
+    assert store.holds("runs/1")
+    store.get("runs/1", store.listed("runs/1"), tmp_path / "back")
+    assert (tmp_path / "back" / "evidence.sqlite").read_bytes() == (run / "evidence.sqlite").read_bytes()
+    assert (tmp_path / "back" / "more" / "run.json").read_text() == "{}"
+    store.put("videos/1", run / "evidence.sqlite")
+    store.get("videos/1", store.listed("videos/1"), tmp_path / "video")
+    assert (tmp_path / "video").read_bytes() == (run / "evidence.sqlite").read_bytes()
+    store.remove("runs/1")
+    store.remove("runs/1")
+    with pytest.raises(FilesAwayError, match=r"do not hold runs/1 any more"):
+        store.listed("runs/1")
+    assert store.holds("videos/1"), "only what was named is gone"
+
+
+def test_what_is_damaged_there_is_not_taken(store: SharedStore, run: Path, tmp_path: Path) -> None:
+    store.put("runs/1", run)
+    files = store.listed("runs/1")
+    store._system.pipe_file(store._place("runs/1", "evidence.sqlite"), bytes(256 * 999))
+    with pytest.raises(FilesAwayError, match=r"runs/1/evidence.sqlite in the shared files .* is damaged") as damaged:
+        store.get("runs/1", files, tmp_path / "back")
+    assert damaged.value.code == "files_damaged"
+    for text in (b"[]", b'{"files": {"../x": [1, "a"]}}', b'{"files": {"x": 1}}', b"\xff"):
+        store._system.pipe_file(store._place("runs/1.json"), text)
+        with pytest.raises(FilesAwayError, match=r"runs/1.json .* is damaged"):
+            store.listed("runs/1")
+
+
+def test_other_files_than_those_known_are_refused(store: SharedStore) -> None:
+    number = store.number(None)
+    with pytest.raises(StorageError, match=r"does not hold the shared files that this server knows"):
+        store.number("0" * 32)
+    store._system.rm(store._place("store.id"))
+    with pytest.raises(StorageError, match=r"store.id is missing"):
+        store.number(number)
+
+
+def test_a_folder_that_is_not_mounted(tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match=r"There is no folder .*away.* Make it, or mount it"):
+        SharedStore(str(tmp_path / "away")).number(None)
+
+
+def test_a_full_folder_keeps_nothing_half_written(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mounted").mkdir()
+    store = SharedStore(str(tmp_path / "mounted"))
+    store.number(None)
+
+    def full(_source: str, place: str) -> None:
+        Path(place).write_bytes(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device", place)
+
+    monkeypatch.setattr(store._system, "put_file", full)
+    with pytest.raises(FilesAwayError, match=r"are full. Free some space there"):
+        store.put("runs/1", run)
+    assert [path.name for path in (tmp_path / "mounted").rglob("*") if path.is_file()] == ["store.id"]
+
+
+def test_a_bucket_that_is_missing(s3: str) -> None:
+    with pytest.raises(StorageError, match=r"there is no such bucket. Make it, or correct TSR_FILES"):
+        SharedStore("s3://tsr-not-there/x").number(None)
+
+
+@pytest.fixture
+def strict(s3: str) -> Iterator[None]:
+    """The S3 looks at credentials for a while."""
+    for count in (b"0", b"inf"):
+        urllib.request.urlopen(
+            urllib.request.Request(f"{s3}/moto-api/reset-auth", count, {"Content-Type": "text/plain"})
+        ).close()
+        if count == b"0":
+            yield
+
+
+def test_credentials_that_are_wrong(bucket: str, strict: None) -> None:
+    with pytest.raises(FilesAwayError, match=r"do not let this server in. Check its rights, and for S3"):
+        SharedStore(bucket).number(None)
+
+
+def test_no_credentials(bucket: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
+        monkeypatch.delenv(name)
+    for name in ("AWS_SHARED_CREDENTIALS_FILE", "AWS_CONFIG_FILE"):
+        monkeypatch.setenv(name, str(tmp_path / "none"))
+    with pytest.raises(FilesAwayError, match=r"do not let this server in"):
+        SharedStore(bucket).number(None)
+
+
+@pytest.mark.parametrize("listens", [True, False])
+def test_s3_that_does_not_answer(s3: str, listens: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = {"connect_timeout": 0.2, "read_timeout": 0.2, "retries": {"max_attempts": 1}}
+    monkeypatch.setattr(store_module, "_PATIENCE", quick)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        port = silent.getsockname()[1]
+        if not listens:
+            silent.close()
+        monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{port}")
+        with pytest.raises(FilesAwayError, match=r"do not answer") as away:
+            SharedStore("s3://tsr-bucket/x").number(None)
+    assert (away.value.status, away.value.code) == (503, "files_away")
+    assert json.dumps(away.value.body())
