@@ -94,7 +94,7 @@ def _tell(result: Result) -> str:
         "Share of frames with IoU >= 0.7 / >= 0.5 / mean IoU; ends met; runaways.\n\n"
         + table(rows)
         + "\nOurs is below the peer at: "
-        + (", ".join(below) if below else "none of these")
+        + ("; ".join(below) if below else "none of these")
         + ".\n"
     )
 

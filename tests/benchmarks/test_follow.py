@@ -149,7 +149,7 @@ def test_the_report_on_all_approaches_says_where_ours_is_below() -> None:
     figures = {"all": {"ours": behind, "KLT": dict.fromkeys(POSITIONS, mean_of([ours]))}}
     reported = follow_approaches.EXPERIMENT.tell(Result("follow_approaches", figures=figures))
     assert "| all | 1 | KLT | 0.900 / 1.000 / 0.950; 1.00; 0.00 |" in reported
-    assert "Ours is below the peer at: all, middle (IoU >= 0.7), all, middle (runaways)." in reported
+    assert "Ours is below the peer at: all, middle (IoU >= 0.7); all, middle (runaways)." in reported
 
 
 def test_the_report_on_the_page_says_whether_its_bars_are_kept() -> None:
