@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, undefer
 
 from app.bundles.corrections import moved_document, read_corrections, relabelled_documents
 from app.cages.cage import CageError, Cages, CagesClosed
-from app.cages.limits import Limits
+from app.cages.limits import NICE, Limits
 from app.edits.bulk import BulkEdits
 from app.edits.documents import TrackDoc, engine_doc
 from app.errors import ApiError, Busy, bad_file
@@ -178,7 +178,9 @@ class BundleImports:
         with path.open("rb") as stream:
             if not stream.read(4).startswith(b"PK"):
                 raise _refused(f"{path.name} is no ZIP archive. Choose a file that 'tsr bundle' or the tool has made.")
-        limits = Limits(self._settings.worker_memory_mb, computing=_COMPUTING, wall=_WALL, writable=(folder,))
+        limits = Limits(
+            self._settings.worker_memory_mb, computing=_COMPUTING, wall=_WALL, writable=(folder,), nice=NICE
+        )
         check = "app.bundles.checking:check_bundle"
         try:
             found: JsonObject = self._cages.run(

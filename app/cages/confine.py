@@ -19,7 +19,7 @@ import signal
 import struct
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 from app.cages.limits import Limits
 
@@ -40,9 +40,10 @@ _SCOPES: Final = 0b11
 
 _SECCOMP: Final = {"x86_64": (0xC000003E, 317), "aarch64": (0xC00000B7, 277)}
 """Of each architecture: its name for the kernel, and the number of the system call."""
-_CONNECTING: Final = {"x86_64": (41, 42, 43, 49, 50, 288), "aarch64": (198, 203, 202, 200, 201, 242)}
-"""socket, connect, accept, bind, listen, accept4."""
-_NEVER: Final = {
+_CONNECT: Final = {"x86_64": (42,), "aarch64": (203,)}
+_SOCKETS: Final = {"x86_64": (41, 43, 49, 50, 288), "aarch64": (198, 202, 200, 201, 242)}
+"""socket, accept, bind, listen, accept4."""
+_NEVER: Final[dict[str, tuple[int, ...]]] = {
     "x86_64": (59, 101, 250, 298, 310, 311, 321, 322, 323, 425, 434),
     "aarch64": (221, 117, 219, 241, 270, 271, 280, 281, 282, 425, 434),
 }
@@ -50,6 +51,8 @@ _NEVER: Final = {
 userfaultfd, io_uring_setup, pidfd_open."""
 _X32: Final = 0x40000000
 _ALLOW, _REFUSE = 0x7FFF0000, 0x00050000 | errno.EPERM
+
+Sockets = Literal["none", "own", "all"]
 
 _libc = ctypes.CDLL(None, use_errno=True)
 
@@ -67,6 +70,7 @@ def die_with_parent(parent: int, sign: signal.Signals = signal.SIGKILL) -> bool:
 
 def confine(limits: Limits) -> None:
     """Hold this process, which has one thread, to its limits."""
+    os.nice(limits.nice)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     most = _address_space() + limits.memory_mb * 2**20
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
@@ -75,20 +79,23 @@ def confine(limits: Limits) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (used + limits.computing, used + limits.computing))
     largest = limits.file_mb * 2**20 if limits.writable or limits.network else 0
     resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
-    stay_in(None if limits.network else limits.writable, network=limits.network)
+    if limits.network:
+        stay_in(None, "all")
+    else:
+        stay_in(limits.writable)
 
 
-def stay_in(writable: Sequence[Path] | None, *, network: bool = False) -> None:
+def stay_in(writable: Sequence[Path] | None, sockets: Sockets = "none") -> None:
     """Keep this process from other programs and from other processes' memory; best called while it has one thread.
 
     Args:
         writable: folders that it goes on writing below; None: everywhere that it may already.
-        network: it may still open connections.
+        sockets: which ones it goes on making: none, those that others connect to, or all.
     """
     _libc.prctl(_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
     if writable is not None:
         _landlock(writable)
-    _seccomp(network)
+    _seccomp(sockets)
 
 
 def _address_space() -> int:
@@ -116,13 +123,17 @@ def _landlock(writable: Sequence[Path]) -> None:
     os.close(rules)
 
 
-def _seccomp(network: bool) -> None:
-    """Refuse all threads other programs and other processes' memory, and connections unless allowed."""
+def _seccomp(sockets: Sockets) -> None:
+    """Refuse all threads other programs, other processes' memory, and sockets."""
     machine = platform.machine()
     if machine not in _SECCOMP:
         return
     architecture, call = _SECCOMP[machine]
-    refused = _NEVER[machine] if network else (*_NEVER[machine], *_CONNECTING[machine])
+    refused = _NEVER[machine]
+    if sockets != "all":
+        refused += _CONNECT[machine]
+    if sockets == "none":
+        refused += _SOCKETS[machine]
     load, equal, at_least, answer = 0x20, 0x15, 0x35, 0x06
     count = len(refused)
     steps = [

@@ -5,8 +5,12 @@ from __future__ import annotations
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-__all__ = ["Limits", "stored_in"]
+__all__ = ["NICE", "Limits", "stored_in"]
+
+NICE: Final = 5
+"""For imports: behind the server, which answers others meanwhile, and before the workers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +23,7 @@ class Limits:
         wall: seconds from question to answer; 0: as long as it takes.
         writable: folders that it may write below; empty: it writes no file at all.
         file_mb: largest file that it writes, MiB.
+        nice: how far it stands back for the server and for what people wait for, as of ``nice``.
         network: may open connections, and writes wherever it may: it stores in a database that is elsewhere.
     """
 
@@ -27,6 +32,7 @@ class Limits:
     wall: float = 0.0
     writable: tuple[Path, ...] = ()
     file_mb: int = 1 << 15
+    nice: int = 0
     network: bool = False
 
 

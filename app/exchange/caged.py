@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from app.cages.cage import CageError, Cages, CagesClosed
-from app.cages.limits import Limits, stored_in
+from app.cages.limits import NICE, Limits, stored_in
 from app.cages.talk import Talk
 from app.edits.bulk import BulkEdits
 from app.edits.log_store import LogStore
@@ -89,6 +89,7 @@ class CagedImports:
             computing=self._settings.import_seconds,
             wall=4.0 * self._settings.import_seconds,
             writable=(incoming.scratch,),
+            nice=NICE,
         )
 
         def ended() -> bool:
@@ -128,11 +129,11 @@ class CagedImports:
         return ImportResult.model_validate(found)
 
     def _storing(self, limits: Limits) -> Limits:
-        """The limits of a process that stores what another one has read."""
+        """The limits of a process that stores what another one has read: at once, as others wait for the database."""
         database = sqlite_file(self._settings.database)
         if database is None:
-            return replace(limits, network=True)
-        return replace(limits, writable=stored_in(self._settings.home, database))
+            return replace(limits, nice=0, network=True)
+        return replace(limits, nice=0, writable=stored_in(self._settings.home, database))
 
     def begin_by_hand(self, video_id: str, name: str, author: str) -> ImportResult:
         """A run without tracks; see ``ImportService.begin_by_hand``. Another process writes that of a long video."""

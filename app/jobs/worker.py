@@ -113,14 +113,16 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
 def _stay_in(settings: Settings, lane: Lane) -> None:
     """Give up what a worker does not need: it decodes what comes from outside.
 
-    With SQLite that is the network. Who imports a video, and so is the first to decode it, writes in the data folder
-    only; the others may be about to compile code, whose caches lie elsewhere.
+    With SQLite those are connections. Who imports a video, and so is the first to decode it, writes in the data folder
+    only; the others may be about to compile code, whose caches lie elsewhere. Scenes are short work, and are made by a
+    server of the process's own.
     """
     database = sqlite_file(settings.database)
     if database is None:
-        stay_in(None, network=True)
+        stay_in(None, "all")
     else:
-        stay_in(stored_in(settings.home, database) if lane == "imports" else None)
+        writable = stored_in(settings.home, database) if lane == "imports" else None
+        stay_in(writable, "own" if lane == "short" else "none")
 
 
 def _work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bool], stays: bool) -> None:

@@ -26,7 +26,7 @@ __all__ = ["BrokenPromiseError", "Log", "Place", "check_log", "clients"]
 TOGETHER = 3
 """People on each track."""
 THINKING = 0.2
-"""Seconds from one edit of a person to the next, at most."""
+"""Seconds from one edit of somebody in a hurry to the next, at most; half of it on average."""
 
 
 class BrokenPromiseError(Exception):
@@ -79,7 +79,13 @@ class Place:
 
 
 def client(
-    place: Place, server: Callable[[], Running], log: Log, number: int, chance: random.Random, done: threading.Event
+    place: Place,
+    server: Callable[[], Running],
+    log: Log,
+    number: int,
+    chance: random.Random,
+    thinking: float,
+    done: threading.Event,
 ) -> None:
     """Edit one track until the end; what was not answered is sent again, as the page does."""
     author = f"client-{number}"
@@ -104,7 +110,7 @@ def client(
             if status == 200:
                 log.acknowledged.add(op_id)
                 log.waits.append(time.monotonic() - began)
-                done.wait(chance.uniform(0, THINKING))
+                done.wait(chance.uniform(0, thinking))
                 break
             log.refused[status] += 1
             if status not in (409, 412, 503, 507):
@@ -116,14 +122,21 @@ def client(
 
 
 @contextmanager
-def clients(place: Place, server: Callable[[], Running], log: Log, count: int, chance: random.Random) -> Iterator[None]:
+def clients(
+    place: Place,
+    server: Callable[[], Running],
+    log: Log,
+    count: int,
+    chance: random.Random,
+    thinking: float = THINKING,
+) -> Iterator[None]:
     """Some clients that edit meanwhile; what they find broken is raised at the end."""
     done, broken = threading.Event(), list[BaseException]()
     seeds = [chance.getrandbits(64) for _ in range(count)]
 
     def work(number: int) -> None:
         try:
-            client(place, server, log, number, random.Random(seeds[number]), done)
+            client(place, server, log, number, random.Random(seeds[number]), thinking, done)
         except BaseException as error:
             broken.append(error)
 
