@@ -128,7 +128,12 @@ class Sending:
         for one in left:
             if over <= 0 or time.time() - one.used < UNUSED:
                 return
-            if self._files.store.holds(one.name):  # it is about to be the only one
+            try:
+                there = self._files.store.holds(one.name)  # it is about to be the only one
+            except FilesAwayError as error:
+                self._log_once.came(error)
+                continue
+            if there:
                 self._files.drop(one)
                 over -= one.size
 

@@ -83,6 +83,7 @@ class SharedFiles:
         self.store = store
         self.waits = True
         self._home = settings.home
+        self._id: str | None = None
         self._lock = threading.Lock()
         self._under_way: dict[str, _Fetch] = {}
         self._turns = threading.Semaphore(_AT_ONCE)
@@ -95,10 +96,11 @@ class SharedFiles:
         Raises:
             StorageError: no server of this data folder has seen them yet.
         """
-        found = shared_of(self._home, self.store.address)
-        if found is None:
+        if self._id is None:
+            self._id = shared_of(self._home, self.store.address)
+        if self._id is None:
             raise StorageError("This data folder has not seen the shared files yet. Start 'tsr review' on it first.")
-        return found
+        return self._id
 
     def enter(self) -> str | None:
         """Learn the number of the shared files, and empty what broken fetches have left.
