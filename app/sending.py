@@ -21,6 +21,7 @@ from app.events import EventBus
 from app.files.shared import UNUSED, Kept, SharedFiles
 from app.files.store import FilesAwayError
 from app.log_once import LogOnce
+from app.outputs.folders import output_folder
 from app.outputs.view import publish_output
 from app.runs.view import publish_run
 from app.settings import Settings
@@ -44,7 +45,11 @@ _log = logging.getLogger("tsr.server")
 
 _Row: TypeAlias = Video | Run | Output | ModelVersion
 _STATES: Final[dict[type[_Row], str]] = {ModelVersion: "complete", Video: "ready", Run: "complete", Output: "complete"}
-_ROWS_OF: Final[dict[str, type[_Row]]] = {"models": ModelVersion, "runs": Run, "artefacts": Output}
+_ROWS_OF: Final[dict[str, type[_Row]]] = {
+    "models": ModelVersion,
+    "runs": Run,
+    output_folder(Path(), "-").parent.name: Output,
+}
 """Folder of a name in the shared files -> its rows; all other names are of videos."""
 
 

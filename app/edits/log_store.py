@@ -66,8 +66,7 @@ class LogStore:
     def refuse_changed_file(self, run_id: str, op_id: str | None = None) -> None:
         """Refuse what is new about a run whose video's file is another one by now.
 
-        It may read the whole file, or fetch evidence from shared files, so it is called before a transaction that others
-        wait for.
+        It may read the whole file or fetch the evidence, so it is called before a transaction that others wait for.
 
         Args:
             run_id: the run.

@@ -139,10 +139,10 @@ class SharedFiles:
                 threading.Thread(target=self._work, args=(name, path, fetch), name="tsr-fetch", daemon=True).start()
         if not self.waits:
             if not self._waiting.acquire(blocking=False):
-                raise _on_its_way(name)
+                raise _on_its_way()
             try:
                 if not fetch.over.wait(_PATIENCE):
-                    raise _on_its_way(name)
+                    raise _on_its_way()
             finally:
                 self._waiting.release()
         fetch.over.wait()
@@ -301,11 +301,9 @@ def present(settings: Settings, place: str | None, name: str) -> Path:
     return settings.home / name if files is None else files.present(place, name)
 
 
-def _on_its_way(name: str) -> Busy:
-    what = {"videos": "The video", "runs": "The evidence", "artefacts": "The file", "models": "The models"}
+def _on_its_way() -> Busy:
     return Busy(
-        f"{what.get(name.partition('/')[0], 'The picture')} is still being fetched from the shared files. Try again in "
-        "a moment.",
+        "What this needs is still being fetched from the shared files. The request can be repeated.",
         code="files_coming",
     )
 
