@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final, TypeAlias, cast
 
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
@@ -148,7 +148,7 @@ class Sending:
         """Send what a row is about, or put that off; False: the others had better wait too."""
         try:
             with self._database.read() as session:
-                row: _Row | None = session.get(table, key)
+                row = cast(_Row | None, session.get(table, key))
             if row is not None:
                 self._send(table, row)
         except FilesAwayError as error:
@@ -171,7 +171,7 @@ class Sending:
                 self._files.store.remove(thing.name)
                 raise VideoError(f"{thing.path} has changed since it was added: it cannot be shared. Put it back.")
         with self._database.write() as session:
-            found: _Row | None = session.get(table, row.id, with_for_update=True)
+            found = cast(_Row | None, session.get(table, row.id, with_for_update=True))
             sent = found is not None and found.place == self._database.here and found.state == _STATES[table]
             if sent:
                 assert found is not None

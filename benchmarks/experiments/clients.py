@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 
 if TYPE_CHECKING:
+    from app.people.roles import Role
     from tests.app.databases import Cluster
     from tests.attack.editors import Log, Place
+    from tests.attack.own_server import Running
 
 __all__ = ["EXPERIMENT"]
 
@@ -33,10 +35,9 @@ def _run(data: Data) -> Result:
     import pytest
 
     from tests.app.databases import new_database, running_cluster
-    from tests.attack.editors import Log, check_log, clients
+    from tests.attack.editors import Log, check_log
     from tests.attack.own_server import running
     from tests.attack.places import real_place
-    from tests.patience import until
 
     chance = random.Random(data.seed)  # noqa: S311 - decides who edits when
     try:
@@ -45,17 +46,8 @@ def _run(data: Data) -> Result:
             place = replace(made, people=_people(made))
             figures, whole = {}, Log()
             for stage, every in (("the database stays", None), ("the database restarts", EVERY)):
-                log = Log()
                 with running(place.home, place.environment) as server:
-                    administrator = {"Authorization": f"Bearer {place.people[0][1]}"}
-                    path = f"/api/runs/{place.run}/tracks"
-                    until(lambda server=server, path=path, who=administrator: server.ask(path, more=who)[0] == 200)
-                    began, used = time.monotonic(), _computing(server.process.pid)
-                    with clients(place, lambda server=server: server, log, PEOPLE, chance):
-                        outages = _restarts(cluster, data.seconds or SECONDS, every)
-                    took = time.monotonic() - began
-                    used = _computing(server.process.pid) - used
-                figures[stage] = _figures(log, took, used, outages)
+                    figures[stage], log = _stage(server, place, chance, cluster, data.seconds or SECONDS, every)
                 whole.acknowledged |= log.acknowledged
             stored = check_log(place, whole)  # raises where an edit is lost, or there twice
     except pytest.skip.Exception as without:
@@ -70,6 +62,22 @@ def _run(data: Data) -> Result:
     )
 
 
+def _stage(
+    server: Running, place: Place, chance: random.Random, cluster: Cluster, seconds: float, every: float | None
+) -> tuple[dict[str, Any], Log]:
+    """Let people edit for some seconds, while the database restarts every so many."""
+    from tests.attack.editors import Log, clients
+    from tests.patience import until
+
+    log, who = Log(), {"Authorization": f"Bearer {place.people[0][1]}"}
+    until(lambda: server.ask(f"/api/runs/{place.run}/tracks", more=who)[0] == 200)  # the evidence is read once
+    began, used = time.monotonic(), _computing(server.process.pid)
+    with clients(place, lambda: server, log, PEOPLE, chance):
+        outages = _restarts(cluster, seconds, every)
+    took, used = time.monotonic() - began, _computing(server.process.pid) - used
+    return _figures(log, took, used, outages), log
+
+
 def _people(place: Place) -> tuple[tuple[str, str], ...]:
     """Names and tokens of new accounts."""
     from app.events import EventBus
@@ -80,7 +88,7 @@ def _people(place: Place) -> tuple[tuple[str, str], ...]:
     with closing(Database(place.database_url)) as database:
         service = PeopleService(database, EventBus())
         service.add("Adam", "admin")
-        roles = ["reviewer" if number % 4 == 0 else "annotator" for number in range(PEOPLE)]
+        roles: list[Role] = ["reviewer" if number % 4 == 0 else "annotator" for number in range(PEOPLE)]
         return tuple((name := f"client {n}", service.add(name, role)[1]) for n, role in enumerate(roles))
 
 
