@@ -24,7 +24,6 @@ from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
 from app.exchange.take_over import TakeOverService
 from app.exchange.underway import ImportsUnderway
-from app.files.sending import Sending
 from app.files.shared import shared_files
 from app.follows.service import FollowService
 from app.ground_truths.service import GroundTruthService
@@ -50,6 +49,7 @@ from app.search.matching import LabelledVideos
 from app.security.access import Access
 from app.security.proxies import Proxies
 from app.security.tokens import Tokens, home_token
+from app.sending import Sending
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.identity import database_of

@@ -8,11 +8,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 from app.context import Context
-from app.files.sending import Sending
 from app.follows.service import LEASE
 from app.jobs.supervisor import Supervisor
 from app.outputs.placing import sweep as sweep_placing
 from app.search.index import SearchIndex
+from app.sending import Sending
 from app.storage.places import adopt_files
 from app.storage.room import shortage
 from app.storage.ticking import ticking

@@ -18,6 +18,7 @@ from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:
+    from app.people.box_agreement import BoxAgreements
     from app.people.roles import Role
     from app.people.service import PeopleService
     from app.settings import Settings
@@ -172,7 +173,7 @@ def revoke(
 
 @app.command("agreement")
 def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
-    """Tell how often a second person says of a sampled track what the first one said, by label and by person.
+    """Tell how well two people agree, by label and by person: on labels of sampled tracks, and on boxes.
 
     \b
     Example:
@@ -186,12 +187,13 @@ def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
     if json:
         print_json(report.model_dump(mode="json"))
         return
-    if report.whole.looked == 0:
-        say(f"No second opinion is answered, and {report.open} are open. A reviewer gives them out on the page Team.")
-        return
     from rich.table import Table
     from rich.text import Text
 
+    _print_boxes(report.boxes)
+    if report.whole.looked == 0:
+        say(f"No second opinion is answered, and {report.open} are open. A reviewer gives them out on the page Team.")
+        return
     table = Table("of", "", "looked at", "same answer", "share", "95 % interval", box=None, pad_edge=False)
     kinds = (
         ("", [report.whole]),
@@ -205,6 +207,22 @@ def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
             table.add_row(*map(Text, (one.name, kind, str(one.looked), str(one.agreed), *share)))
     out_console().print(table)
     say(f"{counted(report.disputed, 'track')} in dispute, {report.open} to be looked at.")
+
+
+def _print_boxes(boxes: BoxAgreements) -> None:
+    """How well boxes of two people lie on each other, if there are any."""
+    if boxes.whole.tracks == 0:
+        return
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table("boxes of", "", "tracks", "frames", "mean IoU", "95 % interval", box=None, pad_edge=False)
+    kinds = ("", [boxes.whole]), ("label", boxes.labels), ("drawn by", boxes.first), ("drawn anew by", boxes.second)
+    for kind, rows in kinds:
+        for one in rows:
+            figures = str(one.tracks), str(one.frames), f"{one.iou:.3f}", f"{one.low:.3f} to {one.high:.3f}"
+            table.add_row(*map(Text, (one.name, kind, *figures)))
+    out_console().print(table)
 
 
 @contextmanager

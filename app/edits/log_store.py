@@ -66,7 +66,7 @@ class LogStore:
     def refuse_changed_file(self, run_id: str, op_id: str | None = None) -> None:
         """Refuse what is new about a run whose video's file is another one by now.
 
-        It may read the whole file, so it is called before a transaction that others wait for.
+        It may read the whole file or fetch the evidence, so it is called before a transaction that others wait for.
 
         Args:
             run_id: the run.
@@ -74,9 +74,12 @@ class LogStore:
 
         Raises:
             Conflict: the file is another one (``file_changed``).
+            Busy: the evidence is still on its way.
         """
         try:
             self._files.refuse(run_id)
+            if self.database.shared is not None:
+                self.evidence.place(run_id)
         except Conflict:
             if op_id is None:
                 raise

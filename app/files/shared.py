@@ -83,6 +83,7 @@ class SharedFiles:
         self.store = store
         self.waits = True
         self._home = settings.home
+        self._id: str | None = None
         self._lock = threading.Lock()
         self._under_way: dict[str, _Fetch] = {}
         self._turns = threading.Semaphore(_AT_ONCE)
@@ -95,10 +96,11 @@ class SharedFiles:
         Raises:
             StorageError: no server of this data folder has seen them yet.
         """
-        found = shared_of(self._home, self.store.address)
-        if found is None:
+        if self._id is None:
+            self._id = shared_of(self._home, self.store.address)
+        if self._id is None:
             raise StorageError("This data folder has not seen the shared files yet. Start 'tsr review' on it first.")
-        return found
+        return self._id
 
     def enter(self) -> str | None:
         """Learn the number of the shared files, and empty what broken fetches have left.
@@ -137,10 +139,10 @@ class SharedFiles:
                 threading.Thread(target=self._work, args=(name, path, fetch), name="tsr-fetch", daemon=True).start()
         if not self.waits:
             if not self._waiting.acquire(blocking=False):
-                raise _on_its_way(name)
+                raise _on_its_way()
             try:
                 if not fetch.over.wait(_PATIENCE):
-                    raise _on_its_way(name)
+                    raise _on_its_way()
             finally:
                 self._waiting.release()
         fetch.over.wait()
@@ -299,11 +301,9 @@ def present(settings: Settings, place: str | None, name: str) -> Path:
     return settings.home / name if files is None else files.present(place, name)
 
 
-def _on_its_way(name: str) -> Busy:
-    what = {"videos": "The video", "runs": "The evidence", "artefacts": "The file", "models": "The models"}
+def _on_its_way() -> Busy:
     return Busy(
-        f"{what.get(name.partition('/')[0], 'The picture')} is still being fetched from the shared files. Try again in "
-        "a moment.",
+        "What this needs is still being fetched from the shared files. The request can be repeated.",
         code="files_coming",
     )
 

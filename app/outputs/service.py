@@ -153,7 +153,7 @@ class OutputService:
         clear_folder(self._home, output_id)
         files = shared_files(self._settings)
         if files is not None and output.place == files.id:
-            files.forget(f"artefacts/{output_id}")
+            files.forget(str(output_folder(self._home, output_id).relative_to(self._home)))
 
     def sweep(self) -> None:
         """Remove folders that nothing will ever come of: their work has failed or was cancelled as the machine died."""

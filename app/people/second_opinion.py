@@ -18,6 +18,7 @@ from app.errors import Conflict, Invalid, NotFound, Refused
 from app.events import EventBus
 from app.labels.store import newest
 from app.people.assignments import require_worker
+from app.people.box_agreement import BoxAgreements, box_agreements
 from app.people.identity import Identity
 from app.people.service import person_named
 from app.people.work import share_interval
@@ -103,6 +104,8 @@ class SecondOpinions(Model):
     """By the person who accepted."""
     second: list[Agreement]
     """By the person who looked again."""
+    boxes: BoxAgreements
+    """Of tracks that two people have drawn boxes of, whether or not they were given out."""
     disputes: list[Dispute]
     """The first of them."""
     disputed: int
@@ -210,12 +213,14 @@ class SecondOpinionService:
             agree = {look.id: _agree(sets[look.set_key], look) for look in answered}
             apart = [look for look in answered if not agree[look.id]]
             disputes = _disputes(session, apart, sets)
+            boxes = box_agreements(session)
         return SecondOpinions(
             open=len(looks) - len(answered),
             whole=_agreement("all", list(agree.values())),
             labels=_by([(_words(sets[each.set_key], each.first_label), agree[each.id]) for each in answered]),
             first=_by([(each.first, agree[each.id]) for each in answered]),
             second=_by([(each.second, agree[each.id]) for each in answered]),
+            boxes=boxes,
             disputes=disputes[:_MOST_DISPUTES],
             disputed=len(disputes),
         )

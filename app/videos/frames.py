@@ -201,6 +201,6 @@ class FrameService:
         copy = preview_path(self._settings.home, video_id)
         if not copy.exists():
             with suppress(ApiError):  # not every video has one
-                present(self._settings, row.place, f"glances/{copy.name}")
+                present(self._settings, row.place, str(copy.relative_to(self._settings.home)))
         previews = Previews(copy, len(table), lambda file: self._decoder(file, limits))
         return FrameServer(video_id, video, table, self._cache, stamp, previews)

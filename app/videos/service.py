@@ -251,11 +251,12 @@ class VideoService(SampleDrives):
         home = self._settings.home
         if owned:
             self._uploads.remove(path)
-        thumbnail_path(home, video_id).unlink(missing_ok=True)
-        preview_path(home, video_id).unlink(missing_ok=True)
+        small = thumbnail_path(home, video_id), preview_path(home, video_id)
+        for picture in small:
+            picture.unlink(missing_ok=True)
         self.remove_folders([run.folder for run in runs])
         if (files := shared_files(self._settings)) is not None:
-            names = f"videos/{video_id}", f"thumbnails/{video_id}.jpg", f"glances/{video_id}.mp4"
+            names = f"videos/{video_id}", *(str(picture.relative_to(home)) for picture in small)
             lie_there = [run.folder for run in runs if run.place == files.id and run.folder.startswith("runs/")]
             files.forget(*(names if video.place == files.id else ()), *lie_there)
         return [run.id for run in runs]

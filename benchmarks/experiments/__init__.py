@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.experiment import Experiment
 from benchmarks.experiments import (
     ablations,
+    clients,
     clips,
     day,
     deep,
@@ -62,6 +63,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     yolo_time.EXPERIMENT,
     scale.EXPERIMENT,
     search.EXPERIMENT,
+    clients.EXPERIMENT,
     retraining.EXPERIMENT,
     exports.EXPERIMENT,
     recordings.EXPERIMENT,

@@ -64,6 +64,7 @@ class Place:
         run: the run's id.
         tracks: keys of the run's tracks, each with a frame that it is seen in.
         database_url: PostgreSQL; None: SQLite in the folder.
+        people: names and tokens of those who edit; none: a library without people.
     """
 
     home: Path
@@ -71,6 +72,7 @@ class Place:
     run: str
     tracks: tuple[tuple[str, int], ...]
     database_url: str | None = None
+    people: tuple[tuple[str, str], ...] = ()
 
     @property
     def environment(self) -> dict[str, str]:
@@ -88,7 +90,8 @@ def client(
     done: threading.Event,
 ) -> None:
     """Edit one track until the end; what was not answered is sent again, as the page does."""
-    author = f"client-{number}"
+    author, token = place.people[number % len(place.people)] if place.people else (f"client-{number}", "")
+    more = {"Authorization": f"Bearer {token}"} if token else {}
     key, frame = place.tracks[number // TOGETHER % len(place.tracks)]
     while not done.is_set():
         op_id, revision = uuid.UUID(int=chance.getrandbits(128)).hex, -1
@@ -96,10 +99,10 @@ def client(
         while not done.is_set():
             try:
                 if revision < 0:
-                    _, said = server().ask(f"/api/runs/{place.run}/annotation?author={author}", timeout=10)
+                    _, said = server().ask(f"/api/runs/{place.run}/annotation", timeout=10, more=more)
                     revision = next((doc["revision"] for doc in said["docs"] if doc["key"] == key), 0)
                 body = json.dumps({"op_id": op_id, "author": author, "command": command}).encode()
-                headers = {"If-Match": f'"{key}:{revision}"', "Content-Type": "application/json"}
+                headers = {"If-Match": f'"{key}:{revision}"', "Content-Type": "application/json", **more}
                 began = time.monotonic()
                 status, said = server().ask(
                     f"/api/runs/{place.run}/edits", body, timeout=10, more=headers, heard=log.heard

@@ -74,6 +74,7 @@ export function peopleRoutes(json) {
         labels: 'array',
         first: 'array',
         second: 'array',
+        boxes: 'object',
         disputes: 'array',
         disputed: 'number',
       }),

@@ -175,6 +175,27 @@ export interface components {
             high: number | null;
             default: boolean | number | string | null;
         };
+        /** @description How well boxes of two people lie on each other. */
+        BoxAgreement: {
+            name: string;
+            tracks: number;
+            /** @description In which two people have drawn a box of such a track. */
+            frames: number;
+            /** @description Mean over the tracks, of each the mean over its frames; 0 to 1. */
+            iou: number;
+            /** @description Lower end of the 95 % interval of that mean. */
+            low: number;
+            high: number;
+        };
+        /** @description The same for the whole library and its parts. */
+        BoxAgreements: {
+            whole: components["schemas"]["BoxAgreement"];
+            labels: components["schemas"]["BoxAgreement"][];
+            /** @description By the person whose box stood first. */
+            first: components["schemas"]["BoxAgreement"][];
+            /** @description By the person who has drawn it anew. */
+            second: components["schemas"]["BoxAgreement"][];
+        };
         /** @description What came of a file of labels. */
         Brought: {
             version: number;
@@ -1683,6 +1704,8 @@ export interface components {
             first: components["schemas"]["Agreement"][];
             /** @description By the person who looked again. */
             second: components["schemas"]["Agreement"][];
+            /** @description Of tracks that two people have drawn boxes of, whether or not they were given out. */
+            boxes: components["schemas"]["BoxAgreements"];
             /** @description The first of them. */
             disputes: components["schemas"]["Dispute"][];
             disputed: number;

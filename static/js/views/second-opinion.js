@@ -169,6 +169,7 @@ export function agreementOf(app, looks, people, signal, reload) {
           ),
         ),
       ),
+    boxesOf(looks.boxes),
     looks.disputed > 0 && h('h3', null, `${plural(looks.disputed, 'track')} in dispute`),
     looks.disputed > 0 &&
       h(
@@ -214,6 +215,56 @@ const agreementRow = (one, what) =>
     h('th', { scope: 'row', dir: 'auto' }, one.name, ' ', h('span', { class: 'muted small' }, what)),
     ...[count(one.looked), count(one.agreed), shareOf(one)].map((value) => h('td', { class: 'number' }, value)),
   );
+
+/**
+ * How well boxes of two people lie on each other.
+ * @param {import('../types.js').SecondOpinions['boxes']} boxes
+ */
+function boxesOf(boxes) {
+  const { whole } = boxes;
+  if (whole.tracks === 0) return null;
+  const kinds = /** @type {const} */ ([
+    ['label', boxes.labels],
+    ['drawn by', boxes.first],
+    ['drawn anew by', boxes.second],
+  ]);
+  /** @param {typeof whole} one */
+  const mean = ({ iou, low, high }) => `${iou.toFixed(2)} (${low.toFixed(2)} to ${high.toFixed(2)})`;
+  return h(
+    'div',
+    { class: 'team-people' },
+    h('p', null, `Where two people have drawn a box of ${plural(whole.tracks, 'track')}, the mean IoU is ${mean(whole)}.`),
+    h(
+      'table',
+      { class: 'table team-table', 'aria-label': 'Boxes of two people' },
+      h(
+        'thead',
+        null,
+        h(
+          'tr',
+          null,
+          ...['Of', 'Tracks', 'Frames', 'Mean IoU, 95 % interval'].map((head, at) =>
+            h('th', { scope: 'col', class: at > 0 ? 'number' : '' }, head),
+          ),
+        ),
+      ),
+      h(
+        'tbody',
+        null,
+        ...kinds.flatMap(([kind, rows]) =>
+          rows.map((one) =>
+            h(
+              'tr',
+              null,
+              h('th', { scope: 'row' }, one.name, ' ', h('span', { class: 'muted small' }, kind)),
+              ...[count(one.tracks), count(one.frames), mean(one)].map((value) => h('td', { class: 'number' }, value)),
+            ),
+          ),
+        ),
+      ),
+    ),
+  );
+}
 
 /** @param {Agreement} one */
 const shareOf = ({ looked, agreed, low, high }) => `${percent(agreed / looked)} (${percent(low)} to ${percent(high)})`;

@@ -120,15 +120,6 @@ def test_credentials_that_are_wrong(bucket: str, strict: None) -> None:
         SharedStore(bucket).number(None)
 
 
-def test_no_credentials(bucket: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
-        monkeypatch.delenv(name)
-    for name in ("AWS_SHARED_CREDENTIALS_FILE", "AWS_CONFIG_FILE"):
-        monkeypatch.setenv(name, str(tmp_path / "none"))
-    with pytest.raises(FilesAwayError, match=r"do not let this server in"):
-        SharedStore(bucket).number(None)
-
-
 @pytest.mark.parametrize("listens", [True, False])
 def test_s3_that_does_not_answer(s3: str, listens: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     quick = {"connect_timeout": 0.2, "read_timeout": 0.2, "retries": {"max_attempts": 1}}

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import uuid
+
 import pytest
 from sqlalchemy import delete, select
 
+from app.people.box_agreement import drawn_twice, mean_interval
 from app.people.work import share_interval
 from app.storage.models import SecondOpinion
 from tests.app.people.team import Team
@@ -92,6 +95,43 @@ def test_what_was_given_to_somebody_who_left_is_given_to_another(served: Server,
     assert rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json()["given"] == 1
     with served.context.database.read() as session:
         assert session.scalars(select(SecondOpinion.second)).all() == ["Rolf"]
+
+
+def test_boxes_that_two_people_have_drawn(team: Team, run: str) -> None:
+    anna, rolf = team.client("Anna"), team.client("Rolf")
+    first, second = keys_of(anna, run)[:2]
+    send(anna, run, "Anna", key=first, name="relabel_track", class_id=14)
+    send(anna, run, "Anna", 1, key=first, name="set_box", box=[0, 0, 9, 9])
+    send(anna, run, "Anna", 2, key=first, name="set_box", box=[0, 0, 10, 10])  # the last one is meant
+    assert rolf.get("/api/second-opinions").json()["boxes"]["whole"]["tracks"] == 0
+    send(rolf, run, "Rolf", 3, key=first, name="set_box", box=[0, 0, 10, 5])
+    send(anna, run, "Anna", key=second, name="set_box", box=[0, 0, 10, 10])
+    send(rolf, run, "Rolf", 1, key=second, name="set_box", box=[20, 20, 30, 30])
+    boxes = rolf.get("/api/second-opinions").json()["boxes"]
+    assert (boxes["whole"]["tracks"], boxes["whole"]["frames"], boxes["whole"]["iou"]) == (2, 2, 0.25)
+    assert (boxes["whole"]["low"], boxes["whole"]["high"]) == (0, 1)
+    assert {one["name"]: one["iou"] for one in boxes["labels"]}["stop"] == 0.5
+    assert [(one["name"], one["tracks"]) for one in boxes["first"]] == [("Anna", 2)]
+    assert [(one["name"], one["frames"]) for one in boxes["second"]] == [("Rolf", 2)]
+    newest = rolf.get(f"/api/runs/{run}/annotation", params={"author": "Rolf"}).json()["undo"]["op_id"]
+    back = {"op_id": uuid.uuid4().hex, "author": "Rolf", "command": {"name": "undo", "op_id": newest}}
+    assert rolf.post(f"/api/runs/{run}/edits", json=back).status_code == 200
+    whole = rolf.get("/api/second-opinions").json()["boxes"]["whole"]
+    assert (whole["tracks"], whole["iou"]) == (1, 0.5), "what was undone counts for nothing"
+
+
+def test_frames_that_were_drawn_twice() -> None:
+    box, other = (0.0, 0.0, 10.0, 10.0), (5.0, 0.0, 15.0, 10.0)
+    rows = [("a", "r", "m1", 3, box), ("b", "r", "m1", 3, other), ("a", "r", "m1", 3, box), ("b", "r", "m1", 4, box)]
+    found = drawn_twice(rows)
+    assert [(one.first, one.second, one.iou) for one in found] == [
+        ("a", "b", pytest.approx(1 / 3)),
+        ("b", "a", pytest.approx(1 / 3)),
+    ]
+    assert drawn_twice([]) == []
+    mean, low, high = mean_interval([0.5, 0.7, 0.9])
+    assert (mean, low, high) == (pytest.approx(0.7), pytest.approx(0.2032, abs=1e-4), 1.0)  # as scipy.stats.t.interval
+    assert mean_interval([0.9]) == (0.9, 0.0, 1.0)
 
 
 def test_intervals_of_shares() -> None:

@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final, TypeAlias, cast
 
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
@@ -21,6 +21,7 @@ from app.events import EventBus
 from app.files.shared import UNUSED, Kept, SharedFiles
 from app.files.store import FilesAwayError
 from app.log_once import LogOnce
+from app.outputs.folders import output_folder
 from app.outputs.view import publish_output
 from app.runs.view import publish_run
 from app.settings import Settings
@@ -44,7 +45,11 @@ _log = logging.getLogger("tsr.server")
 
 _Row: TypeAlias = Video | Run | Output | ModelVersion
 _STATES: Final[dict[type[_Row], str]] = {ModelVersion: "complete", Video: "ready", Run: "complete", Output: "complete"}
-_ROWS_OF: Final[dict[str, type[_Row]]] = {"models": ModelVersion, "runs": Run, "artefacts": Output}
+_ROWS_OF: Final[dict[str, type[_Row]]] = {
+    "models": ModelVersion,
+    "runs": Run,
+    output_folder(Path(), "-").parent.name: Output,
+}
 """Folder of a name in the shared files -> its rows; all other names are of videos."""
 
 
@@ -128,7 +133,12 @@ class Sending:
         for one in left:
             if over <= 0 or time.time() - one.used < UNUSED:
                 return
-            if self._files.store.holds(one.name):  # it is about to be the only one
+            try:
+                there = self._files.store.holds(one.name)  # it is about to be the only one
+            except FilesAwayError as error:
+                self._log_once.came(error)
+                continue
+            if there:
                 self._files.drop(one)
                 over -= one.size
 
@@ -138,7 +148,7 @@ class Sending:
         """Send what a row is about, or put that off; False: the others had better wait too."""
         try:
             with self._database.read() as session:
-                row: _Row | None = session.get(table, key)
+                row = cast(_Row | None, session.get(table, key))
             if row is not None:
                 self._send(table, row)
         except FilesAwayError as error:
@@ -161,7 +171,7 @@ class Sending:
                 self._files.store.remove(thing.name)
                 raise VideoError(f"{thing.path} has changed since it was added: it cannot be shared. Put it back.")
         with self._database.write() as session:
-            found: _Row | None = session.get(table, row.id, with_for_update=True)
+            found = cast(_Row | None, session.get(table, row.id, with_for_update=True))
             sent = found is not None and found.place == self._database.here and found.state == _STATES[table]
             if sent:
                 assert found is not None

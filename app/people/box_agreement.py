@@ -1,0 +1,152 @@
+"""How well the boxes of two people lie on each other, in frames where both have drawn one."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.special import stdtrit
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.labels.store import newest
+from app.shapes import Model
+from app.storage.models import Edit, SearchTrack
+from tsr_engine.geometry.boxes import iou_each
+from tsr_engine.labels.model import LabelSet
+
+__all__ = ["BoxAgreement", "BoxAgreements", "box_agreements", "drawn_twice", "mean_interval"]
+
+Box = tuple[float, float, float, float]
+_AT_ONCE = 500
+
+
+class BoxAgreement(Model):
+    """How well boxes of two people lie on each other."""
+
+    name: str
+    tracks: int
+    frames: int
+    """In which two people have drawn a box of such a track."""
+    iou: float
+    """Mean over the tracks, of each the mean over its frames; 0 to 1."""
+    low: float
+    """Lower end of the 95 % interval of that mean."""
+    high: float
+
+
+class BoxAgreements(Model):
+    """The same for the whole library and its parts."""
+
+    whole: BoxAgreement
+    labels: list[BoxAgreement]
+    first: list[BoxAgreement]
+    """By the person whose box stood first."""
+    second: list[BoxAgreement]
+    """By the person who has drawn it anew."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """A frame of a track in which two people have drawn a box."""
+
+    run: str
+    track: str
+    first: str
+    second: str
+    iou: float
+
+
+def drawn_twice(rows: Iterable[tuple[str, str, str, int, Box]]) -> list[Drawn]:
+    """Frames in which one person has drawn a box anew that another one had drawn.
+
+    A person who draws a box several times on end means the last of them.
+
+    Args:
+        rows: author, run, track, frame and box of each operation that draws one, in the order of the log.
+    """
+    turns: dict[tuple[str, str, int], list[tuple[str, Box]]] = defaultdict(list)
+    for author, run, track, frame, box in rows:
+        turn = turns[run, track, frame]
+        if turn and turn[-1][0] == author:
+            turn.pop()
+        turn.append((author, box))
+    pairs = [(place, a, b) for place, turn in turns.items() for a, b in pairwise(turn)]
+    overlaps = iou_each([a[1] for _, a, _ in pairs], [b[1] for _, _, b in pairs]) if pairs else np.empty(0)
+    return [
+        Drawn(run, track, first[0], second[0], float(overlap))
+        for ((run, track, _), first, second), overlap in zip(pairs, overlaps, strict=True)
+    ]
+
+
+def mean_interval(values: Sequence[float]) -> tuple[float, float, float]:
+    """Mean of shares and its 95 % interval (Student's t, within 0 to 1); of fewer than two, 0 to 1."""
+    if not values:
+        return 0.0, 0.0, 1.0
+    mean = math.fsum(values) / len(values)
+    if len(values) < 2:
+        return mean, 0.0, 1.0
+    half = float(stdtrit(len(values) - 1, 0.975)) * float(np.std(values, ddof=1)) / math.sqrt(len(values))
+    return mean, max(0.0, mean - half), min(1.0, mean + half)
+
+
+def box_agreements(session: Session) -> BoxAgreements:
+    """Agreement of boxes by label and by person; what was undone counts for nothing."""
+    found = drawn_twice(_drawn(session))
+    words = _labels(session, sorted({one.run for one in found}))
+    return BoxAgreements(
+        whole=_agreement("all", found),
+        labels=_by([(words[one.run, one.track], one) for one in found if (one.run, one.track) in words]),
+        first=_by([(one.first, one) for one in found]),
+        second=_by([(one.second, one) for one in found]),
+    )
+
+
+def _drawn(session: Session) -> list[tuple[str, str, str, int, Box]]:
+    undone: dict[str, bool] = {}
+    reverting = select(Edit.reverts, Edit.kind).where(Edit.kind.in_(["undo", "redo"])).order_by(Edit.seq)
+    for reverted, kind in session.execute(reverting):
+        undone[str(reverted)] = kind == "undo"
+    query = select(Edit.op_id, Edit.author, Edit.run_id, Edit.command)
+    drawing = query.where(Edit.kind.in_(["create_track", "set_box"])).order_by(Edit.seq)
+    return [
+        (author, run, command["key"], command["frame"], tuple(command["box"]))
+        for op_id, author, run, command in session.execute(drawing)
+        if not undone.get(op_id)
+    ]
+
+
+def _labels(session: Session, runs: Sequence[str]) -> dict[tuple[str, str], str]:
+    """Run and track -> the word for its label now; deleted tracks have none."""
+    sets: dict[str, LabelSet] = {}
+    found: dict[tuple[str, str], str] = {}
+    columns = SearchTrack.run_id, SearchTrack.key, SearchTrack.set_key, SearchTrack.label
+    for start in range(0, len(runs), _AT_ONCE):
+        query = select(*columns).where(SearchTrack.run_id.in_(runs[start : start + _AT_ONCE]))
+        for run, key, set_key, label in session.execute(query):
+            if set_key not in sets:
+                sets[set_key] = newest(session, set_key)
+            labels = sets[set_key]
+            known = labels.get(labels.resolved(label))
+            found[run, key] = "none of the set" if known is None else known.name
+    return found
+
+
+def _by(named: Iterable[tuple[str, Drawn]]) -> list[BoxAgreement]:
+    groups: dict[str, list[Drawn]] = defaultdict(list)
+    for name, one in named:
+        groups[name].append(one)
+    return [_agreement(name, groups[name]) for name in sorted(groups)]
+
+
+def _agreement(name: str, found: Sequence[Drawn]) -> BoxAgreement:
+    tracks: dict[tuple[str, str], list[float]] = defaultdict(list)
+    for one in found:
+        tracks[one.run, one.track].append(one.iou)
+    mean, low, high = mean_interval([math.fsum(each) / len(each) for each in tracks.values()])
+    iou, low, high = round(mean, 4), round(low, 4), round(high, 4)
+    return BoxAgreement(name=name, tracks=len(tracks), frames=len(found), iou=iou, low=low, high=high)

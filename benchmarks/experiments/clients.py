@@ -1,0 +1,156 @@
+"""Twenty people who have signed in edit one drive while their PostgreSQL restarts: are all edits there, how fast?"""
+
+from __future__ import annotations
+
+import os
+import random
+import statistics
+import tempfile
+import time
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+
+if TYPE_CHECKING:
+    from app.people.roles import Role
+    from tests.app.databases import Cluster
+    from tests.attack.editors import Log, Place
+    from tests.attack.own_server import Running
+
+__all__ = ["EXPERIMENT"]
+
+PEOPLE = 20
+SECONDS = 60.0
+EVERY = 12.0
+"""Seconds between two restarts of the database."""
+MOST_MS = 200.0
+"""Within which 95 % of the edits are answered."""
+_TICKS = os.sysconf("SC_CLK_TCK")
+
+
+def _run(data: Data) -> Result:
+    import pytest
+
+    from tests.app.databases import new_database, running_cluster
+    from tests.attack.editors import Log, check_log
+    from tests.attack.own_server import running
+    from tests.attack.places import real_place
+
+    chance = random.Random(data.seed)  # noqa: S311 - decides who edits when
+    try:
+        with running_cluster() as cluster, tempfile.TemporaryDirectory(prefix="tsr-clients-") as folder:
+            made, _ = real_place(Path(folder), new_database(cluster.url))
+            place = replace(made, people=_people(made))
+            figures, whole = {}, Log()
+            for stage, every in (("the database stays", None), ("the database restarts", EVERY)):
+                with running(place.home, place.environment) as server:
+                    figures[stage], log = _stage(server, place, chance, cluster, data.seconds or SECONDS, every)
+                whole.acknowledged |= log.acknowledged
+            stored = check_log(place, whole)  # raises where an edit is lost, or there twice
+    except pytest.skip.Exception as without:
+        raise Skip(str(without)) from None
+    return Result(
+        "clients",
+        data=f"The longer sample drive as the engine has tracked it, on PostgreSQL 15. {PEOPLE} people (5 reviewers, "
+        "15 annotators), each with a token, relabel its tracks, three on each, with up to 0.2 s between two edits.",
+        figures={"stages": figures, "stored": stored},
+        settings={"seed": data.seed, "every": EVERY},
+        machine=machine(),
+    )
+
+
+def _stage(
+    server: Running, place: Place, chance: random.Random, cluster: Cluster, seconds: float, every: float | None
+) -> tuple[dict[str, Any], Log]:
+    """Let people edit for some seconds, while the database restarts every so many."""
+    from tests.attack.editors import Log, clients
+    from tests.patience import until
+
+    log, who = Log(), {"Authorization": f"Bearer {place.people[0][1]}"}
+    until(lambda: server.ask(f"/api/runs/{place.run}/tracks", more=who)[0] == 200)  # the evidence is read once
+    began, used = time.monotonic(), _computing(server.process.pid)
+    with clients(place, lambda: server, log, PEOPLE, chance):
+        outages = _restarts(cluster, seconds, every)
+    took, used = time.monotonic() - began, _computing(server.process.pid) - used
+    return _figures(log, took, used, outages), log
+
+
+def _people(place: Place) -> tuple[tuple[str, str], ...]:
+    """Names and tokens of new accounts."""
+    from app.events import EventBus
+    from app.people.service import PeopleService
+    from app.storage.database import Database
+
+    assert place.database_url is not None
+    with closing(Database(place.database_url)) as database:
+        service = PeopleService(database, EventBus())
+        service.add("Adam", "admin")
+        roles: list[Role] = ["reviewer" if number % 4 == 0 else "annotator" for number in range(PEOPLE)]
+        return tuple((name := f"client {n}", service.add(name, role)[1]) for n, role in enumerate(roles))
+
+
+def _restarts(cluster: Cluster, seconds: float, every: float | None) -> int:
+    """Wait, and restart the database now and then, as if it had crashed each other time; how often."""
+    end, count = time.monotonic() + seconds, 0
+    while (left := end - time.monotonic()) > 0:
+        time.sleep(min(left, every or left))
+        if every is not None and time.monotonic() < end:
+            cluster.stop(("fast", "immediate")[count % 2])
+            cluster.start()
+            count += 1
+    return count
+
+
+def _computing(process: int) -> float:
+    """Seconds of processor time that a process has used."""
+    fields = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / _TICKS
+
+
+def _figures(log: Log, took: float, used: float, outages: int) -> dict[str, Any]:
+    twentieths = statistics.quantiles(log.waits, n=20)
+    return {
+        "seconds": round(took, 1),
+        "acknowledged": len(log.acknowledged),
+        "refused": {str(status): count for status, count in sorted(log.refused.items())},
+        "restarts": outages,
+        "median_ms": round(1000 * twentieths[9], 1),
+        "p95_ms": round(1000 * twentieths[18], 1),
+        "slowest_ms": round(1000 * max(log.waits), 1),
+        "server_ms": round(1000 * used / max(1, len(log.acknowledged) + sum(log.refused.values())), 1),
+        "load": round(os.getloadavg()[0], 1),
+    }
+
+
+def _tell(result: Result) -> str:
+    stages: dict[str, Any] = result.figures["stages"]
+    rows = [["", "edits", "restarts", "median", "95 %", "slowest", "computing of the server a request", "refused"]]
+    for name, one in stages.items():
+        others = ", ".join(f"{count} of {status}" for status, count in one["refused"].items()) or "none"
+        waits = (f"{one[key]:.0f} ms" for key in ("median_ms", "p95_ms", "slowest_ms", "server_ms"))
+        rows.append(
+            [f"{name}, {one['seconds']:.0f} s", f"{one['acknowledged']:,}", str(one["restarts"]), *waits, others]
+        )
+    acknowledged = sum(one["acknowledged"] for one in stages.values())
+    late = [name for name, one in stages.items() if one["p95_ms"] > MOST_MS]
+    verdict = f"broken where {' and where '.join(late)}" if late else "kept"
+    loads = " and ".join(f"{one['load']:.0f}" for one in stages.values())
+    stored = result.figures["stored"]
+    return (
+        f"{table(rows)}\n{acknowledged:,} edits were acknowledged, {stored:,} are stored: none is lost, none is "
+        f"there twice. Budget: 95 % within {MOST_MS:g} ms: {verdict}. The machine had a load of {loads}, which is "
+        "that of clients, server and database too. A 503 is sent again, as the page does; a 409 is a track that "
+        "somebody else has changed meanwhile.\n"
+    )
+
+
+EXPERIMENT = Experiment(
+    "clients",
+    "Twenty people on one PostgreSQL",
+    "Is every edit that the server has acknowledged there while its database restarts, and how long does an edit take?",
+    _run,
+    _tell,
+)
