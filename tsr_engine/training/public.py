@@ -90,5 +90,5 @@ def _crops(parts: Mapping[str, Component], items: Any, progress: Progress) -> di
             progress("GTSRB: reading", len(true), len(items))
         true.append(answer.item.class_id or 0)
         read.append(answer.class_id)
-    report = evaluate_classification(true, read)
-    return {"crops_right": round(report.accuracy, 4), "crops": report.pictures}
+    right = sum(a == b for a, b in zip(true, read, strict=True))
+    return {"crops_right": round(right / len(true), 4), "crops": len(true)}
