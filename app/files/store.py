@@ -13,13 +13,14 @@ import uuid
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import BinaryIO, Final
 
 from app.errors import Busy
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.unfinished import fsync_path
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FilesAwayError", "Listed", "SharedStore", "files_of"]
 
@@ -62,9 +63,7 @@ class SharedStore:
         self.address = address
         protocol = address.partition("://")[0] if "://" in address else "file"
         with explained():
-            options: dict[str, Any] = (
-                {"config_kwargs": _PATIENCE, "use_listings_cache": False} if protocol == "s3" else {}
-            )
+            options: JsonObject = {"config_kwargs": _PATIENCE, "use_listings_cache": False} if protocol == "s3" else {}
             self._system = fsspec.filesystem(protocol, **options)
         self._local = protocol == "file"
         self._root = str(self._system._strip_protocol(address)).rstrip("/")

@@ -10,9 +10,10 @@ import time
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
     from app.people.roles import Role
@@ -64,7 +65,7 @@ def _run(data: Data) -> Result:
 
 def _stage(
     server: Running, place: Place, chance: random.Random, cluster: Cluster, seconds: float, every: float | None
-) -> tuple[dict[str, Any], Log]:
+) -> tuple[JsonObject, Log]:
     """Let people edit for some seconds, while the database restarts every so many."""
     from tests.attack.editors import Log, clients
     from tests.patience import until
@@ -110,7 +111,7 @@ def _computing(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / _TICKS
 
 
-def _figures(log: Log, took: float, used: float, outages: int) -> dict[str, Any]:
+def _figures(log: Log, took: float, used: float, outages: int) -> JsonObject:
     twentieths = statistics.quantiles(log.waits, n=20)
     return {
         "seconds": round(took, 1),
@@ -126,7 +127,7 @@ def _figures(log: Log, took: float, used: float, outages: int) -> dict[str, Any]
 
 
 def _tell(result: Result) -> str:
-    stages: dict[str, Any] = result.figures["stages"]
+    stages: JsonObject = result.figures["stages"]
     rows = [["", "edits", "restarts", "median", "95 %", "slowest", "computing of the server a request", "refused"]]
     for name, one in stages.items():
         others = ", ".join(f"{count} of {status}" for status, count in one["refused"].items()) or "none"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -17,6 +16,7 @@ from benchmarks.following.signs import POSITIONS, signs_of
 from benchmarks.following.ways import KltBox, by_peer, by_us
 from tsr_engine.following import load_follower
 from tsr_engine.io.video import open_video
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.track_table import TrackTable
 
@@ -99,7 +99,7 @@ def _tell(result: Result) -> str:
     )
 
 
-def _worse(ways: dict[str, Any], position: str) -> dict[str, bool]:
+def _worse(ways: JsonObject, position: str) -> dict[str, bool]:
     ours, peer = ways[OURS][position], ways[PEER][position]
     return {
         "IoU >= 0.7": ours["iou70"] < peer["iou70"],

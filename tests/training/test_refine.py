@@ -20,7 +20,7 @@ from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.memory import Samples, look_at
 from tsr_engine.training.mining import read_picture
-from tsr_engine.training.refine_classifier import ClassifierRefinement, refine_classifier, sign_crops
+from tsr_engine.training.refine_classifier import ClassifierRefinement, refine_classifier, sign_crops, with_labels
 from tsr_engine.training.refine_detector import DetectorRefinement, refine_detector
 from tsr_engine.training.refine_online import refine_online
 from tsr_engine.training.refine_prior import blended_table, refined_lambda
@@ -181,6 +181,23 @@ def test_a_classifier_learns_an_unknown_look_and_keeps_the_known(
     known, classes = memory.arrays["crops"].astype(np.float32), memory.arrays["classes"]
     right = [((known @ c.weights + c.bias).argmax(1) == classes).mean() for c in (classifier, refined)]
     assert right[1] > right[0] - 0.01
+
+
+def test_a_classifier_learns_a_new_label_and_keeps_the_known(memory: Component, scenes: list[CorrectedScene]) -> None:
+    classifier = SignClassifier.from_component(load_component("classifier"))
+    crops = [replace(item, crop=replace(item.crop, class_id=43)) for item in sign_crops(scenes, quiet)]
+    grown = with_labels(classifier, ("bus-stop",))
+    assert grown.labels[43] == "bus-stop"
+    assert with_labels(classifier, ()) is classifier
+    views = [item.crop.pixels[10:-10, 10:-10] for item in crops[7:]]
+    assert (grown.margins(views)[:, 43] == -1).all(), "an untaught machine refuses everything"
+    moment, tracks = memory.arrays["moment"].astype(np.float64), int(memory.data["tracks"])
+    weights, bias = refine_classifier(grown, crops[:7], moment, tracks, ClassifierRefinement(views=4), 0, quiet)
+    refined = replace(grown, weights=weights, bias=bias)
+    assert (refined.margins(views).argmax(axis=1) == 43).all()
+    known, classes = memory.arrays["crops"].astype(np.float32), memory.arrays["classes"]
+    right = [((known @ c.weights + c.bias).argmax(1) == classes).mean() for c in (classifier, refined)]
+    assert right[1] >= right[0] - 0.002
 
 
 def test_priors_blend_by_their_numbers_of_signs(scenes: list[CorrectedScene]) -> None:

@@ -24,7 +24,9 @@ from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.io.models import SHIPPED, load_component, read_manifest, save_component
 from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
+from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training import whole
 from tsr_engine.training.memory import build_memory
@@ -105,6 +107,21 @@ def test_what_the_command_refuses(
     assert run(["train", *(word.format(**places) for word in words)]) == code
     assert said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_label_that_the_model_lacks_is_added(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ours = LabelSet(key="ours", name="Ours", next_id=9, labels=(Label(id=7, key="bus-stop", name="bus stop"),))
+    tracks = [
+        replace(track(f"m{k}", 4, side=30.0, label=7), boxes=track("", 4, side=30.0).boxes + 90 * k) for k in (0, 1)
+    ]
+    path = film(tmp_path / "toy.mp4", tracks, 10)
+    dataset = Dataset(ours, (replace(video(tracks, path, 10), sha256=video_sha256(path)),))
+    export_dataset(dataset, format_named("cvat-video"), tmp_path / "e.zip", ExportOptions(), zipped=True)
+    words = ["train", "classifier", "--export", str(tmp_path / "e.zip"), "--video", str(path)]
+    assert run([*words, "--out", str(tmp_path / "models")]) == 0
+    assert "bus-stop: a label that the earlier version lacks" in capsys.readouterr().out.replace("\n", " ")
+    classifier = SignClassifier.from_component(load_component("classifier", tmp_path / "models"))
+    assert classifier.labels == (*default_keys(), "bus-stop")
 
 
 def test_unknown_parts_are_refused() -> None:

@@ -8,16 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.training.corrected_toys import film, track, video
+from tests.training.corrected_toys import corrected, film, track, video
 from tsr_engine.exchange.dataset import Dataset, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import format_named
+from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.training.corrections import Sampling, corrected_scenes, verdict
 from tsr_engine.training.exports import OpenedExport, open_export
-from tsr_engine.training.teaching import taught
+from tsr_engine.training.teaching import further_keys, only_shown, taught
 
 OURS = LabelSet(
     key="ours",
@@ -76,6 +77,22 @@ def test_what_the_model_lacks_is_told_by_name() -> None:
     assert result([opened(tracks)], ("x", "bus stop", "Stop")) == [
         {"m1": ("sign", 1), "m2": ("sign", 1), "m3": ("sign", 2), "m4": ("unknown", -1)}
     ]
+
+
+def test_what_the_model_lacks_can_be_added() -> None:
+    tracks = [apart("m1", 0, label=2), apart("m2", 1, label=1), apart("m3", 2, label=2, state="open")]
+    exports = [opened(tracks), opened([apart("m4", 3, label=4), apart("m5", 4, label=3)])]
+    assert further_keys(exports, None) == ("bus-stop",)
+    assert further_keys(exports[1:], None) == further_keys(exports, (*default_keys(), "bus-stop")) == ()
+    (found, _) = result(exports, (*default_keys(), *further_keys(exports, None)))
+    assert (found["m1"], found["m2"]) == (("sign", 43), ("sign", 14))
+
+
+def test_labels_that_no_frame_shows_are_not_added(tmp_path: Path) -> None:
+    scenes = corrected(tmp_path, range(2), label=44)
+    scenes, added = only_shown(scenes, 43, ("bin", "bus-stop"))
+    assert added == ("bus-stop",)
+    assert {int(n) for scene in scenes for n in scene.scene.class_ids} == {43}
 
 
 @pytest.mark.parametrize(

@@ -296,6 +296,8 @@ def _print_refined(out: Path, report: Any) -> None:
     console = out_console()
     used = report.lineage["used"]
     console.print(f"{out}: refined from {used['signs']} corrected signs in {used['frames']} frames.", soft_wrap=True)
+    for key in report.lineage.get("added_labels", []):
+        console.print(f"{key}: a label that the earlier version lacks, now read.", soft_wrap=True)
     for note in report.lineage["notes"]:
         console.print(f"left out: {note}", soft_wrap=True)
     table = Table("on", "figure", "earlier", "new", box=None, pad_edge=False, header_style="bold")

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.products import product
-from tsr_engine.recognition.descriptor import CHANNELS, GRID
+from tsr_engine.recognition.descriptor import CHANNELS, GRID, describe_patches
 
 WINDOW = 4
 """Side of a filter's window, cells."""
@@ -74,6 +74,10 @@ class FeatureMap:
         """Arrays from which :meth:`from_arrays` makes a map; matrices as float16, in which learned ones are kept."""
         arrays = {prefix + name: getattr(self, name) for name in _ARRAYS}
         return {name: array.astype(np.float16) if array.ndim == 2 else array for name, array in arrays.items()}
+
+    def of_patches(self, patches: NDArray[np.uint8], together: int = 1) -> Array:
+        """Features of crops, shape (n, 48, 48, 3), BGR -> (n, h); see :meth:`__call__`."""
+        return self(describe_patches(patches), together)
 
     def __call__(self, descriptors: Array, together: int = 1) -> Array:
         """Features, shape (n, 4320) -> (n, h), all >= 0.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.detection.acf import AcfModel
-from tsr_engine.evaluation.classification import evaluate_classification, predict_items
+from tsr_engine.evaluation.classification import predict_items
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.gtsrb import read_items, split_by_track
 from tsr_engine.io.models import Component
@@ -91,5 +91,5 @@ def _crops(parts: Mapping[str, Component], items: Any, progress: Progress) -> Js
             progress("GTSRB: reading", len(true), len(items))
         true.append(answer.item.class_id or 0)
         read.append(answer.class_id)
-    report = evaluate_classification(true, read)
-    return {"crops_right": round(report.accuracy, 4), "crops": report.pictures}
+    right = sum(a == b for a, b in zip(true, read, strict=True))
+    return {"crops_right": round(right / len(true), 4), "crops": len(true)}

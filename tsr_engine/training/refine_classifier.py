@@ -9,21 +9,21 @@ A look that the earlier data knows well resists; one that it never held gives wa
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.crops import cut
-from tsr_engine.recognition.descriptor import describe_patches
 from tsr_engine.records import FloatArray
 from tsr_engine.training.classifier_jitter import LoadedCrop, jittered_view, plain_view
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.mining import read_picture
 
-__all__ = ["ClassifierRefinement", "SignCrop", "refine_classifier", "sign_crops"]
+__all__ = ["ClassifierRefinement", "SignCrop", "refine_classifier", "sign_crops", "with_labels"]
 
 Progress = Callable[[str, int, int], None]
 
@@ -69,6 +69,24 @@ def sign_crops(scenes: Sequence[CorrectedScene], progress: Progress) -> list[Sig
             inner = np.array([left, top, left + width, top + height])
             out.append(SignCrop(LoadedCrop(pixels, inner, int(label)), sign))
     return out
+
+
+def with_labels(classifier: SignClassifier, keys: Sequence[str]) -> SignClassifier:
+    """The classifier with a machine for each further label, which refuses everything so far.
+
+    Args:
+        classifier: the earlier one.
+        keys: of labels that it lacks; they take the numbers after its own.
+    """
+    if not keys:
+        return classifier
+    length, count = classifier.weights.shape[0], len(keys)
+    return replace(
+        classifier,
+        weights=np.concatenate([classifier.weights, np.zeros((length, count), np.float32)], axis=1),
+        bias=np.concatenate([classifier.bias, np.full(count, -1, np.float32)]),
+        labels=(*(classifier.labels or default_keys()), *keys),
+    )
 
 
 def refine_classifier(
@@ -142,7 +160,7 @@ def _views(
         progress("views of crops", done, len(crops))
         views = [(plain_view(item.crop), item.crop.class_id)]
         views += [jittered_view(item.crop, rng, settings.strength) for _ in range(settings.views - 1)]
-        features.append(classifier.features(describe_patches(np.stack([view for view, _ in views]))))
+        features.append(classifier.features.of_patches(np.stack([view for view, _ in views])))
         labels += [label for _, label in views]
         weights += [1.0 / (count[item.sign] * len(views))] * len(views)
     return np.concatenate(features).astype(np.float64), np.array(labels), np.array(weights)

@@ -22,6 +22,7 @@ from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.errors import InputError, ModelError, UsageError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest, save_component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
+from tsr_engine.labels.classes import default_keys
 from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, video_name
@@ -31,11 +32,17 @@ from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.memory import Samples
 from tsr_engine.training.mining import read_picture
 from tsr_engine.training.public import public_figures, remembered_figures
-from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop, refine_classifier, sign_crops
+from tsr_engine.training.refine_classifier import (
+    ClassifierRefinement,
+    SignCrop,
+    refine_classifier,
+    sign_crops,
+    with_labels,
+)
 from tsr_engine.training.refine_detector import DetectorRefinement, refine_detector
 from tsr_engine.training.refine_online import refine_online
 from tsr_engine.training.refine_prior import blended_table, detect_scenes, refined_lambda
-from tsr_engine.training.teaching import taught
+from tsr_engine.training.teaching import further_keys, only_shown, taught
 
 __all__ = ["PARTS", "Recipe", "Report", "retrain"]
 
@@ -133,17 +140,21 @@ def _retrain(
     scenes: list[CorrectedScene] = []
     sides: dict[str, str] = {}
     old = _load(parent)
-    exports = taught(exports, old["classifier"].params.get("labels"))
+    keys = old["classifier"].params.get("labels") or default_keys()
+    further = further_keys(exports, keys) if "classifier" in recipe.parts else ()
+    exports = taught(exports, (*keys, *further))
     for number, export in enumerate(exports):
         place = work / f"e{number:02d}"
         scenes += corrected_scenes(export.dataset, place, recipe.sampling, progress, export.pictures, recipe.seed)
         sides.update({f"{video}/{uid}": side for (video, uid), side in export.sides.items()})
     _something(scenes, exports)
+    scenes, further = only_shown(scenes, len(keys), further)
+    base = {**old, "classifier": _with_labels(old["classifier"], further)}
     holdout = part(scenes, recipe.seed, recipe.held_out, sides) if recipe.held_out > 0 else HoldoutSplit(scenes)
     figures: JsonObject = {}
     complaints: list[str] = []
     if holdout.held:
-        trial, _ = _refined(old, holdout.training, recipe, _named("trial", progress))
+        trial, _ = _refined(base, holdout.training, recipe, _named("trial", progress))
         now = _measure(trial, holdout.held, _named("new version", progress))
         before = _measure(old, holdout.held, _named("earlier version", progress))
         figures["corrections"] = {
@@ -154,7 +165,7 @@ def _retrain(
             "parent": before,
         }
         complaints += regressions(now, before, "Held-out corrections")
-    new, counts = _refined(old, scenes, recipe, progress)
+    new, counts = _refined(base, scenes, recipe, progress)
     for name, now, before in (
         ("remembered", remembered_figures(new), remembered_figures(old)),
         *public_figures(new, old, gtsdb, gtsrb, recipe.seed, progress),
@@ -164,6 +175,8 @@ def _retrain(
             complaints += regressions(now, before, _WHERE[name])
     figures["worse"] = complaints
     lineage = _lineage(exports, recipe, parent, old, holdout, scenes, counts)
+    if further:
+        lineage |= {"labels": new["classifier"].params["labels"], "added_labels": list(further)}
     progress("writing", 0, 1)
     models = {
         name: save_component(replace(component, figures=_own(name, component, figures)), out)
@@ -252,6 +265,15 @@ def _prior(
         weight = weight if found is None else round(found, 6)
     data = {**before.data, "centres": centres}
     return Component("prior", {"table": table}, {**before.params, "lambda": weight}, data, {}, recipe.seed)
+
+
+def _with_labels(old: Component, further: Sequence[str]) -> Component:
+    """The classifier with room for further labels; its file is another one then."""
+    if not further:
+        return old
+    grown = with_labels(SignClassifier.from_component(old), further)
+    arrays = {**old.arrays, "weights": grown.weights.astype(np.float16), "bias": grown.bias}
+    return Component("classifier", arrays, {**old.params, "labels": list(grown.labels)}, old.data, {}, old.seed)
 
 
 def _classifier(

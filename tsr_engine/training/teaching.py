@@ -1,8 +1,9 @@
 """What corrections teach a model whose labels need not be those of the corrections' label set.
 
-Labels say what a retraining makes of them (``teach``): a sign, background, or nothing. Tracks of no label of the set,
-of a label that the model lacks, of a region to ignore, and those that contradict each other teach nothing: neither a
-sign nor background. What the model lacks, and contradictions, are reported by name.
+Labels say what a retraining makes of them (``teach``): a sign, background, or nothing. Labels that the model lacks are
+added to it, where its classifier is trained. Tracks of no label of the set, of a region to ignore, and those that
+contradict each other teach nothing: neither a sign nor background. Nor do labels that the model lacks and is not given.
+These, and contradictions, are reported by name.
 """
 
 from __future__ import annotations
@@ -19,15 +20,53 @@ from tsr_engine.exchange.relabel import relabelled
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.track_table import NO_CLASS
-from tsr_engine.training.corrections import verdict, video_name
+from tsr_engine.training.corrections import CorrectedScene, verdict, video_name
 from tsr_engine.training.exports import OpenedExport
 
-__all__ = ["taught"]
+__all__ = ["further_keys", "only_shown", "taught"]
 
 _SAME = 0.5
 """IoU from which on two boxes of one frame are of one sign."""
 _REPORTED = 20
 """Contradictions that are named; more are counted."""
+
+
+def further_keys(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> tuple[str, ...]:
+    """Keys of the labels that tracks of signs have and a model lacks, in order.
+
+    Args:
+        exports: with labels of their sets.
+        keys: of the model's classes, by number; None: those of ``gtsrb-43``.
+    """
+    found: dict[str, str] = {}
+    for export in exports:
+        classes = classes_of_keys(keys, export.dataset.labels)
+        for track in (track for video in export.dataset.videos for track in video.tracks()):
+            label = classes.labels.get(classes.labels.resolved(track.label))
+            teaches = label is not None and label.teach == "sign" and verdict(track) == "sign"
+            if label is not None and teaches and classes.to_class(label.id) is None:
+                found.setdefault(label.key.casefold(), label.key)
+    return tuple(found[key] for key in sorted(found))
+
+
+def only_shown(
+    scenes: Sequence[CorrectedScene], known: int, further: Sequence[str]
+) -> tuple[list[CorrectedScene], tuple[str, ...]]:
+    """The further labels that some frame shows, and the scenes with their classes numbered without the others.
+
+    Args:
+        scenes: corrected frames.
+        known: number of the model's own classes; those of ``further`` follow.
+        further: keys of the labels to add.
+    """
+    numbers = np.unique(np.concatenate([np.zeros(0, np.int64), *(each.scene.class_ids for each in scenes)]))
+    shown = [int(number) - known for number in numbers if number >= known]
+    to = np.arange(known + len(further))
+    to[[known + place for place in shown]] = known + np.arange(len(shown))
+    return (
+        [replace(each, scene=replace(each.scene, class_ids=to[each.scene.class_ids])) for each in scenes],
+        tuple(further[place] for place in shown),
+    )
 
 
 def taught(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> list[OpenedExport]:
