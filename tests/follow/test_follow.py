@@ -101,6 +101,19 @@ def test_it_stops_where_the_sign_leaves_the_picture() -> None:
     assert all((p.box[2:] <= [drives.WIDTH, drives.HEIGHT]).all() for p in kept.values())
 
 
+def test_a_wide_board_that_the_edge_cuts_where_it_is_drawn_is_followed_on() -> None:
+    made = drive(frames=12, first=60.0, last=62.0, at=(0.0, 0.0), shift=lambda k: (0.0, -0.8 * k))
+    # its lower part is the board here: it is seen from 5 px below its upper edge on, and could be half of a square
+    top = int(made.boxes[0][1]) + 29
+    seen = {
+        k: np.array([b[0], max(0.6 * b[1] + 0.4 * b[3] - top, 0.0), b[2], b[3] - top]) for k, b in made.boxes.items()
+    }
+    cut = Drive([np.ascontiguousarray(picture[top:]) for picture in made.pictures], seen)
+    kept, endings = run(cut, 0)
+    assert (endings["forward"].frame, endings["forward"].reason) == (11, "video")
+    assert min(overlap(cut, kept, k) for k in kept) > 0.8
+
+
 def test_a_cut_of_the_film_ends_it() -> None:
     made, other = drive(), drive(seed=9)
     pictures = made.pictures[:25] + other.pictures[:15]

@@ -18,9 +18,9 @@ __all__ = ["HIDDEN_LIMIT", "LEAST_SEEN", "Outwards"]
 
 HIDDEN_LIMIT: Final = 15
 """Frames without a sight of the sign after which it is gone."""
-LEAST_SEEN: Final = 0.4
-"""Share of the box that lies in the picture below which the sign has left it: a frame or two beyond those that people
-mark, for what is proposed too much is cut by one key, and what lacks needs another box."""
+LEAST_SEEN: Final = 0.48
+"""Share of what was seen of a sign where it was drawn below which it has left the picture: how much lay beyond the edge
+there is a guess."""
 _LET_PASS: Final = 3
 """Frames without a sight that still count where the sign leaves the picture, or the video ends."""
 
@@ -58,6 +58,7 @@ class Outwards:
         shown = self._pictures(self._start.frame)
         assert shown is not None, "anchors are of frames that the video has"
         height, width = shown.picture.shape[:2]
+        least = LEAST_SEEN * visible_share(self._start.box, width, height)
         camera = Camera(shown.picture)
         way = OneWay(shown.picture, self._start.box, self._looks, self._direction, self._parts)
         seen, sight = self._start.frame, self._start.box
@@ -72,7 +73,8 @@ class Outwards:
                 return
             turn = camera.step(shown.picture)
             step = way.step(shown.picture, turn.shift, turn.repeated, not shown.corrupt)
-            reason = self._stop(step.box, turn.cut and way.hidden > 0, way.hidden, width, height)
+            left = visible_share(step.box, width, height) < least
+            reason = self._stop(step.box, left, turn.cut and way.hidden > 0, way.hidden)
             if reason is not None:
                 yield self._end(reason, before, seen)
                 return
@@ -98,11 +100,11 @@ class Outwards:
             return "limit"
         return None
 
-    def _stop(self, box: FloatArray, cut: bool, hidden: int, width: int, height: int) -> Reason | None:
+    def _stop(self, box: FloatArray, left: bool, cut: bool, hidden: int) -> Reason | None:
         """Why a box is no proposal any more."""
         if cut:
             return "cut"
-        if visible_share(box, width, height) < LEAST_SEEN:
+        if left:
             return "picture edge"
         if box[2] - box[0] < NARROWEST or box[3] - box[1] < LEAST_SIDE:
             return "small"
