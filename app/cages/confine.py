@@ -1,7 +1,7 @@
 """Take rights away from this process, for good: memory, computing, files, network, other programs.
 
 A cage (``confine``) reads bytes from outside and nothing else. A worker (``stay_in``) decodes them too, but stores what
-it finds: it keeps the data folder and, where the database is elsewhere, connections.
+it finds: it keeps the data folder and, where it needs them, connections.
 
 Limits and the signal at the parent's death are there on every Linux. Landlock (Linux 5.13; connections since 6.7) and
 seccomp (x86-64 and AArch64) come on top where the kernel has them. There is no well-kept Python package for either, and
@@ -19,7 +19,7 @@ import signal
 import struct
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 from app.cages.limits import Limits
 
@@ -40,10 +40,9 @@ _SCOPES: Final = 0b11
 
 _SECCOMP: Final = {"x86_64": (0xC000003E, 317), "aarch64": (0xC00000B7, 277)}
 """Of each architecture: its name for the kernel, and the number of the system call."""
-_CONNECT: Final = {"x86_64": (42,), "aarch64": (203,)}
-_SOCKETS: Final = {"x86_64": (41, 43, 49, 50, 288), "aarch64": (198, 202, 200, 201, 242)}
-"""socket, accept, bind, listen, accept4."""
-_NEVER: Final[dict[str, tuple[int, ...]]] = {
+_CONNECTING: Final = {"x86_64": (41, 42, 43, 49, 50, 288), "aarch64": (198, 203, 202, 200, 201, 242)}
+"""socket, connect, accept, bind, listen, accept4."""
+_NEVER: Final = {
     "x86_64": (59, 101, 250, 298, 310, 311, 321, 322, 323, 425, 434),
     "aarch64": (221, 117, 219, 241, 270, 271, 280, 281, 282, 425, 434),
 }
@@ -51,8 +50,6 @@ _NEVER: Final[dict[str, tuple[int, ...]]] = {
 userfaultfd, io_uring_setup, pidfd_open."""
 _X32: Final = 0x40000000
 _ALLOW, _REFUSE = 0x7FFF0000, 0x00050000 | errno.EPERM
-
-Sockets = Literal["none", "own", "all"]
 
 _libc = ctypes.CDLL(None, use_errno=True)
 
@@ -79,23 +76,20 @@ def confine(limits: Limits) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (used + limits.computing, used + limits.computing))
     largest = limits.file_mb * 2**20 if limits.writable or limits.network else 0
     resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
-    if limits.network:
-        stay_in(None, "all")
-    else:
-        stay_in(limits.writable)
+    stay_in(None if limits.network else limits.writable, network=limits.network)
 
 
-def stay_in(writable: Sequence[Path] | None, sockets: Sockets = "none") -> None:
+def stay_in(writable: Sequence[Path] | None, *, network: bool = False) -> None:
     """Keep this process from other programs and from other processes' memory; best called while it has one thread.
 
     Args:
         writable: folders that it goes on writing below; None: everywhere that it may already.
-        sockets: which ones it goes on making: none, those that others connect to, or all.
+        network: it may still open connections.
     """
     _libc.prctl(_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
     if writable is not None:
         _landlock(writable)
-    _seccomp(sockets)
+    _seccomp(network)
 
 
 def _address_space() -> int:
@@ -123,17 +117,13 @@ def _landlock(writable: Sequence[Path]) -> None:
     os.close(rules)
 
 
-def _seccomp(sockets: Sockets) -> None:
-    """Refuse all threads other programs, other processes' memory, and sockets."""
+def _seccomp(network: bool) -> None:
+    """Refuse all threads other programs and other processes' memory, and connections unless allowed."""
     machine = platform.machine()
     if machine not in _SECCOMP:
         return
     architecture, call = _SECCOMP[machine]
-    refused = _NEVER[machine]
-    if sockets != "all":
-        refused += _CONNECT[machine]
-    if sockets == "none":
-        refused += _SOCKETS[machine]
+    refused = _NEVER[machine] if network else (*_NEVER[machine], *_CONNECTING[machine])
     load, equal, at_least, answer = 0x20, 0x15, 0x35, 0x06
     count = len(refused)
     steps = [

@@ -42,8 +42,8 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["CagedImports", "read_apart", "rehearse", "store_apart"]
 
 _PACKED: Final = "tracks.npz"
-_SMALL: Final = 1 << 20
-"""Bytes of arrays, of some ten thousand boxes, that the server stores by itself: sooner than a process has begun."""
+_SMALL: Final = 1 << 18
+"""Bytes of arrays, of some thousand boxes, that the server stores by itself: sooner than a process has begun."""
 _SHORT: Final = 5000
 """Frames of a video whose run the server writes by itself."""
 

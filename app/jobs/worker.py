@@ -113,16 +113,13 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
 def _stay_in(settings: Settings, lane: Lane) -> None:
     """Give up what a worker does not need: it decodes what comes from outside.
 
-    With SQLite those are connections. Who imports a video, and so is the first to decode it, writes in the data folder
-    only; the others may be about to compile code, whose caches lie elsewhere. Scenes are short work, and are made by a
-    server of the process's own.
+    With SQLite those are connections, but for short work: a scene is made by a server that its process asks. Who
+    imports a video, and so is the first to decode it, writes in the data folder only; the others may be about to
+    compile code, whose caches lie elsewhere.
     """
     database = sqlite_file(settings.database)
-    if database is None:
-        stay_in(None, "all")
-    else:
-        writable = stored_in(settings.home, database) if lane == "imports" else None
-        stay_in(writable, "own" if lane == "short" else "none")
+    writable = stored_in(settings.home, database) if database is not None and lane == "imports" else None
+    stay_in(writable, network=database is None or lane == "short")
 
 
 def _work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bool], stays: bool) -> None:
