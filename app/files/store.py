@@ -13,14 +13,13 @@ import uuid
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import Any, BinaryIO, Final
 
 from app.errors import Busy
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.unfinished import fsync_path
-from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FilesAwayError", "Listed", "SharedStore", "files_of"]
 
@@ -61,11 +60,15 @@ class SharedStore:
         with explained():
             import fsspec
         self.address = address
-        protocol = address.partition("://")[0] if "://" in address else "file"
-        with explained():
-            options: JsonObject = {"config_kwargs": _PATIENCE, "use_listings_cache": False} if protocol == "s3" else {}
-            self._system = fsspec.filesystem(protocol, **options)
-        self._local = protocol == "file"
+        self._local = not address.startswith("s3://")
+        self._system: Any
+        if self._local:
+            self._system = fsspec.filesystem("file")
+        else:
+            options = {"skip_instance_cache": True, "use_listings_cache": False, "config_kwargs": _PATIENCE}
+            with explained():
+                self._system = fsspec.filesystem("s3", **options)
+            self._system.retries = 1  # those of _PATIENCE are enough
         self._root = str(self._system._strip_protocol(address)).rstrip("/")
 
     def number(self, known: str | None) -> str:
@@ -196,10 +199,8 @@ class SharedStore:
         try:
             return str(self._system.cat_file(self._place(_NUMBER), end=64).decode("ascii", "replace")).strip()
         except FileNotFoundError:
-            if not self._local:
-                self._system.ls(
-                    self._root.partition("/")[0], refresh=True
-                )  # a bucket that is missing is another matter
+            if not self._local:  # a bucket that is missing is another matter
+                self._system.ls(self._root.partition("/")[0], refresh=True)
             return None
 
     def _place(self, name: str, inside: str = "") -> str:
