@@ -13,7 +13,7 @@
       UnsupportedMedia      415
       Busy                  503   try again
       Elsewhere             503   ask another server of the same database
-      StorageFull           507   the disk is full
+      StorageFull           507   the disk is full, or a file may not grow; ``code`` tells which
 
 Every answer of status 400 and above is ``{"error": {"code", "message", "field", "details"}}``.
 """
@@ -23,6 +23,7 @@ from __future__ import annotations
 from typing import ClassVar, Final
 
 from tsr_engine.errors import ImportProblem
+from tsr_engine.io.storage_problems import TOO_LARGE, full_because, storage_problem
 
 __all__ = [
     "RETRY_AFTER",
@@ -40,6 +41,7 @@ __all__ = [
     "Unsafe",
     "UnsupportedMedia",
     "bad_file",
+    "not_written",
 ]
 
 
@@ -162,6 +164,14 @@ class StorageFull(ApiError):
     """Nothing more can be written."""
 
     status, default_code = 507, "storage_full"
+
+
+def not_written(error: OSError) -> StorageFull | None:
+    """The answer where an imported file cannot be kept for want of room; None: it is something else."""
+    kind = storage_problem(error)
+    if kind == "full":
+        return StorageFull(f"{full_because(error).capitalize()}: nothing was imported. Free some space and try again.")
+    return StorageFull(f"Nothing was imported: {TOO_LARGE}.", code="storage_limit") if kind == "limit" else None
 
 
 _OF_FILES: Final[dict[ImportProblem, type[ApiError]]] = {"broken": Invalid, "too_large": TooLarge, "unsafe": Unsafe}

@@ -121,7 +121,9 @@ def handle_failures(app: FastAPI) -> None:
 
     @app.exception_handler(TsrError)
     async def _engine(_: Request, error: TsrError) -> Response:
-        status, code = (507, "storage_full") if isinstance(error, StorageError) else (422, "invalid")
+        status, code = 422, "invalid"
+        if isinstance(error, StorageError):
+            status, code = 500 if error.kind == "failed" else 507, f"storage_{error.kind}"
         return JSONResponse(error_body(code, str(error)), status_code=status)
 
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from functools import partial
+
+from sqlalchemy.exc import SQLAlchemyError
 
 from app.context import Context
 from app.follows.service import LEASE
@@ -24,6 +27,8 @@ _SENDING = 1.0
 """Seconds between looks for what is finished and not in the shared files yet."""
 _SEARCH = 1.0
 """Seconds between looks for what the search does not know yet."""
+_TIDY = 3600.0
+"""Seconds between two looks of SQLite at its tables."""
 
 
 @dataclass(slots=True)
@@ -67,7 +72,14 @@ def start(context: Context) -> Running:
     if sending is not None:
         beating.enter_context(ticking("tsr-sending", _SENDING, sending.tick))
     beating.enter_context(ticking("tsr-search", _SEARCH, context.search.tick))
+    _tidy(context)
+    beating.enter_context(ticking("tsr-tidy", _TIDY, partial(_tidy, context)))
     return Running(supervisor, stream, warmer, context.search, sending, beating)
+
+
+def _tidy(context: Context) -> None:
+    with suppress(SQLAlchemyError):  # a full disk, or one that is slow: it is tried again
+        context.database.tidy()
 
 
 async def stop(running: Running) -> None:

@@ -9,6 +9,7 @@ from datetime import UTC, datetime, timedelta
 from typing import TypeVar
 
 import numpy as np
+from pydantic_core import to_json
 from sqlalchemy import func, insert, select, text
 from sqlalchemy.orm import Session
 
@@ -16,6 +17,7 @@ from app.edits.documents import Segment, TrackDoc
 from app.people.activity import ActivityService
 from app.search.query import SearchAnswer, SearchRequest, answer
 from app.storage.database import Database
+from app.storage.migrations.versions.v0013_sums import fill as fill_sums
 from app.storage.models import (
     Edit,
     Person,
@@ -27,16 +29,16 @@ from app.storage.models import (
     Video,
     VideoTag,
 )
+from app.videos.view import video_listing
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MOST_MS", "QUESTIONS", "fill", "measured", "pages", "size_mb"]
+__all__ = ["MOST_MS", "QUESTIONS", "TRACKS_OF_DRIVE", "fill", "measured", "pages", "size_mb"]
 
 _Answer = TypeVar("_Answer")
 
 MOST_MS = 300.0
 """The budget of one answer."""
-_TRACKS = 500
-"""Of a drive."""
+TRACKS_OF_DRIVE = 100
 _TIMES = 7
 _PEOPLE = 20
 _SET = "gtsrb-43"
@@ -70,8 +72,8 @@ def fill(database: Database, tracks: int, seed: int = 0) -> None:
     now = datetime.now(UTC)
     with database.write() as session:
         session.add_all(Person(id=f"{i:032x}", name=f"p{i}", key=f"p{i}", role="annotator") for i in range(_PEOPLE))
-    for drive, start in enumerate(range(0, tracks, _TRACKS)):
-        count = min(_TRACKS, tracks - start)
+    for drive, start in enumerate(range(0, tracks, TRACKS_OF_DRIVE)):
+        count = min(TRACKS_OF_DRIVE, tracks - start)
         video, run = f"{drive:064x}", f"{drive:032x}"
         rows = list(_rows(random, count, {"run_id": run, "video_id": video, "current": True, "set_key": _SET}))
         with database.write() as session:
@@ -92,9 +94,13 @@ def fill(database: Database, tracks: int, seed: int = 0) -> None:
                 if i % 25 == 0
             ]
             session.execute(insert(SearchAttribute), dirty)
-    with database.engine.connect() as connection:
-        connection.execute(text("ANALYZE"))
-        connection.commit()
+    with database.write() as session:
+        fill_sums(session.connection())
+    if database.is_sqlite:
+        database.tidy()
+    else:
+        with database.write() as session:
+            session.execute(text("ANALYZE"))
 
 
 def _store_edits(session: Session, rows: list[JsonObject], moment: datetime) -> None:
@@ -181,8 +187,15 @@ def pages(database: Database) -> list[JsonObject]:
     asked: dict[str, Callable[[], object]] = {
         "overview": lambda: activity.overview(0),
         "activity of a person": lambda: activity.of("p7"),
+        "list of videos": lambda: listed(database),
     }
     return [{"page": name, **_timed(ask)[0]} for name, ask in asked.items()]
+
+
+def listed(database: Database) -> bytes:
+    """The answer of ``GET /api/videos``, as it is sent to a browser that takes no compressed one."""
+    with database.read() as session:
+        return to_json({"videos": video_listing(session)})
 
 
 def _timed(ask: Callable[[], _Answer]) -> tuple[dict[str, float], _Answer]:

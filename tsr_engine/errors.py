@@ -20,6 +20,9 @@ ImportProblem = Literal["broken", "too_large", "unsafe"]
 """What is wrong with a file of another tool: it breaks a rule of its format; there is or unfolds more of it than is
 read; or it asks for what no annotations need and attacks do (names that lead out of an archive, a DOCTYPE)."""
 
+StorageProblem = Literal["full", "limit", "failed"]
+"""Why something cannot be written: no room is left, a file would be larger than it may be, or anything else."""
+
 
 class TsrError(Exception):
     """Base of all errors that are explained to the user in one sentence."""
@@ -56,9 +59,17 @@ class EvidenceError(TsrError):
 
 
 class StorageError(TsrError):
-    """A full disk or a folder that cannot be written."""
+    """A full disk or a folder that cannot be written.
+
+    Attributes:
+        kind: what is in the way; the same to a person, but not to a server that is asked.
+    """
 
     exit_code = 6
+
+    def __init__(self, message: str, kind: StorageProblem = "failed") -> None:
+        super().__init__(message)
+        self.kind: StorageProblem = kind
 
 
 class ExportError(TsrError):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import errno
 import os
 import re
 import shutil
@@ -19,7 +18,7 @@ from fastapi import Request
 from starlette.requests import ClientDisconnect
 
 from app.context import Context
-from app.errors import Invalid, StorageFull, TooLarge
+from app.errors import Invalid, TooLarge, not_written
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["RAW_BODY", "receive", "received", "safe_name", "while_there"]
@@ -103,7 +102,7 @@ async def receive(request: Request, path: Path, most: int, look: Callable[[bytes
     Raises:
         TooLarge: over the limit.
         Invalid: empty, or broken off.
-        StorageFull: the disk is full.
+        StorageFull: the disk is full, or the file may not grow so large.
     """
     length = request.headers.get("content-length", "0")
     announced = int(length) if length.isascii() and length.isdigit() else 0
@@ -123,9 +122,10 @@ async def receive(request: Request, path: Path, most: int, look: Callable[[bytes
     except ClientDisconnect:
         raise Invalid("The upload broke off. Nothing was imported.", field="body", code="broken_off") from None
     except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-            raise StorageFull("The disk is full: nothing was imported. Free some space and try again.") from None
-        raise
+        full = not_written(error)
+        if full is None:
+            raise
+        raise full from None
     if not size:
         raise Invalid("The file is empty. Nothing was imported.", field="body")
     if 0 < announced != size:

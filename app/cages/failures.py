@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import logging
 from typing import cast
 
@@ -10,7 +9,7 @@ from sqlalchemy.exc import DBAPIError
 
 import app.errors as of_requests
 import tsr_engine.errors as of_engine
-from app.errors import ApiError, StorageFull
+from app.errors import ApiError, not_written
 from app.storage.database import storage_failure
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError
 from tsr_engine.json_shapes import JsonObject
@@ -28,8 +27,8 @@ def report(error: Exception) -> JsonObject:
     """A failure for the other side; one that nobody expected is in the log of this one."""
     if isinstance(error, DBAPIError):
         error = storage_failure(error) or error
-    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-        error = StorageFull("The disk is full: nothing was imported. Free some space and try again.")
+    if isinstance(error, OSError):
+        error = not_written(error) or error
     if isinstance(error, ApiError):
         more = {"code": error.code, "field": error.field, "details": error.details}
         return {"request": type(error).__name__, "message": error.message, **more}

@@ -14,6 +14,7 @@ from sqlalchemy import Select, select, text
 from sqlalchemy.orm import Session
 
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
+from app.edits.sums import Change, count_reviewed, sum_up
 from app.errors import Conflict
 from app.events import EventBus
 from app.evidence.service import EvidenceService
@@ -183,7 +184,7 @@ class LogStore:
         Returns:
             The operation, and the documents as they were stored.
         """
-        saved = self._save(session, run.id, before, after)
+        saved, changes = self._save(session, run.id, before, after)
         row = Edit(
             op_id=op_id,
             run_id=run.id,
@@ -198,6 +199,8 @@ class LogStore:
         self._events.order(session)
         session.add(row)
         session.flush()
+        count_reviewed(session, run.id, changes)
+        sum_up(session, row)
         docs = list(row.after.values()) if len(row.after) <= _MOST_REPORTED else None  # more than that, pages ask for
         reported = {"seq": row.seq, "op_id": op_id, "author": author, "docs": docs}
         self._events.publish(session, "edit", run.id, reported)
@@ -206,9 +209,10 @@ class LogStore:
     @staticmethod
     def _save(
         session: Session, run_id: str, before: Mapping[str, TrackDoc | None], after: Mapping[str, TrackDoc]
-    ) -> dict[str, TrackDoc]:
-        """Store documents with their next revision; ``after`` as it was stored."""
-        saved = {}
+    ) -> tuple[dict[str, TrackDoc], list[Change]]:
+        """Store documents with their next revision: ``after`` as it was stored, and what it changes."""
+        saved: dict[str, TrackDoc] = {}
+        changes: list[Change] = []
         rows = _stored(session, run_id, list(after)) if len(after) > _FEW else None
         for key, doc in after.items():
             old = before.get(key)
@@ -218,8 +222,10 @@ class LogStore:
             if row is None:
                 row = TrackDocument(run_id=run_id, key=key)
                 session.add(row)
-            row.revision, row.document = revision, saved[key].model_dump(mode="json")
-        return saved
+            old_document, row.document = row.document, saved[key].model_dump(mode="json")
+            row.revision = revision
+            changes.append((key, old_document, row.document))
+        return saved, changes
 
 
 def documents_of(session: Session, run_id: str) -> dict[str, TrackDoc]:

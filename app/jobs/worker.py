@@ -7,7 +7,6 @@ what they will need.
 
 from __future__ import annotations
 
-import errno
 import logging
 import os
 import resource
@@ -37,6 +36,7 @@ from app.storage.database import Database, sqlite_file, storage_failure
 from app.storage.identity import database_of, place_of
 from tsr_engine.errors import TsrError
 from tsr_engine.extras import explained
+from tsr_engine.io.storage_problems import TOO_LARGE, storage_problem
 
 __all__ = ["main"]
 
@@ -201,8 +201,9 @@ def _execute(task: TaskContext) -> None:
         full = known is not None and known.code == StorageFull.default_code
         _failed(task, _FULL if full else f"The database could not be written: {error.orig}.")
     except Exception as error:
-        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-            _failed(task, _FULL)
+        kind = storage_problem(error)
+        if kind != "failed":
+            _failed(task, _FULL if kind == "full" else f"A file could not be written: {TOO_LARGE}.")
             return
         _log.exception("Job %s failed.", job.id)
         name = type(error).__name__

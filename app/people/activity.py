@@ -1,27 +1,28 @@
-"""What people have done: one person's operations, and how the work of all goes, from the log of edits."""
+"""What people have done: one person's operations, and how the work of all goes, from the log of edits and its sums."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from datetime import UTC, datetime, timedelta
-from typing import Any, cast
+from datetime import UTC, datetime
+from typing import cast
 
-from sqlalchemy import func, select, true
+from sqlalchemy import ColumnElement, case, func, select, true
 from sqlalchemy.orm import Session
 
+from app.edits.sums import day_of
 from app.people.roles import Role
 from app.people.service import person_named
-from app.people.work import Decision, agreement, clocks_differ, decided, decisions, hours_of
-from app.search.filters import noted
 from app.shapes import Model
 from app.storage.database import Database
-from app.storage.models import Assignment, Edit, Person, Run, SearchRun, SearchTrack, Video
+from app.storage.models import Assignment, Edit, Person, Run, SearchRun, Verdict, Video, WorkDay
 
 __all__ = ["Activity", "ActivityService", "Done", "Overview", "Worker"]
 
 DAYS = 30
-"""Days that figures of work look back."""
+"""Days that figures of work look back, today among them."""
+_SKEW = 60.0
+"""Seconds by which clocks may differ."""
 _PAGE = 100
 
 
@@ -116,7 +117,7 @@ class ActivityService:
             )
             rows = session.execute(query if before is None else query.where(Edit.seq < before)).all()
             done = [_done(*row) for row in rows[:_PAGE]]
-            (worker,) = _workers(session, _decisions(session, person.name), _moments(session, person.name), [person])
+            (worker,) = _workers(session, [person], person.name)
             return Activity(worker=worker, done=done, more=done[-1].seq if len(rows) > _PAGE else None)
 
     def overview(self, unread: int) -> Overview:
@@ -126,22 +127,25 @@ class ActivityService:
             unread: runs that the tables of the search lack so far.
         """
         with self._database.read() as session:
-            states = _states(session)
-            broken = select(func.count()).where(SearchRun.error.is_not(None), SearchRun.current == true())
-            found, moments = _decisions(session), _moments(session)
-            twice, agreed = agreement(found)
+            row = SearchRun
+            sums = [func.coalesce(func.sum(each), 0) for each in (row.tracks, row.accepted, row.rejected, row.notes)]
+            sums.append(func.count(row.error))
+            tracks, accepted, rejected, notes, broken = session.execute(
+                select(*sums).where(row.current == true())
+            ).one()
+            twice, agreed = _agreement(session)
             people = session.scalars(select(Person).order_by(Person.key)).all()
             return Overview(
                 videos=session.scalar(select(func.count()).select_from(Video)) or 0,
-                tracks=states.total(),
-                reviewed=states["accepted"] + states["rejected"],
-                rejected=states["rejected"],
-                notes=_notes(session),
-                unread=unread + (session.scalar(broken) or 0),
+                tracks=tracks,
+                reviewed=accepted + rejected,
+                rejected=rejected,
+                notes=notes,
+                unread=unread + broken,
                 decided_twice=twice,
                 agreed=agreed,
-                people=_workers(session, found, moments, people),
-                clocks=_clocks([moment for _, moment in moments]),
+                people=_workers(session, people),
+                clocks=_clocks(session),
             )
 
 
@@ -160,38 +164,35 @@ def _done(edit: Edit, video_id: str, video_name: str) -> Done:
     )
 
 
-def _recent(author: str | None) -> list[Any]:
-    since = [Edit.created >= datetime.now(UTC) - timedelta(days=DAYS)]
-    return since if author is None else [*since, Edit.author == author]
+def _since() -> int:
+    """The first day that figures of work look at: today is the last one."""
+    return day_of(datetime.now(UTC)) - DAYS + 1
 
 
-def _decisions(session: Session, author: str | None = None) -> list[Decision]:
-    """Verdicts of the last days, without those that were undone."""
-    recent = _recent(author)
-    stands: dict[str, str] = {}
-    reverting = select(Edit.reverts, Edit.kind).where(*recent, Edit.kind.in_(["undo", "redo"])).order_by(Edit.seq)
-    for reverted, kind in session.execute(reverting):
-        stands[str(reverted)] = kind
-    query = select(Edit.op_id, Edit.author, Edit.run_id, Edit.command)
-    verdicts = query.where(*recent, Edit.kind.in_(["set_review", "review_tracks"])).order_by(Edit.seq)
-    rows = ((op_id, by, run, command) for op_id, by, run, command in session.execute(verdicts))
-    return decisions(rows, (op_id for op_id, kind in stands.items() if kind == "undo"))
+def _agreement(session: Session) -> tuple[int, int]:
+    """Of the tracks that two people have decided: how many, and on how many they say the same."""
+    recent = Verdict.day >= _since()
+    several = select(Verdict.run_id, Verdict.key).where(recent).group_by(Verdict.run_id, Verdict.key)
+    verdicts = several.having(func.count() > 1)
+    found = verdicts.add_columns((func.min(Verdict.verdict) == func.max(Verdict.verdict)).label("same")).subquery()
+    twice, agreed = session.execute(select(func.count(), func.count(case((found.c.same, 1))))).one()
+    return twice, agreed
 
 
-def _moments(session: Session, author: str | None = None) -> list[tuple[str, datetime]]:
-    """Author and time of the operations of the last days, in the order of the log."""
-    query = select(Edit.author, Edit.created).where(*_recent(author)).order_by(Edit.seq)
-    return [(by, created) for by, created in session.execute(query)]
+def _workers(session: Session, people: Sequence[Person], author: str | None = None) -> list[Worker]:
+    """How the work of people goes, and that of authors without an account; ``author``: of this one only."""
 
+    def recent(table: type[Verdict | WorkDay]) -> list[ColumnElement[bool]]:
+        return [table.day >= _since(), *([] if author is None else [table.author == author])]
 
-def _workers(
-    session: Session, found: Sequence[Decision], moments: Sequence[tuple[str, datetime]], people: Sequence[Person]
-) -> list[Worker]:
-    by_author: dict[str, list[datetime]] = {}
-    for author, moment in moments:
-        by_author.setdefault(author, []).append(moment)
-    tracks = decided(found)
-    rejected = decided(one for one in found if one.verdict == "rejected")
+    days = select(WorkDay.author, func.sum(WorkDay.seconds)).where(*recent(WorkDay)).group_by(WorkDay.author)
+    seconds = dict(session.execute(days).all())
+    verdicts = select(Verdict.author, Verdict.verdict, func.count()).where(*recent(Verdict))
+    decided: Counter[str] = Counter()
+    rejected: Counter[str] = Counter()
+    for name, verdict, count in session.execute(verdicts.group_by(Verdict.author, Verdict.verdict)):
+        decided[name] += count
+        rejected[name] += count if verdict == "rejected" else 0
     states = select(Assignment.person_id, Assignment.state, func.count()).group_by(
         Assignment.person_id, Assignment.state
     )
@@ -201,7 +202,7 @@ def _workers(
         left[person_id] += count if state != "done" else 0
         in_review[person_id] += count if state == "in_review" else 0
     accounts = {person.name: person for person in people}
-    others = sorted(by_author.keys() - accounts.keys())
+    others = sorted(seconds.keys() - accounts.keys())
     workers = []
     for name in [*accounts, *others]:
         person = accounts.get(name)
@@ -209,9 +210,9 @@ def _workers(
             Worker(
                 name=name,
                 role=None if person is None else cast(Role, person.role),
-                decided=len(tracks.get(name, ())),
-                rejected=len(rejected.get(name, ())),
-                hours=round(hours_of(by_author.get(name, [])), 2),
+                decided=decided[name],
+                rejected=rejected[name],
+                hours=round(seconds.get(name, 0.0) / 3600, 2),
                 assigned=0 if person is None else left[person.id],
                 in_review=0 if person is None else in_review[person.id],
             )
@@ -219,26 +220,15 @@ def _workers(
     return workers
 
 
-def _states(session: Session) -> Counter[str]:
-    """How many tracks are in which state of review."""
-    row = SearchTrack
-    counted = select(row.state, func.count()).where(row.current == true(), row.state != "ignored").group_by(row.state)
-    return Counter(dict(session.execute(counted).all()))
-
-
-def _notes(session: Session) -> int:
-    """How many notes there are on tracks."""
-    text = SearchTrack.notes
-    lines = func.length(text) - func.length(func.replace(text, "\n", "")) + 1
-    return session.scalar(select(func.sum(lines)).where(SearchTrack.current == true(), noted())) or 0
-
-
-def _clocks(moments: Sequence[datetime]) -> str | None:
-    apart = clocks_differ(moments, datetime.now(UTC))
-    if apart is None:
+def _clocks(session: Session) -> str | None:
+    """A sentence where times of the log cannot be right: before those of earlier rows, or in the future."""
+    back = session.scalar(select(func.max(WorkDay.back)).where(WorkDay.day >= _since())) or 0.0
+    latest = session.scalar(select(func.max(WorkDay.latest)))
+    ahead = 0.0 if latest is None else (latest - datetime.now(UTC)).total_seconds()
+    apart = max(back, ahead)
+    if apart <= _SKEW:
         return None
-    minutes = round(apart / timedelta(minutes=1))
     return (
-        f"The clocks of servers or of the past differ by {minutes} minutes: times in histories may be wrong. Their "
-        "order is right."
+        f"The clocks of servers or of the past differ by {round(apart / 60)} minutes: times in histories may be wrong. "
+        "Their order is right."
     )

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 
-from sqlalchemy import delete, func, insert, select, update
+from sqlalchemy import case, delete, func, insert, select, update
 from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session
 
@@ -251,6 +251,7 @@ class SearchIndex:
                 session.execute(insert(SearchTrack), [own | row for row in rows.tracks])
             if rows.attributes:
                 session.execute(insert(SearchAttribute), [{"run_id": run_id} | row for row in rows.attributes])
+            count_tracks(session, run_id)
 
     def _flag(self, flags: dict[str, bool]) -> None:
         with self._database.write() as session:
@@ -265,6 +266,21 @@ class SearchIndex:
             query = select(SearchRun.run_id, SearchRun.seq).where(SearchRun.run_id.in_(runs[start:][:_AT_ONCE]))
             found |= {row[0]: row[1] for row in session.execute(query)}
         return found
+
+
+def count_tracks(session: Session, run_id: str) -> None:
+    """Store with a run how many tracks and notes it has in the tables, so that an overview adds up runs, not tracks."""
+    row = SearchTrack
+    lines = func.length(row.notes) - func.length(func.replace(row.notes, "\n", "")) + 1
+    counted = {
+        "tracks": case((row.state != "ignored", 1), else_=0),
+        "accepted": case((row.state == "accepted", 1), else_=0),
+        "rejected": case((row.state == "rejected", 1), else_=0),
+        "notes": case((row.notes != "", lines), else_=0),
+    }
+    sums = (func.coalesce(func.sum(each), 0).label(name) for name, each in counted.items())
+    found = session.execute(select(*sums).where(row.run_id == run_id)).one()
+    session.execute(update(SearchRun).where(SearchRun.run_id == run_id).values(found._asdict()))
 
 
 def _parts(keys: Sequence[str] | None) -> list[Sequence[str] | None]:

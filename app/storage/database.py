@@ -10,18 +10,21 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import unquote
 
-from sqlalchemy import URL, Connection, create_engine, event, make_url
+from sqlalchemy import URL, Connection, create_engine, event, make_url, text
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from app.errors import ApiError, Busy, Invalid, StorageFull
 from tsr_engine.errors import UsageError
+from tsr_engine.io.storage_problems import database_problem
 
 __all__ = ["Database", "sqlite_file", "storage_failure"]
 
 _WAIT_MS = 8000
 """How long SQLite waits for another writer."""
+_LOOKED_AT = 1000
+"""Rows of each index that SQLite looks at to choose by: a few ms, whatever the size of the database."""
 
 
 _FULL: Final = "53100"
@@ -132,6 +135,17 @@ class Database:
 
         bring_up_to_date(self._writer, backup if self.is_sqlite else None)
 
+    def tidy(self) -> None:
+        """Let SQLite look at a part of each table, so that it chooses indexes by what is there.
+
+        PostgreSQL does that by itself. Connections learn of it when they are opened, so idle ones are closed.
+        """
+        if self.is_sqlite:
+            with self.write() as session:
+                session.execute(text(f"PRAGMA analysis_limit = {_LOOKED_AT}"))
+                session.execute(text("ANALYZE"))
+            self.engine.dispose()
+
     def close(self) -> None:
         """Close all connections; one that a thread still uses is closed when it comes back."""
         self._closed = True
@@ -168,7 +182,7 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
     """
     text = str(error.orig).lower()
     if isinstance(error.orig, sqlite3.Error):
-        return _of_sqlite(text)
+        return _of_sqlite(error.orig, text)
     state = str(getattr(error.orig, "sqlstate", None) or "")
     if state.startswith(_FULL):
         return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
@@ -185,9 +199,20 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
     return None
 
 
-def _of_sqlite(text: str) -> ApiError | None:
-    if "disk is full" in text or "disk i/o error" in text:
+def _of_sqlite(error: sqlite3.Error, text: str) -> ApiError | None:
+    if "disk is full" in text:
         return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
+    if "disk i/o error" in text and database_problem(error) == "limit":
+        return StorageFull(
+            "The database may not grow: the server's limit on the size of files (ulimit -f) is reached. Nothing was "
+            "saved. Raise the limit; what you did is kept in the page.",
+            code="storage_limit",
+        )
+    if "disk i/o error" in text:
+        return StorageFull(
+            "The disk of the data folder fails: nothing was saved. Look after it; what you did is kept in the page.",
+            code="storage_failed",
+        )
     if "locked" in text or "busy" in text:
         return Busy("The database is busy. The request can be repeated.", code="database_busy")
     if "readonly" in text:

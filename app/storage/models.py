@@ -19,6 +19,7 @@ from app.storage.moments import Moment
 from app.storage.output_tables import ModelVersion, Output
 from app.storage.people_tables import Assignment, Person, PersonSecret, SecondOpinion
 from app.storage.search_tables import SearchAttribute, SearchRun, SearchTrack, VideoTag
+from app.storage.work_tables import ReviewCount, Verdict, WorkDay
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "Output",
     "Person",
     "PersonSecret",
+    "ReviewCount",
     "Run",
     "SearchAttribute",
     "SearchRun",
@@ -45,8 +47,10 @@ __all__ = [
     "SecondOpinion",
     "Server",
     "TrackDocument",
+    "Verdict",
     "Video",
     "VideoTag",
+    "WorkDay",
 ]
 
 

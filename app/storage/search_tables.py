@@ -41,6 +41,12 @@ class SearchRun(Base):
     """The run that stands for its video."""
     error: Mapped[str | None] = mapped_column(Text)
     """Why its tracks are not known."""
+    tracks: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
+    """Its tracks; without regions that nobody counts. So in what follows."""
+    accepted: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
+    rejected: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
+    notes: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
+    """Notes on all its tracks, those on regions that nobody counts among them."""
 
 
 class SearchTrack(Base):

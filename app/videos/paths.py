@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import unicodedata
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,10 +14,12 @@ from app.videos.beneath import LINKS, open_beneath, resolved
 from tsr_engine.io.opened_file import OpenedFile, unreadable
 from tsr_engine.io.video_kinds import SUFFIXES
 
-__all__ = ["MOST_ENTRIES", "Listing", "allowed_path", "list_folder", "open_allowed", "root_of"]
+__all__ = ["MOST_ENTRIES", "Listing", "allowed_path", "files_among", "list_folder", "open_allowed", "root_of"]
 
 MOST_ENTRIES = 2000
 """Folders and videos of one folder that are listed at most."""
+_MANY = 16
+"""Files of one folder from which on the folder is read instead of asking for each."""
 _OUTSIDE = "That path lies outside the folders that this server may read. Start it with --root FOLDER to allow another."
 
 
@@ -145,3 +148,19 @@ def list_folder(text: str, roots: Sequence[Path]) -> Listing:
         os.close(opened)
     parent = folder.parent if _inside(folder.parent, roots) else None
     return Listing(folder, parent, folders, videos, truncated)
+
+
+def files_among(paths: Sequence[str]) -> set[str]:
+    """Those of some absolute paths that are files. A folder with many of them is read once: that asks disks less."""
+    folders: dict[str, list[str]] = {}
+    for path in paths:
+        folders.setdefault(os.path.dirname(path), []).append(path)  # noqa: PTH120 - of ten thousand texts
+    found: set[str] = set()
+    for folder, wanted in folders.items():
+        if len(wanted) < _MANY:
+            found.update(path for path in wanted if os.path.isfile(path))  # noqa: PTH113 - as above
+            continue
+        with suppress(OSError), os.scandir(folder) as entries:
+            names = {f"{folder.rstrip('/')}/{entry.name}": entry for entry in entries}
+            found.update(path for path in wanted if path in names and names[path].is_file())
+    return found

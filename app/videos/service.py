@@ -6,6 +6,7 @@ import stat
 from collections.abc import Sequence
 from pathlib import Path
 
+from pydantic_core import to_json
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
@@ -23,7 +24,7 @@ from app.videos.samples import SampleDrives
 from app.videos.table import unpack
 from app.videos.thumbnails import thumbnail_path
 from app.videos.uploads import Uploads
-from app.videos.view import VideoView, publish_video, video_view, video_views
+from app.videos.view import VideoView, publish_video, video_listing, video_view
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import Stamp, stamp_of
@@ -51,11 +52,10 @@ class VideoService(SampleDrives):
         self._uploads = uploads
         self._servers = servers
 
-    def views(self) -> list[VideoView]:
-        """All videos, the newest first."""
+    def listing(self) -> bytes:
+        """All videos, the newest first: the JSON answer ``{"videos": [VideoView, ...]}``."""
         with self._database.read() as session:
-            videos = session.scalars(select(Video).order_by(Video.created.desc(), Video.name)).all()
-            return video_views(session, videos)
+            return to_json({"videos": video_listing(session)})
 
     def view(self, video_id: str) -> VideoView:
         """One video.

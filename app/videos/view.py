@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from pathlib import Path
 
-from sqlalchemy import and_, case, func, not_, select
+from sqlalchemy import ColumnElement, select, true
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
 from app.shapes import Model
 from app.storage.latest import latest_last
-from app.storage.models import Run, TrackDocument, Video, VideoTag
+from app.storage.models import ReviewCount, Run, Video, VideoTag
 from app.storage.places import here_of
+from app.videos.paths import files_among
+from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["ReviewProgress", "VideoView", "publish_video", "video_view", "video_views"]
-
-_AT_ONCE = 500
-"""Videos a query; databases take some thousand values in one list."""
+__all__ = ["ReviewProgress", "VideoView", "publish_video", "video_listing", "video_view"]
 
 
 class ReviewProgress(Model):
@@ -68,82 +65,64 @@ class VideoView(Model):
     """Of the latest complete run: tracks that are there, and those accepted or rejected."""
 
 
-def video_views(session: Session, videos: Sequence[Video]) -> list[VideoView]:
-    """The present state of many videos: two queries a few hundred, so that a library of thousands lists at once."""
-    return [view for start in range(0, len(videos), _AT_ONCE) for view in _views(session, videos[start:][:_AT_ONCE])]
+def video_listing(session: Session) -> list[JsonObject]:
+    """The fields of all ``VideoView``, the newest video first; a few queries for a library of thousands."""
+    return _fields(session, true())
 
 
 def video_view(session: Session, video: Video) -> VideoView:
     """The video's present state."""
-    return video_views(session, [video])[0]
+    session.flush()
+    return VideoView(**_fields(session, Video.id == video.id)[0])
 
 
-def _views(session: Session, videos: Sequence[Video]) -> list[VideoView]:
-    ids = [video.id for video in videos]
+def _fields(session: Session, wanted: ColumnElement[bool]) -> list[JsonObject]:
+    # plain rows: objects of 10,000 videos and runs take longer to make than to send
+    execute = session.connection().execute
     counts: Counter[str] = Counter()
-    latest: dict[str, tuple[str, int]] = {}
-    runs = select(Run.id, Run.video_id, Run.kind, Run.tracks).where(Run.video_id.in_(ids)).order_by(*latest_last())
-    for run_id, video_id, kind, tracks in session.execute(runs):
+    latest: dict[str, tuple[str, int, int]] = {}
+    runs = (
+        select(Run.id, Run.video_id, Run.kind, Run.tracks, ReviewCount.more, ReviewCount.reviewed)
+        .join(Video, Video.id == Run.video_id)
+        .outerjoin(ReviewCount, ReviewCount.run_id == Run.id)
+        .where(wanted)
+        .order_by(*latest_last())
+    )
+    for run_id, video_id, kind, tracks, more, reviewed in execute(runs):
         counts[video_id] += 1
         if kind != "whatif":
-            latest[video_id] = run_id, tracks or 0
-    # counted by the database: documents of a whole library are too much to read for two numbers
-    gone = TrackDocument.document["gone"].as_boolean()
-    judged = TrackDocument.document["review"].as_string().in_(["accepted", "rejected"])
-    own = not_(TrackDocument.key.startswith("m"))
-    more = case((and_(own, not_(gone)), 1), (and_(not_(own), gone), -1), else_=0)
-    documents = (
-        select(TrackDocument.run_id, func.sum(more), func.sum(case((and_(judged, not_(gone)), 1), else_=0)))
-        .where(TrackDocument.run_id.in_([run_id for run_id, _ in latest.values()]))
-        .group_by(TrackDocument.run_id)
-    )
-    edited: dict[str, tuple[int, int]] = {}
-    for run_id, change, reviewed in session.execute(documents) if latest else ():
-        edited[run_id] = change, reviewed
+            latest[video_id] = run_id, max(0, (tracks or 0) + (more or 0)), reviewed or 0
     tags: dict[str, list[str]] = {}
-    given = select(VideoTag.video_id, VideoTag.tag).where(VideoTag.video_id.in_(ids)).order_by(VideoTag.tag)
-    for video_id, tag in session.execute(given):
+    given = select(VideoTag.video_id, VideoTag.tag).join(Video, Video.id == VideoTag.video_id).where(wanted)
+    for video_id, tag in execute(given.order_by(VideoTag.tag)):
         tags.setdefault(video_id, []).append(tag)
+    rows = execute(select(*_COLUMNS).where(wanted).order_by(Video.created.desc(), Video.name)).all()
     here = here_of(session)
-    return [
-        _view(video, tags.get(video.id, []), counts[video.id], latest.get(video.id), edited, here) for video in videos
-    ]
+    ours = [place in (None, here) or here is None for *_, place in rows]
+    there = files_among([path for (_, _, path, *_), own in zip(rows, ours, strict=True) if own])
+    found = []
+    for (video_id, name, path, warnings, created, *rest, _), own in zip(rows, ours, strict=True):
+        newest = latest.get(video_id)
+        tracks, reviewed = (0, 0) if newest is None else newest[1:]
+        fields = dict(zip(_PLAIN, rest, strict=True))
+        fields |= {"id": video_id, "name": name, "path": path, "missing": own and path not in there}
+        fields |= {"warnings": list(warnings or []), "created": created.isoformat(), "tags": tags.get(video_id, [])}
+        fields |= {"runs": counts[video_id], "latest_run": None if newest is None else newest[0]}
+        fields["review"] = {"tracks": tracks, "reviewed": reviewed}
+        found.append(fields)
+    return found
 
 
-def _view(
-    video: Video,
-    tags: list[str],
-    runs: int,
-    latest: tuple[str, int] | None,
-    edited: Mapping[str, tuple[int, int]],
-    here: str | None,
-) -> VideoView:
-    run_id, tracks = latest or (None, 0)
-    more, reviewed = edited.get(run_id, (0, 0)) if run_id else (0, 0)
-    return VideoView(
-        id=video.id,
-        name=video.name,
-        path=video.path,
-        size=video.size,
-        state=video.state,
-        error=video.error,
-        missing=(here is None or video.place in (None, here)) and not Path(video.path).is_file(),
-        sample=video.sample,
-        width=video.width,
-        height=video.height,
-        pixel_ratio=video.pixel_ratio,
-        frames=video.frames,
-        duration=video.duration,
-        rate=video.rate,
-        codec=video.codec,
-        warnings=list(video.warnings or []),
-        created=video.created.isoformat(),
-        label_set=video.label_set,
-        tags=tags,
-        runs=runs,
-        latest_run=run_id,
-        review=ReviewProgress(tracks=max(0, tracks + more), reviewed=reviewed),
-    )
+_PLAIN = (
+    *("size", "state", "error", "sample", "width", "height", "pixel_ratio"),
+    *("frames", "duration", "rate", "codec", "label_set"),
+)
+"""Fields that are columns of the same name."""
+_COLUMNS = (
+    *(Video.id, Video.name, Video.path, Video.warnings, Video.created),
+    *(getattr(Video, name) for name in _PLAIN),
+    Video.place,
+)
 
 
 def publish_video(session: Session, events: EventBus, video: Video) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from app.storage.database import Database
 from benchmarks.experiment import Data, Experiment, Result, machine, table
-from benchmarks.search_scale import MOST_MS, fill, measured, pages, size_mb
+from benchmarks.search_scale import MOST_MS, TRACKS_OF_DRIVE, fill, measured, pages, size_mb
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]
@@ -29,8 +29,8 @@ def _run(data: Data) -> Result:
     file.unlink(missing_ok=True)
     return Result(
         "search",
-        data=f"{tracks:,} tracks in {-(-tracks // 500):,} drives that are made up: 44 labels, 20 people, notes on one "
-        "in 50, an attribute on one in 25, an edit and a document for four in ten. Each "
+        data=f"{tracks:,} tracks in {-(-tracks // TRACKS_OF_DRIVE):,} drives that are made up: 44 labels, 20 people, "
+        "notes on one in 50, an attribute on one in 25, an edit and a document for four in ten. Each "
         "answer is a page of 60 with its count, asked seven times.",
         figures={"tracks": tracks, "databases": figures},
         settings={"seed": data.seed},

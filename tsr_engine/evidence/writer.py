@@ -5,7 +5,6 @@ After a kill at any moment the store holds exactly the chunks whose transactions
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import os
 import sqlite3
@@ -19,6 +18,7 @@ from tsr_engine.evidence.encode import Rows, StoredTrack, TableEntry, add_rows
 from tsr_engine.evidence.header import RunHeader, RunState, read_header, write_header
 from tsr_engine.evidence.schema import BY_NAME, DATABASE, LOCK_FILE, RUN_FILE, SCHEMA_VERSION, TABLES, create_tables
 from tsr_engine.io.atomic import refuse_inputs
+from tsr_engine.io.storage_problems import database_problem, storage_problem
 from tsr_engine.records import FrameEvidence
 
 DEFAULT_CHUNK = 32
@@ -336,12 +336,16 @@ def _storage(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        advice = "Free some space and resume" if error.errno in (errno.ENOSPC, errno.EFBIG) else "Choose another folder"
-        raise StorageError(f"Cannot write the evidence in {folder}: {error.strerror}. {advice}.") from None
+        advice = {"full": "Free some space and resume", "limit": "Raise the limit on files (ulimit -f) and resume"}
+        kind = storage_problem(error)
+        what = advice.get(kind, "Choose another folder")
+        raise StorageError(f"Cannot write the evidence in {folder}: {error.strerror}. {what}.", kind) from None
     except sqlite3.DatabaseError as error:
         # Extended result codes carry the primary one in their low byte.
         if getattr(error, "sqlite_errorcode", 0) & 0xFF in _DAMAGE:
             raise EvidenceError(f"{folder / DATABASE} is damaged ({error}). Track the video again.") from None
-        raise StorageError(
-            f"Cannot write the evidence in {folder}: {error}. Free some space or choose another folder, then resume."
-        ) from None
+        kind = database_problem(error)
+        what = {"full": "Free some space", "limit": "Raise the limit on files (ulimit -f)"}.get(
+            kind, "Look after the disk, or choose another folder"
+        )
+        raise StorageError(f"Cannot write the evidence in {folder}: {error}. {what}, then resume.", kind) from None

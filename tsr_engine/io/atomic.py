@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import IO, Any, BinaryIO, TextIO, cast
 
 from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.io.storage_problems import TOO_LARGE, full_because, storage_problem
 from tsr_engine.io.unfinished import UnfinishedFile
 
 __all__ = [
@@ -107,8 +108,12 @@ def refuse_unwritable(folder: Path) -> None:
 def storage_error(path: Path, error: OSError) -> StorageError:
     """An operating system's refusal to write, as a sentence that says what to do."""
     reason = error.strerror or str(error)
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return StorageError(f"Cannot write {path}: the disk is full. Free some space or choose another folder.")
+    kind = storage_problem(error)
+    if kind == "full":
+        why = full_because(error)
+        return StorageError(f"Cannot write {path}: {why}. Free some space or choose another folder.", kind)
+    if kind == "limit":
+        return StorageError(f"Cannot write {path}: {TOO_LARGE}.", kind)
     if error.errno in (errno.EEXIST, errno.ENOTDIR):
         return StorageError(f"Cannot write {path}: a file stands where a folder is needed. Choose another place.")
     return StorageError(f"Cannot write {path}: {reason}. Choose another place or change its permissions.")

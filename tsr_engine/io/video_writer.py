@@ -12,13 +12,13 @@ import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
 
 from tsr_engine.errors import ExportError, StorageError, UsageError
+from tsr_engine.io.storage_problems import TOO_LARGE, full_because, storage_problem
 from tsr_engine.io.unfinished import UnfinishedFile
 from tsr_engine.io.video_probe import reason
 from tsr_engine.records import Picture
 
 _TICKS = 90_000
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-_STORAGE = (*_FULL, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM)
+_STORAGE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM)
 # MP4 has 32 bits with sign for how far a picture's time lies behind its place in the file, which is up to four pictures
 # further on where pictures are predicted from later ones.
 _LONGEST_GAP = 2**28
@@ -215,11 +215,15 @@ class VideoWriter:
         return self._storage_error(cause)
 
     def _storage_error(self, error: BaseException) -> StorageError:
-        if getattr(error, "errno", None) in _FULL:
-            return StorageError(f"The disk is full: {self.path} was not written. Free some space and run again.")
-        return StorageError(
-            f"Cannot write the video {self.path}: {reason(error)}. Choose another folder or free some space."
-        )
+        kind = storage_problem(error)
+        if kind == "full":
+            why = full_because(error)
+            return StorageError(
+                f"{why.capitalize()}: {self.path} was not written. Free some space and run again.", kind
+            )
+        if kind == "limit":
+            return StorageError(f"The video {self.path} was not written: {TOO_LARGE}.", kind)
+        return StorageError(f"Cannot write the video {self.path}: {reason(error)}. Choose another folder.", kind)
 
 
 class _Sink:

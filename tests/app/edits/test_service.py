@@ -270,7 +270,8 @@ for step in range(100000):
         if full:
             raise
         failure = storage_failure(error)
-        print("full", failure.status if failure else error, len(desk.service.log(desk.run, 0, 10**6)), flush=True)
+        told = f"{failure.status}:{failure.code}" if failure else error
+        print("full", told, len(desk.service.log(desk.run, 0, 10**6)), flush=True)
         resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
         full = True
     if full and known and step % 10 == 0:
@@ -300,13 +301,13 @@ def test_kill_keeps_every_acknowledged_edit(tmp_path: Path, after: int) -> None:
     assert revision == len(stored)
 
 
-def test_full_disk_is_told_and_passes(tmp_path: Path) -> None:
+def test_a_limit_on_files_is_told_and_passes(tmp_path: Path) -> None:
     with _child(tmp_path / "t.sqlite", "600000") as child:
         assert child.stdout is not None
         lines = child.stdout.read().split()
     assert child.returncode == 0
     where = lines.index("full")
-    assert lines[where + 1] == "507"
+    assert lines[where + 1] == "507:storage_limit"
     assert int(lines[where + 2]) == where, "acknowledged rows were lost"
     assert len(lines) > where + 3, "no edit went through once there was room again"
 

@@ -6,11 +6,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from sqlalchemy import event, select
+from sqlalchemy import event
 
 from app.storage.database import Database
+from app.storage.migrations.versions.v0013_sums import fill
 from app.storage.models import Base, Run, TrackDocument, Video
-from app.videos.view import VideoView, video_view, video_views
+from app.videos.paths import files_among
+from app.videos.view import VideoView, video_listing, video_view
 from tests.app.databases import cluster, database_url
 
 __all__ = ["cluster", "database_url"]
@@ -44,6 +46,8 @@ def _made(url: str, videos: int) -> Database:
             document = {"review": review, "gone": gone}
             session.add(TrackDocument(run_id="b" * 32, key=key, revision=1, document=document))
             session.add(TrackDocument(run_id="a" * 32, key=key, revision=1, document=document))
+        session.flush()
+        fill(session.connection())
     return database
 
 
@@ -51,7 +55,8 @@ def _listed(database: Database) -> tuple[list[VideoView], int]:
     statements: list[str] = []
     event.listen(database.engine, "before_cursor_execute", lambda *args: statements.append(str(args[2])))
     with database.read() as session:
-        views = video_views(session, session.scalars(select(Video).order_by(Video.id)).all())
+        listed = sorted(video_listing(session), key=lambda one: one["id"])
+        views = [VideoView.model_validate(one, strict=True, extra="forbid") for one in listed]
     return views, sum(statement.startswith("SELECT") for statement in statements)
 
 
@@ -71,5 +76,21 @@ def test_the_queries_do_not_grow_with_the_videos(tmp_path: Path, videos: int) ->
     database = _made(f"sqlite:///{tmp_path / 'tsr.sqlite'}", videos)
     views, queries = _listed(database)
     assert len(views) == videos
-    assert queries <= 1 + 3 * (1 + videos // 500)
+    assert queries == 3
     database.close()
+
+
+def test_files_are_found_one_by_one_and_in_a_folder_of_many(tmp_path: Path) -> None:
+    few, many = tmp_path / "few", tmp_path / "many"
+    few.mkdir()
+    many.mkdir()
+    (few / "a.mp4").touch()
+    for number in range(0, 40, 2):
+        (many / f"{number}.mp4").touch()
+    (many / "1.mp4").symlink_to(many / "0.mp4")
+    (many / "3.mp4").symlink_to(many / "gone")
+    (many / "5.mp4").mkdir()
+    asked = [few / "a.mp4", few / "b.mp4", Path("/gone/c.mp4"), *(many / f"{number}.mp4" for number in range(40))]
+    found = files_among([str(path) for path in asked])
+    assert found == {str(path) for path in asked if path.is_file()}
+    assert len(found) == 22

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import errno
 import hashlib
+import json
 import os
 import threading
 from collections.abc import Callable, Iterator
@@ -223,7 +224,7 @@ def test_an_upload_while_the_same_video_is_removed_keeps_its_file(
         server.context.videos.remove(first.id)
     view = again.result()
     assert Path(view.path).read_bytes() == content
-    assert [video.missing for video in server.context.videos.views()] == [False]
+    assert [video["missing"] for video in json.loads(server.context.videos.listing())["videos"]] == [False]
 
 
 @pytest.mark.parametrize("decided", [False, True], ids=["file placed", "file to go"])

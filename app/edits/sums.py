@@ -1,0 +1,149 @@
+"""Sums over documents and log, kept in the transaction of each edit: reviewed tracks, verdicts, hours of work.
+
+Rows of the log count in their order. Clocks of servers can differ, so a step back in time counts as no work. Writers
+hold the order of events meanwhile, so that two of them never change one sum at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime, timedelta
+from typing import Any, Final
+
+from sqlalchemy import delete, func, insert, select
+from sqlalchemy.orm import Session
+
+from app.storage.models import Edit, ReviewCount, Verdict, WorkDay
+from tsr_engine.json_shapes import JsonMapping
+
+__all__ = ["Change", "count_reviewed", "day_of", "sum_up"]
+
+_BREAK: Final = timedelta(minutes=5)
+"""Of a longer pause between two operations, as much as this counts as work."""
+_DECIDED: Final = ("accepted", "rejected")
+_AT_ONCE = 500
+_REVERTING: Final = ("undo", "redo")
+_JUDGING: Final = ("set_review", "review_tracks")
+_OF_MANY: Final = "edit_tracks"
+"""Operation whose command holds those for its first track."""
+
+
+Change = tuple[str, JsonMapping | None, JsonMapping]
+"""Key of a track, its document before (None: there was none), and after."""
+
+
+def count_reviewed(session: Session, run_id: str, changes: Iterable[Change]) -> None:
+    """Add what documents change in the numbers of their run.
+
+    Args:
+        session: writes; holds the order of events.
+        run_id: the run.
+        changes: of its documents.
+    """
+    more = reviewed = 0
+    for key, before, after in changes:
+        (had, judged), (has, judges) = _counted(key, before), _counted(key, after)
+        more, reviewed = more + has - had, reviewed + judges - judged
+    if more or reviewed:
+        count = session.get(ReviewCount, run_id)
+        if count is None:
+            count = ReviewCount(run_id=run_id, more=0, reviewed=0)
+            session.add(count)
+        count.more, count.reviewed = count.more + more, count.reviewed + reviewed
+
+
+def _counted(key: str, document: JsonMapping | None) -> tuple[int, int]:
+    """Tracks that a document adds to those of the engine, and reviewed ones."""
+    if document is None:
+        return 0, 0
+    gone = bool(document.get("gone"))
+    more = -int(gone) if key.startswith("m") else int(not gone)
+    return more, int(not gone and document.get("review") in _DECIDED)
+
+
+def sum_up(session: Session, edit: Edit) -> None:
+    """Add an operation that was just stored to the work of its author.
+
+    Args:
+        session: writes; holds the order of events.
+        edit: the newest of the log.
+    """
+    _add_work(session, edit)
+    if edit.kind in _REVERTING:
+        reverted = session.scalars(select(Edit).where(Edit.op_id == edit.reverts)).first()
+        if reverted is not None and _verdict_of(reverted.kind, reverted.command) is not None:
+            keys = list(reverted.after)
+            _replace(session, edit, keys, _standing(session, edit.run_id, edit.author, keys))
+        return
+    verdict = _verdict_of(edit.kind, edit.command)
+    if verdict in _DECIDED:
+        _replace(session, edit, list(edit.after), dict.fromkeys(edit.after, (verdict, day_of(edit.created))))
+
+
+def day_of(moment: datetime) -> int:
+    """Days since 1970 UTC."""
+    return (moment.astimezone(UTC).date() - datetime(1970, 1, 1, tzinfo=UTC).date()).days
+
+
+def _work_between(earlier: datetime | None, later: datetime) -> float:
+    """Seconds of work from one operation of a person to the next in the log."""
+    return 0.0 if earlier is None else min(max(later - earlier, timedelta()), _BREAK).total_seconds()
+
+
+def _add_work(session: Session, edit: Edit) -> None:
+    last = select(WorkDay).where(WorkDay.author == edit.author).order_by(WorkDay.seq.desc()).limit(1)
+    before = session.scalars(last).first()
+    latest = session.scalar(select(func.max(WorkDay.latest)))
+    seconds = _work_between(None if before is None else before.last, edit.created)
+    back = 0.0 if latest is None else max(0.0, (latest - edit.created).total_seconds())
+    number = day_of(edit.created)
+    day = before if before is not None and before.day == number else session.get(WorkDay, (edit.author, number))
+    if day is None:
+        day = WorkDay(author=edit.author, day=number, seconds=0.0, back=0.0, latest=edit.created)
+        session.add(day)
+    day.seconds, day.back = day.seconds + seconds, max(day.back, back)
+    day.seq, day.last, day.latest = edit.seq, edit.created, max(day.latest, edit.created)
+    session.flush()
+
+
+def _verdict_of(kind: str, command: JsonMapping) -> str | None:
+    """The verdict that an operation gives; None: it gives none."""
+    commands = command["commands"] if kind == _OF_MANY else [command]
+    return next((str(each["review"]) for each in commands if each["name"] in _JUDGING), None)
+
+
+def _last_verdicts(edits: Sequence[Any]) -> dict[str, tuple[str, int]]:
+    """Key of a track -> the last verdict that was not undone, and its day.
+
+    Args:
+        edits: of one person on one run, in the order of the log: rows with op_id, kind, command, reverts, created and
+            ``after``, whose keys are their tracks.
+    """
+    stands = {row.reverts: row.kind for row in edits if row.kind in _REVERTING}
+    found: dict[str, tuple[str, int]] = {}
+    for row in edits:
+        verdict = None if row.kind in _REVERTING else _verdict_of(row.kind, row.command)
+        if verdict in _DECIDED and stands.get(row.op_id) != "undo":
+            assert verdict is not None
+            found |= dict.fromkeys(row.after, (verdict, day_of(row.created)))
+    return found
+
+
+def _standing(session: Session, run_id: str, author: str, keys: Sequence[str]) -> dict[str, tuple[str, int]]:
+    """What a person says about tracks by the log."""
+    kinds = [*_REVERTING, *_JUDGING, _OF_MANY]
+    own = Edit.run_id == run_id, Edit.author == author, Edit.kind.in_(kinds)
+    query = select(Edit.op_id, Edit.kind, Edit.command, Edit.reverts, Edit.created, Edit.after).where(*own)
+    found = _last_verdicts(session.execute(query.order_by(Edit.seq)).all())
+    return {key: found[key] for key in keys if key in found}
+
+
+def _replace(session: Session, edit: Edit, keys: Sequence[str], found: Mapping[str, tuple[str, int]]) -> None:
+    own = {"run_id": edit.run_id, "author": edit.author}
+    for start in range(0, len(keys), _AT_ONCE):
+        part = keys[start : start + _AT_ONCE]
+        gone = Verdict.run_id == edit.run_id, Verdict.author == edit.author, Verdict.key.in_(part)
+        session.execute(delete(Verdict).where(*gone))
+    rows = [own | {"key": key, "verdict": verdict, "day": day} for key, (verdict, day) in found.items()]
+    if rows:
+        session.execute(insert(Verdict), rows)

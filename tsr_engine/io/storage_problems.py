@@ -1,0 +1,42 @@
+"""Why something cannot be written: no room, a file that may not grow, or a disk that fails."""
+
+from __future__ import annotations
+
+import errno
+import resource
+import sqlite3
+from typing import Final
+
+from tsr_engine.errors import StorageProblem
+
+__all__ = ["TOO_LARGE", "database_problem", "full_because", "storage_problem"]
+
+_WRITING: Final = (sqlite3.SQLITE_IOERR_WRITE, sqlite3.SQLITE_IOERR_TRUNCATE, sqlite3.SQLITE_IOERR_SHMSIZE)
+TOO_LARGE: Final = (
+    "the file would be larger than this process (ulimit -f) or the file system allows; raise the limit or choose "
+    "another folder"
+)
+"""The end of a sentence about a file that may not grow."""
+
+
+def storage_problem(error: BaseException) -> StorageProblem:
+    """What kind of problem an operating system's refusal to write is."""
+    number = getattr(error, "errno", None)
+    if number in (errno.ENOSPC, errno.EDQUOT):
+        return "full"
+    return "limit" if number == errno.EFBIG else "failed"
+
+
+def database_problem(error: sqlite3.Error) -> StorageProblem:
+    """The same of SQLite, which does not say why a write failed: a limit on this process counts as the reason."""
+    code = getattr(error, "sqlite_errorcode", 0)
+    if code == sqlite3.SQLITE_FULL:
+        return "full"
+    limited = resource.getrlimit(resource.RLIMIT_FSIZE)[0] != resource.RLIM_INFINITY
+    return "limit" if limited and code in _WRITING else "failed"
+
+
+def full_because(error: BaseException) -> str:
+    """Whose room is used up: that of the disk, or what a person may use of it."""
+    quota = getattr(error, "errno", None) == errno.EDQUOT
+    return "the disk quota is used up" if quota else "the disk is full"
