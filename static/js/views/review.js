@@ -87,7 +87,7 @@ export function createReview(app) {
       container: grid,
       variable: '--lanes-folded',
       name: 'review.lanes.folded',
-      initial: 27,
+      initial: 27.45,
       low: 12,
       high: 65,
     }),
