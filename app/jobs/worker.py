@@ -97,7 +97,8 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
         return 0
     settings = load_settings()
     limit = settings.worker_memory_mb * 2**20
-    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    most = limit if settings.executor == "local" else resource.getrlimit(resource.RLIMIT_AS)[1]
+    resource.setrlimit(resource.RLIMIT_AS, (limit, most))
     os.nice(10)
     database = Database(settings.database, server_of(settings))
     events = EventBus()
