@@ -62,6 +62,7 @@ from app.videos.service import VideoService
 from app.videos.uploads import Uploads
 from app.whatif.service import WhatIfService
 from tsr_engine.errors import StorageError
+from tsr_engine.extras import require_extra
 
 __all__ = ["Context", "ContextDep", "build_context"]
 
@@ -137,7 +138,10 @@ def build_context(settings: Settings) -> Context:
 
     Raises:
         StorageError: the data folder or the database cannot be used.
+        MissingExtra: the executor of the settings needs what is not installed.
     """
+    if settings.executor != "local":
+        require_extra("ray")
     settings.home.mkdir(parents=True, exist_ok=True)
     fetch_misplaced(settings)
     files = shared_files(settings)

@@ -81,6 +81,11 @@ class Settings(BaseSettings):
         le=64,
         description="cores that one run uses; unset: up to 16, shared among the engine processes",
     )
+    executor: str = Field(
+        "local",
+        pattern=r"^(local|ray|ray://[A-Za-z0-9.-]{1,255}:[0-9]{1,5})$",
+        description="where runs are computed: local, ray (the cluster of this machine) or ray://HOST:PORT",
+    )
     worker_memory_mb: int = Field(6144, ge=512, description="address space of one engine process, MiB")
     frame_cache_mb: int = Field(64, ge=1, description="memory for encoded pictures, MiB")
     upload_max_mb: int = Field(16384, ge=1, description="largest upload, MiB")

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib.util import find_spec
 from types import MappingProxyType
 from typing import Final
 
 from tsr_engine.errors import UsageError
 
-__all__ = ["EXTRAS", "MissingExtra", "explained", "missing_extra"]
+__all__ = ["EXTRAS", "MissingExtra", "explained", "missing_extra", "require_extra"]
 
 EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
@@ -40,7 +41,7 @@ _PURPOSES: Final[Mapping[str, str]] = MappingProxyType(
         "scene3d": "The 3-D views need",
         "train": "Training and plots need",
         "postgres": "PostgreSQL needs",
-        "cluster": "Batches on a cluster need",
+        "cluster": "Work on a cluster needs",
         "s3": "Shared files need",
     }
 )
@@ -59,6 +60,17 @@ def missing_extra(error: ImportError) -> MissingExtra | None:
         if name in packages:
             return MissingExtra(f"{_PURPOSES[extra]} {name}, which is not installed: pip install 'tsr[{extra}]'.")
     return None
+
+
+def require_extra(package: str) -> None:
+    """Refuse to go on without a package of an extra; it is not imported.
+
+    Raises:
+        MissingExtra: it is not installed.
+    """
+    if find_spec(package) is None:
+        with explained():
+            raise ModuleNotFoundError(name=package)
 
 
 @contextmanager

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final, Literal, NoReturn
 
-__all__ = ["LEFT", "Cause", "cause_of", "memory_kills"]
+__all__ = ["LEFT", "Cause", "cause_of", "end_as", "memory_kills"]
 
 Cause = Literal["crashed", "starved", "killed"]
 """By itself, over the file that it worked on; for want of memory; or with its server or by somebody else's hand."""
@@ -28,6 +29,11 @@ def cause_of(code: int, starving: bool) -> Cause:
     if code == -signal.SIGKILL and starving:
         return "starved"
     return "killed" if code in _FROM_OUTSIDE else "crashed"
+
+
+def end_as(cause: Literal["crashed", "killed"]) -> NoReturn:
+    """End this worker as one of that cause: the process that did its work elsewhere has died of it."""
+    os._exit(LEFT if cause == "killed" else 1)
 
 
 def memory_kills() -> int:

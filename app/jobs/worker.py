@@ -100,7 +100,8 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     if not die_with_parent(parent, signal.SIGTERM):
         return 0
     limit = settings.worker_memory_mb * 2**20
-    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    most = limit if settings.executor == "local" else resource.getrlimit(resource.RLIMIT_AS)[1]
+    resource.setrlimit(resource.RLIMIT_AS, (limit, most))
     os.nice(10)
     database = database_of(settings)
     events = EventBus()

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import cast
 
 from sqlalchemy import ColumnElement, case, func, select, true
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.edits.sums import day_of
 from app.people.roles import Role
@@ -128,11 +128,10 @@ class ActivityService:
         """
         with self._database.read() as session:
             row = SearchRun
-            sums = [func.coalesce(func.sum(each), 0) for each in (row.tracks, row.accepted, row.rejected, row.notes)]
-            sums.append(func.count(row.error))
-            tracks, accepted, rejected, notes, broken = session.execute(
-                select(*sums).where(row.current == true())
-            ).one()
+            query = select(
+                _sum(row.tracks), _sum(row.accepted), _sum(row.rejected), _sum(row.notes), func.count(row.error)
+            ).where(row.current == true())
+            tracks, accepted, rejected, notes, broken = session.execute(query).one()
             twice, agreed = _agreement(session)
             people = session.scalars(select(Person).order_by(Person.key)).all()
             return Overview(
@@ -162,6 +161,11 @@ def _done(edit: Edit, video_id: str, video_name: str) -> Done:
         video_id=video_id,
         video_name=video_name,
     )
+
+
+def _sum(column: InstrumentedAttribute[int]) -> ColumnElement[int]:
+    """The sum of a column; 0 where there are no rows."""
+    return func.coalesce(func.sum(column), 0)
 
 
 def _since() -> int:

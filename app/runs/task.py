@@ -7,8 +7,9 @@ from datetime import UTC, datetime
 
 from sqlalchemy.orm import undefer
 
-from app.jobs.context import Stopped, TaskContext
+from app.jobs.context import TaskContext
 from app.labels.mapping import labels_of_model
+from app.runs.executor import track_somewhere
 from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
@@ -19,7 +20,7 @@ from app.videos.same_file import require_same
 from app.videos.table import unpack
 from app.videos.words import in_words
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.live import Progress, RunRequest, track_video
+from tsr_engine.runs.live import Progress, RunRequest
 from tsr_engine.version import __version__
 
 __all__ = ["track"]
@@ -70,9 +71,7 @@ def track(task: TaskContext) -> None:
             task.reached(session, run.first + progress.done)
             publish_run(session, task.events, row)
 
-    report = track_video(request, components, progress=tell, stop=task.stop)
-    if report.interrupted:
-        raise Stopped
+    report = track_somewhere(task, request, components, models, tell)
     with task.write() as session:
         row = session.get_one(Run, run.id)
         row.state, row.finished = "complete", datetime.now(UTC)

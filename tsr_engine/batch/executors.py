@@ -9,12 +9,10 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any
 
+from tsr_engine.batch.cluster import connected
 from tsr_engine.batch.order import Order, Outcome
 from tsr_engine.batch.process import TRIES, run_order
-from tsr_engine.errors import UsageError
-from tsr_engine.extras import explained
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["At", "on_ray", "on_this_machine"]
@@ -117,7 +115,7 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
     Raises:
         UsageError: Ray is not installed, or the cluster cannot be reached.
     """
-    ray = _connected(address)
+    ray = connected(address, alone=True)
 
     @ray.remote(max_retries=TRIES)  # type: ignore[untyped-decorator]
     def do(content: JsonObject) -> JsonObject:
@@ -142,22 +140,3 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
         for reference in places:
             ray.cancel(reference, force=True)
         ray.shutdown()
-
-
-def _connected(address: str | None) -> Any:
-    with explained():
-        import ray
-    options = {"log_to_driver": False, "logging_level": "ERROR", "include_dashboard": False}
-    try:
-        if address is not None:
-            ray.init(address=f"ray://{address}", logging_level="ERROR")
-        else:
-            try:
-                ray.init(address="auto", log_to_driver=False, logging_level="ERROR")
-            except ConnectionError:
-                ray.init(**options)
-    except (ConnectionError, ValueError, RuntimeError, TimeoutError) as error:
-        where = "of this machine" if address is None else address
-        first = (str(error).splitlines() or [type(error).__name__])[0]
-        raise UsageError(f"The Ray cluster {where} cannot be reached: {first}") from None
-    return ray

@@ -11,17 +11,16 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-import resource
 import shutil
 import signal
 import sys
-import threading
 import time
 from pathlib import Path
 from typing import Final
 
+from tsr_engine.batch.node import end_with, limit_memory, require_models
 from tsr_engine.batch.order import Order
-from tsr_engine.errors import ModelError, StorageError, TsrError
+from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
 
@@ -42,10 +41,10 @@ def unfinished_folder(folder: Path) -> Path:
 def main() -> None:
     """Read an order, do it, tell how it went."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; whoever has started us decides
-    _end_with(os.getppid())
+    end_with(os.getppid())
     try:
         order = Order(**json.load(sys.stdin))
-        _limit(order.memory_mb)
+        limit_memory(order.memory_mb)
         _say({"done": _track(order)})
     except TsrError as error:
         _say({"failed": str(error)})
@@ -66,7 +65,7 @@ def _track(order: Order) -> JsonObject:
     params = Params.model_validate(order.parameters)
     network = None if order.onnx is None else Network(Path(order.onnx[0]), tuple(order.onnx[1]), order.onnx[2])
     components = load_components(params, None if order.models is None else Path(order.models), network)
-    _require_models(order, dict(components.models))
+    require_models(order.digests, components.models)
     try:
         work.mkdir(parents=True, exist_ok=True)
         lock = _lock(work)
@@ -104,15 +103,6 @@ def _track(order: Order) -> JsonObject:
     return report
 
 
-def _require_models(order: Order, found: dict[str, str]) -> None:
-    wrong = [name for name, digest in order.digests.items() if found.get(name) != digest]
-    if wrong:
-        raise ModelError(
-            f"{os.uname().nodename} has another {', '.join(wrong)} than the batch was started with. "
-            "Give every machine the same models."
-        )
-
-
 def _lock(work: Path) -> int:
     handle = os.open(work, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     until = time.monotonic() + _WAIT
@@ -137,23 +127,6 @@ def _settle(work: Path, folder: Path) -> None:
         shutil.rmtree(folder)
     work.rename(folder)
     fsync_path(folder.parent)
-
-
-def _limit(megabytes: int) -> None:
-    if megabytes:
-        size = megabytes * 2**20
-        resource.setrlimit(resource.RLIMIT_AS, (size, resource.getrlimit(resource.RLIMIT_AS)[1]))
-
-
-def _end_with(parent: int) -> None:
-    """End this process soon after its parent: nobody would hear it, and another may be given the drive."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os._exit(1)
-
-    threading.Thread(target=watch, name="tsr-parent", daemon=True).start()
 
 
 def _say(message: JsonObject) -> None:

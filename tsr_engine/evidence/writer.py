@@ -59,7 +59,13 @@ class EvidenceWriter:
 
     @classmethod
     def create(
-        cls, folder: Path, header: RunHeader, *, chunk: int = DEFAULT_CHUNK, overwrite: bool = False
+        cls,
+        folder: Path,
+        header: RunHeader,
+        *,
+        chunk: int = DEFAULT_CHUNK,
+        overwrite: bool = False,
+        shared: bool = False,
     ) -> EvidenceWriter:
         """Start a new run.
 
@@ -68,6 +74,7 @@ class EvidenceWriter:
             header: what the run is made of.
             chunk: frames a transaction.
             overwrite: replace a run that the folder already holds.
+            shared: other machines read it meanwhile.
 
         Raises:
             EvidenceError: the folder already holds a run, or another process writes it.
@@ -89,7 +96,7 @@ class EvidenceWriter:
                 # Without run.json a store does not exist: its file goes first when replaced, and comes last when made.
                 for name in (RUN_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm"):
                     (folder / name).unlink(missing_ok=True)
-                connection = _connect(folder / DATABASE)
+                connection = _connect(folder / DATABASE, shared=shared)
                 try:
                     connection.execute("BEGIN IMMEDIATE")
                     create_tables(connection)
@@ -107,8 +114,16 @@ class EvidenceWriter:
             raise
 
     @classmethod
-    def resume(cls, folder: Path, header: RunHeader, *, chunk: int = DEFAULT_CHUNK) -> EvidenceWriter:
+    def resume(
+        cls, folder: Path, header: RunHeader, *, chunk: int = DEFAULT_CHUNK, shared: bool = False
+    ) -> EvidenceWriter:
         """Go on with a run after its last committed frame (:attr:`last_frame`).
+
+        Args:
+            folder: of the run.
+            header: what it must be made of.
+            chunk: frames a transaction.
+            shared: other machines read it meanwhile.
 
         Raises:
             EvidenceError: no run, a damaged one, one of another video, parameters, models or version, or one that
@@ -128,7 +143,7 @@ class EvidenceWriter:
         lock = _acquire(folder)
         try:
             with _storage(folder):
-                connection = _connect(folder / DATABASE)
+                connection = _connect(folder / DATABASE, shared=shared)
                 try:
                     check_identity(connection, folder, stored)
                     write_header(folder, stored.ended("running"))
@@ -308,9 +323,10 @@ def _no_rows() -> Rows:
     return {table.name: [] for table in TABLES if table.name not in ("meta", "tracks")}
 
 
-def _connect(path: Path) -> sqlite3.Connection:
+def _connect(path: Path, *, shared: bool) -> sqlite3.Connection:
     connection = sqlite3.connect(path, isolation_level=None, timeout=30.0)
-    connection.execute("PRAGMA journal_mode = WAL")
+    # SQLite's WAL needs memory that all its readers share, which two machines do not have
+    connection.execute(f"PRAGMA journal_mode = {'TRUNCATE' if shared else 'WAL'}")
     connection.execute("PRAGMA synchronous = FULL")
     return connection
 

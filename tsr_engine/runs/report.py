@@ -35,6 +35,7 @@ class RunRequest:
         restart: start over where the evidence folder already holds a run.
         table: the video's frame table from an earlier pass: a start in the middle is then reached at once.
         limits: what the video may demand; unset: ``VideoLimits()``.
+        shared: other machines read the evidence while it is written.
         cores: frames that are detected at a time, >= 1; the results are the same bytes for any number.
     """
 
@@ -48,6 +49,7 @@ class RunRequest:
     restart: bool = False
     table: FrameTable | None = None
     limits: VideoLimits | None = None
+    shared: bool = False
     cores: int = 1
 
 

@@ -45,9 +45,9 @@ class RunEvidence:
         """
         self._request = request
         if not (folder / RUN_FILE).exists() or request.restart:
-            self.writer = EvidenceWriter.create(folder, header, overwrite=request.restart)
+            self.writer = EvidenceWriter.create(folder, header, overwrite=request.restart, shared=request.shared)
         else:
-            self.writer = EvidenceWriter.resume(folder, header)
+            self.writer = EvidenceWriter.resume(folder, header, shared=request.shared)
         self.last_frame = self.writer.last_frame
         self.interval = float(self.writer.header.frame_table["interval"])
 

@@ -81,7 +81,7 @@ def test_they_are_those_of_the_whole_log(desk: Desk, seed: int) -> None:
 
 
 def _judging(key: str) -> SetReview:
-    return SetReview(name="set_review", frame=0, key=key, review="rejected")
+    return SetReview(name="set_review", frame=0, key=key, spans=[], review="rejected")
 
 
 def test_an_undone_verdict_gives_way_to_the_one_before(desk: Desk) -> None:

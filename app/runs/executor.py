@@ -1,0 +1,102 @@
+"""Where the engine works on a run: in the worker itself, or on a node of a Ray cluster.
+
+A worker holds the job in both cases: its lock, its heartbeat, its fencing token and what is stored of it. A node needs
+the files alone, and no database.
+"""
+
+from __future__ import annotations
+
+import logging
+import resource
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from app.jobs.context import Stopped, TaskContext
+from app.jobs.deaths import cause_of, end_as
+from tsr_engine.pipeline import Components
+from tsr_engine.runs.live import Progress, RunReport, RunRequest, track_video
+
+__all__ = ["track_somewhere"]
+
+_AGAIN: Final = 2.0
+"""Seconds between two attempts to reach the cluster."""
+_log = logging.getLogger("tsr.worker")
+
+
+def track_somewhere(
+    task: TaskContext,
+    request: RunRequest,
+    components: Components,
+    models: Path | None,
+    progress: Callable[[Progress], None],
+) -> RunReport:
+    """Track the video of a run where the setting ``executor`` says.
+
+    A node that dies ends this process like one in which the engine has died: what has been found out is stored, the
+    supervisor counts the death, and the next worker goes on after the last stored frames.
+
+    Args:
+        task: the job.
+        request: what to do.
+        components: the models as they lie here.
+        models: their folder; None: those that ship with the engine.
+        progress: called now and then.
+
+    Raises:
+        Stopped: it was asked to stop.
+        TsrError: the run has failed.
+    """
+    report: RunReport | None
+    if task.settings.executor == "local":
+        report = track_video(request, components, progress=progress, stop=task.stop)
+    else:
+        report = _on_ray(task, request, dict(components.models), models, progress)
+    if report is None or report.interrupted:
+        raise Stopped
+    return report
+
+
+def _on_ray(
+    task: TaskContext,
+    request: RunRequest,
+    digests: dict[str, str],
+    models: Path | None,
+    progress: Callable[[Progress], None],
+) -> RunReport | None:
+    from tsr_engine.batch.cluster import Unreachable
+    from tsr_engine.batch.node_run import RunOrder
+    from tsr_engine.batch.on_node import NodeLost, run_on_node
+
+    # the client of Ray maps more memory than an engine may use, and the engine is not in this process
+    resource.setrlimit(resource.RLIMIT_AS, (resource.getrlimit(resource.RLIMIT_AS)[1],) * 2)
+    path = request.video if isinstance(request.video, Path) else request.video.path
+    settings = task.settings
+    order = RunOrder(
+        replace(request, video=path, shared=True, cores=settings.cores or 1), models, digests, settings.worker_memory_mb
+    )
+    address = settings.executor.partition("://")[2] or None
+    on_sigterm = signal.getsignal(signal.SIGTERM)
+    told = False
+
+    def stop() -> bool:
+        signal.signal(signal.SIGTERM, on_sigterm)  # Ray's own would end this process at once
+        return task.stop()
+
+    while True:
+        try:
+            return run_on_node(order, address, progress, stop)
+        except Unreachable as error:
+            if not told:
+                _log.warning("%s The run waits for it.", error)
+            told = True
+            if stop():
+                return None
+            time.sleep(_AGAIN)
+        except NodeLost as lost:
+            _log.warning("Job %s: %s", task.job.id, lost)
+            crashed = lost.code is not None and cause_of(lost.code, starving=False) == "crashed"
+            end_as("crashed" if crashed else "killed")

@@ -1,0 +1,45 @@
+"""Connects to a Ray cluster."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tsr_engine.errors import UsageError
+from tsr_engine.extras import explained
+
+__all__ = ["Unreachable", "connected"]
+
+
+class Unreachable(UsageError):
+    """Nobody answers at the address of the cluster."""
+
+
+def connected(address: str | None, *, alone: bool) -> Any:
+    """The module ``ray``, connected.
+
+    Args:
+        address: ``HOST:PORT`` of a cluster's client server; None: the cluster that this machine is part of.
+        alone: where this machine is part of none, start one of it alone.
+
+    Raises:
+        MissingExtra: Ray is not installed.
+        Unreachable: the cluster cannot be reached.
+    """
+    with explained():
+        import ray
+    quiet = {"log_to_driver": False, "logging_level": "ERROR"}
+    try:
+        if address is not None:
+            ray.init(address=f"ray://{address}", logging_level="ERROR")
+        else:
+            try:
+                ray.init(address="auto", **quiet)
+            except ConnectionError:
+                if not alone:
+                    raise
+                ray.init(**quiet, include_dashboard=False)
+    except (ConnectionError, ValueError, RuntimeError, TimeoutError) as error:
+        where = "of this machine" if address is None else address
+        first = (str(error).splitlines() or [type(error).__name__])[0]
+        raise Unreachable(f"The Ray cluster {where} cannot be reached: {first.rstrip('.')}.") from None
+    return ray

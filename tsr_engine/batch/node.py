@@ -1,0 +1,49 @@
+"""What a process of the engine does first on whatever machine it is started."""
+
+from __future__ import annotations
+
+import os
+import resource
+import threading
+import time
+from collections.abc import Mapping
+
+from tsr_engine.errors import ModelError
+
+__all__ = ["end_with", "limit_memory", "require_models"]
+
+
+def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
+    """Refuse to work with other models than whoever gave the order has.
+
+    Args:
+        wanted: component -> SHA-256.
+        found: the same of the models here.
+
+    Raises:
+        ModelError: they differ.
+    """
+    wrong = [name for name, digest in wanted.items() if found.get(name) != digest]
+    if wrong:
+        raise ModelError(
+            f"{os.uname().nodename} has another {', '.join(wrong)} than this was started with. "
+            "Give every machine the same models."
+        )
+
+
+def limit_memory(megabytes: int) -> None:
+    """Limit the address space of this process, MiB; 0: not at all."""
+    if megabytes:
+        size = megabytes * 2**20
+        resource.setrlimit(resource.RLIMIT_AS, (size, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def end_with(parent: int) -> None:
+    """End this process soon after its parent: nobody would hear it, and another may be given the drive."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, name="tsr-parent", daemon=True).start()

@@ -1,0 +1,114 @@
+"""One run in a process of a node: ``python -m tsr_engine.batch.node_run``.
+
+The order comes pickled on stdin; progress and outcome go to stdout, one line of JSON each. SIGTERM ends the run after
+the frame that is computed; what is stored stays, and the next process goes on from there.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import pickle
+import signal
+import sys
+import time
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from tsr_engine.batch.node import end_with, limit_memory, require_models
+from tsr_engine.errors import EvidenceError, ModelError, TsrError, UsageError
+from tsr_engine.evidence.schema import LOCK_FILE
+from tsr_engine.io.locks import is_locked
+from tsr_engine.runs.report import Progress, RunReport, RunRequest
+from tsr_engine.version import __version__
+
+__all__ = ["RunOrder", "main"]
+
+_WAIT: Final = 60.0
+"""Seconds to wait for another process that writes the same evidence: its machine may just have been given up."""
+_TELL: Final = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class RunOrder:
+    """A run that a node is asked for.
+
+    Attributes:
+        request: what to track; all its files lie where every node sees them under the same names.
+        models: folder of models; None: those that ship with the package.
+        digests: component -> SHA-256 that these models must have.
+        memory_mb: address space that the process may use, MiB; 0: any.
+        version: of tsr, which the node must have as well.
+    """
+
+    request: RunRequest
+    models: Path | None
+    digests: dict[str, str]
+    memory_mb: int = 0
+    version: str = field(default=__version__)
+
+
+def main() -> None:
+    """Read an order, do it, tell how it went."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    asked: list[int] = []
+    signal.signal(signal.SIGTERM, lambda sign, _: asked.append(sign))
+    end_with(os.getppid())
+    os.nice(10)
+    try:
+        order: RunOrder = pickle.load(sys.stdin.buffer)  # noqa: S301 - of the process that has started this one
+        _say({"done": base64.b64encode(pickle.dumps(_track(order, asked))).decode()})
+    except TsrError as error:
+        _say({"failed": str(error), "kind": type(error).__name__})
+    except MemoryError:
+        _say({"failed": f"The file needs more than {order.memory_mb} MiB of memory.", "kind": "InputError"})
+
+
+def _track(order: RunOrder, asked: list[int]) -> RunReport:
+    from tsr_engine.pipeline import load_components
+    from tsr_engine.runs.live import track_video
+
+    if order.version != __version__:
+        raise UsageError(
+            f"{os.uname().nodename} has tsr {__version__}, and the server has {order.version}. Install the same "
+            "version on every node."
+        )
+    limit_memory(order.memory_mb)
+    try:
+        components = load_components(order.request.params, order.models)
+    except ModelError as error:
+        raise ModelError(f"{os.uname().nodename}: {error}") from None
+    require_models(order.digests, components.models)
+    if order.request.evidence is not None:
+        _wait_for(order.request.evidence)
+    reported = 0.0
+
+    def tell(progress: Progress) -> None:
+        nonlocal reported
+        if time.monotonic() - reported >= _TELL:
+            reported = time.monotonic()
+            _say({"at": asdict(progress)})
+
+    return track_video(order.request, components, progress=tell, stop=lambda: bool(asked))
+
+
+def _wait_for(folder: Path) -> None:
+    until = time.monotonic() + _WAIT
+    while is_locked(folder / LOCK_FILE):
+        if time.monotonic() > until:
+            raise EvidenceError(f"Another process still writes {folder}. Start the run again when it has ended.")
+        time.sleep(0.2)
+
+
+def _say(message: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(message, allow_nan=False) + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    # pickles name the class by its module, which is not this one when it is run as a script
+    from tsr_engine.batch.node_run import main as run
+
+    run()
