@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
@@ -19,6 +20,8 @@ from typing import Any, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 
+from benchmarks.camera_versions import by_version
+from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
@@ -84,17 +87,20 @@ def figures(
     seed: int,
     params: DetectorParams = AS_ANNOTATED,
 ) -> JsonObject:
-    """AP, recalls, and how many signs no detection lies on at any score, of one part."""
+    """AP, recalls, how many signs no detection lies on at any score, and what other cameras lose, of one part."""
     tell = _Tell()
     model, _ = fit_detector(train, read_items(gtsrb) if gtsrb else [], plan, seed, tell)
     halves = [list(held[0::2]), list(held[1::2])]
     found = []
+    versions: dict[str, Counter[str]] = defaultdict(Counter)
     for own, other in (halves, halves[::-1]):
-        calibrated = replace(model, calibration=calibrate_model(model, other, tell))
+        calibrated = replace(model, calibration=calibrate_model(model, other, seed, tell))
         found += detect_scenes(calibrated, own, tell, params)
+        for name, row in by_version(AcfDetector(calibrated, params=params), own, seed, tell).items():
+            versions[name].update(row)
     score = score_detections([(boxes, raw, truth) for boxes, raw, truth, _ in found])
     lost = round(score.signs * (1 - score.recall_at(ANY_SCORE)))
-    return {**detection_figures(found), "lost": lost}
+    return {**detection_figures(found), "lost": lost, "versions": versions}
 
 
 class _Tell:

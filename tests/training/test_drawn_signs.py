@@ -8,7 +8,7 @@ import pytest
 
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop, plain_view
-from tsr_engine.training.drawn_signs import DRAWN_CLASSES, drawn_crop
+from tsr_engine.training.drawn_signs import DRAWN_CLASSES, EMPTY, drawn_crop
 
 POINTS = {33: (1, 0), 34: (-1, 0), 35: (0, -1), 38: (1, 1), 39: (-1, 1)}
 
@@ -18,7 +18,7 @@ def _paint(crop: LoadedCrop, code: int) -> np.ndarray:
     return cv2.cvtColor(crop.pixels[y1:y2, x1:x2], code)
 
 
-@pytest.mark.parametrize("class_id", DRAWN_CLASSES)
+@pytest.mark.parametrize("class_id", [*DRAWN_CLASSES, EMPTY])
 def test_same_seed_same_crop_other_seed_other_crop(class_id: int) -> None:
     first, again = (drawn_crop(class_id, np.random.default_rng(3)) for _ in range(2))
     assert np.array_equal(first.pixels, again.pixels)
@@ -46,7 +46,7 @@ def test_an_arrow_points_where_its_class_says(class_id: int) -> None:
 
 
 def test_limits_have_a_red_ring_around_a_brighter_field() -> None:
-    for class_id in (3, 7):
+    for class_id in (3, 7, EMPTY):
         for seed in range(10):
             lab = _paint(drawn_crop(class_id, np.random.default_rng(seed)), cv2.COLOR_BGR2LAB).astype(int)
             middle = LARGEST // 2

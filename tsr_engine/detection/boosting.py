@@ -6,9 +6,11 @@ split minimises ``Z = sum over children of sqrt(w+ w-)`` over all 256 thresholds
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Final
 
+import numba
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -17,6 +19,8 @@ from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 
 HIGHEST: Final = 240
 """Largest threshold: leaves room for a level's correction by up to 6 % in a byte."""
+FEATURE_PARTS: Final = 16
+"""Parts of the features that are searched for splits beside each other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,21 +81,22 @@ def boost(
     total = len(columns)
     picked = max(1, int(total * plan.feature_share))
     floor = 0.2 / (n + m)
-    for t in range(plan.trees):
-        candidates = rng.choice(total, picked, replace=False).astype(np.int32)
-        # samples that no longer matter are left out of the search for splits, not out of the leaves
-        order = np.argsort(weights)
-        cut = np.searchsorted(np.cumsum(weights[order]), 0.002 * weights.sum())
-        kept = np.sort(order[cut:]).astype(np.int32)
-        _grow(columns, kept, is_positive, weights, candidates, features[t], thresholds[t])
-        place = _leaves(columns, features[t], thresholds[t])
-        good = np.bincount(place[is_positive], weights[is_positive], nodes + 1) + floor
-        bad = np.bincount(place[~is_positive], weights[~is_positive], nodes + 1) + floor
-        answer = np.clip(0.5 * np.log(good / bad), -plan.leaf_limit, plan.leaf_limit) * plan.shrinkage
-        leaves[t] = np.round(answer * UNIT)
-        step = leaves[t][place] / UNIT
-        weights *= np.exp(np.where(is_positive, -step, step))
-        weights /= weights.sum()
+    with ThreadPoolExecutor(numba.config.NUMBA_NUM_THREADS, "tsr-boost") as pool:  # type: ignore[attr-defined]
+        for t in range(plan.trees):
+            candidates = rng.choice(total, picked, replace=False).astype(np.int32)
+            # samples that no longer matter are left out of the search for splits, not out of the leaves
+            order = np.argsort(weights)
+            cut = np.searchsorted(np.cumsum(weights[order]), 0.002 * weights.sum())
+            kept = np.sort(order[cut:]).astype(np.int32)
+            _grow(columns, kept, is_positive, weights, candidates, features[t], thresholds[t], pool)
+            place = _leaves(columns, features[t], thresholds[t])
+            good = np.bincount(place[is_positive], weights[is_positive], nodes + 1) + floor
+            bad = np.bincount(place[~is_positive], weights[~is_positive], nodes + 1) + floor
+            answer = np.clip(0.5 * np.log(good / bad), -plan.leaf_limit, plan.leaf_limit) * plan.shrinkage
+            leaves[t] = np.round(answer * UNIT)
+            step = leaves[t][place] / UNIT
+            weights *= np.exp(np.where(is_positive, -step, step))
+            weights /= weights.sum()
     rejection = np.full(plan.trees, NEVER, np.int32)
     return TreeEnsemble(features, thresholds, leaves, rejection, window)
 
@@ -133,58 +138,88 @@ def boost_further(
     leaves = np.zeros((plan.trees, nodes + 1), np.int16)
     picked = max(1, int(len(columns) * plan.feature_share))
     everything = np.arange(len(samples), dtype=np.int32)
-    for t in range(plan.trees):
-        candidates = rng.choice(len(columns), picked, replace=False).astype(np.int32)
-        p = 1.0 / (1.0 + np.exp(np.clip(-2.0 * score, -60.0, 60.0)))
-        slope = weights * (target - p)
-        _grow(columns, everything, slope > 0, np.abs(slope), candidates, features[t], thresholds[t])
-        place = _leaves(columns, features[t], thresholds[t])
-        pull = np.bincount(place, slope, nodes + 1)
-        bend = np.bincount(place, weights * p * (1.0 - p), nodes + 1)
-        answer = np.clip(0.5 * pull / (bend + inertia), -plan.leaf_limit, plan.leaf_limit) * plan.shrinkage
-        leaves[t] = np.round(answer * UNIT)
-        score += leaves[t][place] / UNIT
+    with ThreadPoolExecutor(numba.config.NUMBA_NUM_THREADS, "tsr-boost") as pool:  # type: ignore[attr-defined]
+        for t in range(plan.trees):
+            candidates = rng.choice(len(columns), picked, replace=False).astype(np.int32)
+            p = 1.0 / (1.0 + np.exp(np.clip(-2.0 * score, -60.0, 60.0)))
+            slope = weights * (target - p)
+            _grow(columns, everything, slope > 0, np.abs(slope), candidates, features[t], thresholds[t], pool)
+            place = _leaves(columns, features[t], thresholds[t])
+            pull = np.bincount(place, slope, nodes + 1)
+            bend = np.bincount(place, weights * p * (1.0 - p), nodes + 1)
+            answer = np.clip(0.5 * pull / (bend + inertia), -plan.leaf_limit, plan.leaf_limit) * plan.shrinkage
+            leaves[t] = np.round(answer * UNIT)
+            score += leaves[t][place] / UNIT
     return TreeEnsemble(features, thresholds, leaves, np.full(plan.trees, NEVER, np.int32), window)
 
 
-@njit(cache=True, nogil=True)
-def _grow(columns, kept, is_positive, weights, candidates, features, thresholds):  # type: ignore[no-untyped-def]
-    """Fills one tree's nodes level by level."""
-    nodes = features.shape[0]
-    node = np.zeros(kept.shape[0], np.int32)
-    signed = np.empty(kept.shape[0], np.float32)
-    for i in range(kept.shape[0]):
-        signed[i] = weights[kept[i]] if is_positive[kept[i]] else -weights[kept[i]]
+def _grow(
+    columns: NDArray[np.uint8],
+    kept: NDArray[np.int32],
+    is_positive: NDArray[np.bool_],
+    weights: NDArray[np.float64],
+    candidates: NDArray[np.int32],
+    features: NDArray[np.int32],
+    thresholds: NDArray[np.uint8],
+    pool: ThreadPoolExecutor,
+) -> None:
+    """Fills one tree's nodes level by level. What a node chooses does not hang on how features are shared out."""
+    node = np.zeros(len(kept), np.int32)
+    signed = np.where(is_positive, weights, -weights)[kept].astype(np.float32)
     first = 0
-    while first < nodes:
+    while first < len(features):
         width = first + 1
+        parts = [
+            pool.submit(_best_splits, columns, kept, signed, node, part, width)
+            for part in np.array_split(candidates, FEATURE_PARTS)
+        ]
         best = np.full(width, np.inf)
-        hist = np.zeros((width, 2, 256), np.float32)
-        for f in candidates:
-            hist[:] = 0
-            column = columns[f]
-            for i in range(kept.shape[0]):
-                s = signed[i]
-                hist[node[i], 1 if s > 0 else 0, column[kept[i]]] += abs(s)
-            for k in range(width):
-                all_bad, all_good = 0.0, 0.0
-                for v in range(256):
-                    all_bad += hist[k, 0, v]
-                    all_good += hist[k, 1, v]
-                bad, good = 0.0, 0.0
-                for v in range(HIGHEST):
-                    bad += hist[k, 0, v]
-                    good += hist[k, 1, v]
-                    z = np.sqrt(bad * good) + np.sqrt(max(0.0, all_bad - bad) * max(0.0, all_good - good))
-                    if z < best[k] - 1e-12:
-                        best[k] = z
-                        features[first + k] = f
-                        thresholds[first + k] = v + 1
-        for i in range(kept.shape[0]):
-            k = first + node[i]
-            right = columns[features[k], kept[i]] >= thresholds[k]
-            node[i] = 2 * node[i] + (1 if right else 0)
+        for part in parts:
+            scores, chosen, levels = part.result()
+            better = scores < best
+            best[better] = scores[better]
+            features[first : first + width][better] = chosen[better]
+            thresholds[first : first + width][better] = levels[better]
+        _send_down(columns, kept, node, features[first : first + width], thresholds[first : first + width])
         first = 2 * first + 1
+
+
+@njit(cache=True, nogil=True)
+def _best_splits(columns, kept, signed, node, candidates, width):  # type: ignore[no-untyped-def]
+    """Least ``Z`` of each node with its feature and threshold."""
+    best = np.full(width, np.inf)
+    features = np.zeros(width, np.int32)
+    thresholds = np.zeros(width, np.uint8)
+    hist = np.zeros((width, 2, 256), np.float32)
+    for f in candidates:
+        hist[:] = 0
+        column = columns[f]
+        for i in range(kept.shape[0]):
+            s = signed[i]
+            hist[node[i], 1 if s > 0 else 0, column[kept[i]]] += abs(s)
+        for k in range(width):
+            all_bad, all_good = 0.0, 0.0
+            for v in range(256):
+                all_bad += hist[k, 0, v]
+                all_good += hist[k, 1, v]
+            bad, good = 0.0, 0.0
+            for v in range(HIGHEST):
+                bad += hist[k, 0, v]
+                good += hist[k, 1, v]
+                z = np.sqrt(bad * good) + np.sqrt(max(0.0, all_bad - bad) * max(0.0, all_good - good))
+                if z < best[k] - 1e-12:
+                    best[k] = z
+                    features[k] = f
+                    thresholds[k] = v + 1
+    return best, features, thresholds
+
+
+@njit(cache=True, nogil=True)
+def _send_down(columns, kept, node, features, thresholds):  # type: ignore[no-untyped-def]
+    for i in range(kept.shape[0]):
+        k = node[i]
+        right = columns[features[k], kept[i]] >= thresholds[k]
+        node[i] = 2 * k + (1 if right else 0)
 
 
 @njit(cache=True, nogil=True)

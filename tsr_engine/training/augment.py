@@ -1,4 +1,4 @@
-"""What light, optics and compression do to a picture: random changes for training patches.
+"""What light, optics, cameras and compression do to a picture: random changes for training patches.
 
 Low sun, glare, deep shade and blur decide on real roads; scenes of a benchmark hardly hold them.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from tsr_engine.records import Picture
+from tsr_engine.records import FloatArray, Picture
 
 
 def relight(picture: Picture, rng: np.random.Generator) -> Picture:
@@ -51,3 +51,69 @@ def soften(picture: Picture, rng: np.random.Generator) -> Picture:
         _, code = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(25, 75))])
         out = cv2.imdecode(code, cv2.IMREAD_COLOR)
     return np.asarray(out, dtype=np.uint8)
+
+
+def other_camera(picture: Picture, rng: np.random.Generator) -> Picture:
+    """A BGR picture as another camera and its coder leave it: colours, resolution, sharpening, compression."""
+    seen = picture
+    if rng.random() < 0.6:
+        seen = _toned(seen, rng)
+    if rng.random() < 0.5:
+        share = float(rng.uniform(0.5, 0.95))
+        h, w = seen.shape[:2]
+        small = cv2.resize(seen, (max(2, round(w * share)), max(2, round(h * share))), interpolation=cv2.INTER_AREA)
+        back = cv2.INTER_CUBIC if rng.random() < 0.5 else cv2.INTER_LINEAR
+        seen = np.asarray(cv2.resize(small, (w, h), interpolation=back), dtype=np.uint8)
+    if rng.random() < 0.5:
+        amount = float(rng.uniform(0.3, 2.0))
+        blurred = cv2.GaussianBlur(seen, (0, 0), float(rng.uniform(0.7, 2.0)))
+        seen = np.asarray(cv2.addWeighted(seen, 1 + amount, blurred, -amount, 0), dtype=np.uint8)
+    if rng.random() < 0.6:
+        _, code = cv2.imencode(".jpg", seen, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(22, 65))])
+        seen = np.asarray(cv2.imdecode(code, cv2.IMREAD_COLOR), dtype=np.uint8)
+        if rng.random() < 0.4:  # a video coder smooths the edges of its blocks
+            seen = np.asarray(cv2.bilateralFilter(seen, 5, 20, 1.5), dtype=np.uint8)
+    return seen
+
+
+def _toned(picture: Picture, rng: np.random.Generator) -> Picture:
+    """White balance, contrast about a middle grey, gamma and saturation of another camera."""
+    value = 255 * (np.arange(256) / 255) ** np.exp(rng.uniform(-0.45, 0.45))
+    grey = rng.uniform(90, 150)
+    value = (value - grey) * rng.uniform(0.55, 1.4) + grey + rng.uniform(-30, 30)
+    table = np.clip(value[:, None] * np.exp(rng.uniform(-0.1, 0.1, 3)), 0, 255).astype(np.uint8)
+    seen = cv2.LUT(picture, table[None])
+    grown = float(rng.uniform(0.6, 1.4))
+    light = cv2.cvtColor(cv2.cvtColor(seen, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+    return np.asarray(cv2.addWeighted(seen, grown, light, 1 - grown, 0), dtype=np.uint8)
+
+
+def shade(picture: Picture, box: FloatArray, rng: np.random.Generator) -> Picture:
+    """A BGR picture with a shadow on a sign: of a pole across it, of an edge, or of leaves.
+
+    Args:
+        picture: uint8.
+        box: the sign, shape (4,).
+        rng: of the shadow.
+    """
+    side = float(max(box[2] - box[0], box[3] - box[1]))
+    reach = 1.5 * side
+    left, top = np.maximum(0, np.floor(box[:2] - reach)).astype(int).tolist()
+    right, bottom = np.ceil(box[2:] + reach).astype(int).tolist()
+    part = picture[top:bottom, left:right].astype(np.float32)
+    h, w = part.shape[:2]
+    kind = rng.random()
+    if kind < 0.3:
+        grains = rng.normal(0, 1, (max(2, round(h / side * 4)), max(2, round(w / side * 4)))).astype(np.float32)
+        dark = cv2.resize(grains, (w, h), interpolation=cv2.INTER_CUBIC) * 3 + np.float32(rng.uniform(-1, 1))
+    else:
+        x, y = (box[:2] + box[2:]) / 2 + rng.uniform(-0.35, 0.35, 2) * side - np.array([left, top])
+        angle = rng.uniform(0, 2 * np.pi)
+        across = np.cos(angle) * (np.arange(w) + 0.5 - x)[None] + np.sin(angle) * (np.arange(h) + 0.5 - y)[:, None]
+        if kind < 0.65:
+            across = np.abs(across) - rng.uniform(0.03, 0.2) * side
+        dark = (-across / max(0.7, rng.uniform(0.01, 0.06) * side)).astype(np.float32)
+    cover = np.clip(dark + 0.5, 0, 1)[..., None] * np.float32(rng.uniform(0.25, 0.75))
+    shaded = picture.copy()
+    shaded[top:bottom, left:right] = (part * (1 - cover)).astype(np.uint8)
+    return shaded

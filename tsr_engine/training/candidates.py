@@ -16,6 +16,7 @@ from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
+from tsr_engine.training.augment import other_camera
 from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.mining import Tick, read_picture
 
@@ -46,8 +47,16 @@ class Candidates:
         return calibration.of(self.verifier, np.zeros(len(self.boxes)), self.sign_verifier)
 
 
-def candidates_of(model: AcfModel, scenes: Sequence[Scene], tick: Tick) -> list[Candidates]:
+def candidates_of(
+    model: AcfModel, scenes: Sequence[Scene], tick: Tick, other_cameras: np.random.Generator | None = None
+) -> list[Candidates]:
     """Candidates of each scene.
+
+    Args:
+        model: the detector's; its log-odds are not asked.
+        scenes: where to look.
+        tick: progress.
+        other_cameras: of what other cameras make of the pictures; None: these are looked at as taken.
 
     Raises:
         InputError: a picture cannot be decoded.
@@ -57,6 +66,8 @@ def candidates_of(model: AcfModel, scenes: Sequence[Scene], tick: Tick) -> list[
     for number, scene in enumerate(scenes):
         tick("candidates", number, len(scenes))
         picture = read_picture(scene)
+        if other_cameras is not None:
+            picture = other_camera(picture, other_cameras)
         boxes, _ = detector.candidates(picture)
         refined, verified = model.refine_stage.look(picture, boxes)
         out.append(Candidates(scene, refined, verified, model.sign_verifier.scores(picture, refined)))

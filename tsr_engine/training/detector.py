@@ -25,7 +25,8 @@ from tsr_engine.training.box_refinement import BoxRefinementPlan, train_box_refi
 from tsr_engine.training.classifier import load_all
 from tsr_engine.training.crops import crop_windows
 from tsr_engine.training.lambdas import measure_lambdas
-from tsr_engine.training.mining import Tick, aligned_windows, background_windows, hard_windows, read_picture
+from tsr_engine.training.mining import Changed, Tick, aligned_windows, background_windows, hard_windows, read_picture
+from tsr_engine.training.on_cores import on_cores
 from tsr_engine.training.patches import sign_windows
 from tsr_engine.training.refinement import RefinementPlan, train_refine_stage
 from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, sign_crops, train_sign_verifier
@@ -56,6 +57,9 @@ class DetectorPlan:
         per_scene: hard negatives a scene and round.
         random_per_scene: random negatives a scene.
         relit: share of the scenes that are searched under another light.
+        other_cameras: share of the other scenes that are searched as another camera would have taken them, and of the
+            training windows that show their sign so.
+        shaded: share of the training windows with a shadow on their sign.
         most_negatives: negatives are thinned to this number.
         floors: pairs of a number of trees and a score (units of half log-odds): from that many trees on, a window
             whose running score is below is dropped. Chosen on calibration scenes; thresholds from the training
@@ -82,6 +86,8 @@ class DetectorPlan:
     per_scene: int = 100
     random_per_scene: int = 150
     relit: float = 0.35
+    other_cameras: float = 0.3
+    shaded: float = 0.12
     most_negatives: int = 70_000
     floors: tuple[tuple[int, float], ...] = ((24, -0.7), (128, -2.0), (384, -1.5))
     refinement: RefinementPlan = field(default_factory=RefinementPlan)
@@ -168,7 +174,7 @@ def fit_cascade(
     """
     few = [scenes[i] for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 3)]]
     negatives = background_windows(few, window, pyramid, 3 * plan.random_per_scene, rng, tick)
-    cascade = None
+    cascade, changed = None, Changed(plan.relit, (1 - plan.relit) * plan.other_cameras)
     for number, trees in enumerate(plan.rounds):
         tick(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others", 0, 1)
         boosting = BoostingPlan(trees, plan.depth, plan.feature_share, plan.shrinkage)
@@ -177,7 +183,7 @@ def fit_cascade(
             break
         count = max(1, round(len(scenes) * plan.mining_share[number]))
         searched = [scenes[i] for i in rng.permutation(len(scenes))[:count]]
-        hard = hard_windows(searched, cascade, window, pyramid, plan.per_scene, rng, plan.relit, tick, count)
+        hard = hard_windows(searched, cascade, window, pyramid, plan.per_scene, rng, changed, tick)
         negatives = _thinned(negatives, hard, plan.most_negatives, rng)
     assert cascade is not None
     return cascade, len(negatives)
@@ -203,24 +209,30 @@ def sign_positives(
     """Windows of signs and their weights: a sign of a rare class weighs more, crops weigh half as much as scenes."""
     frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43)
     windows, weights = [], []
-    for number, scene in enumerate(scenes):
-        tick("signs", number, len(scenes))
+
+    def of_scene(numbered: tuple[int, Scene], own: np.random.Generator) -> list[tuple[NDArray[np.uint8], float]]:
+        number, scene = numbered
         if not len(scene.boxes):
-            continue
+            return []
         picture = read_picture(scene)
+        made = []
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
             cut = sign_windows(
-                picture, box, window, plan.jittered, rng,
-                log_scale=plan.log_scale, aspect=plan.aspect, turn=plan.turn,
+                picture, box, window, plan.jittered, own, log_scale=plan.log_scale, aspect=plan.aspect, turn=plan.turn,
+                other_cameras=plan.other_cameras, shaded=plan.shaded,
             )  # fmt: skip
-            windows.append(cut)
-            weights.append(np.full(len(cut), frequency[class_id] ** -0.5 / len(cut)))
+            made.append((cut, float(frequency[class_id] ** -0.5)))
         if number % 2 == 0:
             aligned = aligned_windows(scene, window, pyramid)
             if len(aligned):
-                rarest = frequency[scene.class_ids].min()
-                windows.append(aligned)
-                weights.append(np.full(len(aligned), rarest**-0.5 * len(scene.boxes) / len(aligned)))
+                made.append((aligned, float(frequency[scene.class_ids].min() ** -0.5 * len(scene.boxes))))
+        return made
+
+    for number, made in enumerate(on_cores(of_scene, list(enumerate(scenes)), rng)):
+        tick("signs", number, len(scenes))
+        for cut, weight in made:
+            windows.append(cut)
+            weights.append(np.full(len(cut), weight / len(cut)))
     scene_weight = sum(float(w.sum()) for w in weights)
     if crops and plan.crop_frames:
         cut, classes = crop_windows(crops, scenes, window, plan.crop_frames, rng, tick)

@@ -20,10 +20,12 @@ from tsr_engine.records import Picture
 from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop
 from tsr_engine.training.drawn_digits import stroked_digits
 
-__all__ = ["DRAWN_CLASSES", "LIMITS", "PRINTED", "ROAD", "Lettering", "drawn_crop"]
+__all__ = ["DRAWN_CLASSES", "EMPTY", "LIMITS", "PRINTED", "ROAD", "Lettering", "drawn_crop"]
 
 LIMITS: Final = {0: "20", 1: "30", 2: "50", 3: "60", 4: "70", 5: "80", 7: "100", 8: "120"}
 """Class of GTSRB -> the limit in its red ring, km/h."""
+EMPTY: Final = 15
+"""Class of *no vehicles*: the ring alone."""
 _ARROWS: Final = {33: 0.0, 34: 180.0, 35: -90.0, 38: 45.0, 39: 135.0}
 """Class -> where its arrow points, degrees clockwise from the right."""
 _HIGH: Final = 4
@@ -59,21 +61,21 @@ def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = R
     """A sign of a class in a random foreign drawing, before random ground, ``LARGEST`` px wide.
 
     Args:
-        class_id: one of ``DRAWN_CLASSES``.
+        class_id: one of ``DRAWN_CLASSES``, or ``EMPTY``.
         rng: source of the draw.
         lettering: of limits.
 
     Raises:
-        ValueError: not one of ``DRAWN_CLASSES``.
+        ValueError: none of these.
     """
-    if class_id not in DRAWN_CLASSES:
-        raise ValueError(f"class_id must be one of {DRAWN_CLASSES}. Got {class_id} instead.")
+    if class_id not in (*DRAWN_CLASSES, EMPTY):
+        raise ValueError(f"class_id must be one of {(*DRAWN_CLASSES, EMPTY)}. Got {class_id} instead.")
     margin = round(MARGIN * LARGEST) + 4
     side = LARGEST + 2 * margin
     canvas = _ground(side, rng)
     centre, radius = side * _HIGH / 2, LARGEST * _HIGH / 2
-    if class_id in LIMITS:
-        _limit(LIMITS[class_id], lettering, canvas, centre, radius, rng)
+    if class_id in LIMITS or class_id == EMPTY:
+        _limit(LIMITS.get(class_id, ""), lettering, canvas, centre, radius, rng)
     else:
         _arrow(_ARROWS[class_id], canvas, centre, radius, rng)
     pixels = cv2.resize(canvas, (side, side), interpolation=cv2.INTER_AREA)
@@ -107,7 +109,7 @@ def _disc(canvas: Picture, centre: float, radius: float, ink: _Ink) -> None:
 def _limit(
     text: str, lettering: Lettering, canvas: Picture, centre: float, radius: float, rng: np.random.Generator
 ) -> None:
-    """C14: a red ring, a white or yellow field, black digits."""
+    """C14: a red ring, a white or yellow field, black digits; without text C2, the ring alone."""
     if rng.random() < 0.3:
         _disc(canvas, centre, radius, _ink(235, 235, 235, rng))
         radius *= rng.uniform(0.94, 0.99)
@@ -117,6 +119,8 @@ def _limit(
     _disc(canvas, centre, radius, _ink(40, 30, 190, rng))
     field = _ink(90, 215, 235, rng) if rng.random() < 0.12 else _ink(235, 235, 235, rng)
     _disc(canvas, centre, inner, field)
+    if not text:
+        return
     mask = _digits(text, lettering, rng)
     height = inner * rng.uniform(0.75, 1.05)
     width = min(height * mask.shape[1] / mask.shape[0] * rng.uniform(0.8, 1.15), 1.72 * inner)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
 
 import cv2
 import numpy as np
@@ -18,7 +20,8 @@ from tsr_engine.errors import InputError
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import relight, soften
+from tsr_engine.training.augment import other_camera, relight, soften
+from tsr_engine.training.on_cores import on_cores
 
 MIN_WIDTH = 16.0
 """Narrowest sign of the training pyramids, px."""
@@ -41,16 +44,34 @@ def read_picture(scene: Scene) -> Picture:
     return np.asarray(picture, dtype=np.uint8)
 
 
-def searched_picture(scene: Scene, rng: np.random.Generator, relit: float) -> Picture:
-    """The scene's picture to look for background in: with probability ``relit`` under another light and compressed.
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """How likely a scene's picture is changed before background is looked for in it.
 
-    Near darkness and hard compression make sign-like blocks out of road and sky that daylight scenes never show.
+    Attributes:
+        relit: under another light, and compressed in half of the cases.
+        other_camera: as another camera would have taken it.
+    """
+
+    relit: float
+    other_camera: float = 0.0
+
+
+AS_TAKEN: Final = Changed(0.0)
+
+
+def searched_picture(scene: Scene, rng: np.random.Generator, changed: Changed) -> Picture:
+    """The scene's picture to look for background in, as taken or in one of the ways of ``changed``.
+
+    Near darkness, hard compression and sharpening make sign-like blocks out of road and sky that daylight scenes never
+    show.
     """
     picture = read_picture(scene)
-    if rng.random() >= relit:
-        return picture
-    picture = relight(picture, rng)
-    return soften(picture, rng) if rng.random() < 0.5 else picture
+    drawn = rng.random()
+    if drawn < changed.relit:
+        picture = relight(picture, rng)
+        return soften(picture, rng) if rng.random() < 0.5 else picture
+    return other_camera(picture, rng) if drawn < changed.relit + changed.other_camera else picture
 
 
 def levels(picture: Picture, window: Window, plan: PyramidPlan) -> Iterator[Level]:
@@ -64,8 +85,9 @@ def background_windows(
 ) -> NDArray[np.uint8]:
     """Random windows that hold no sign, spread over the levels by their size; shape (n, features)."""
     out = []
-    for number, scene in enumerate(scenes):
-        tick("random background", number, len(scenes))
+
+    def drawn(scene: Scene, own: np.random.Generator) -> list[NDArray[np.uint8]]:
+        taken = []
         found = list(levels(read_picture(scene), window, plan))
         sizes = [level.cells.shape[1] * level.cells.shape[2] for level in found]
         for level, size in zip(found, sizes, strict=True):
@@ -73,10 +95,15 @@ def background_windows(
             if ny < 1 or nx < 1:
                 continue
             count = max(1, round(per_scene * size / sum(sizes)))
-            y, x = rng.integers(0, ny, count), rng.integers(0, nx, count)
+            y, x = own.integers(0, ny, count), own.integers(0, nx, count)
             clear = away_from_signs(window.to_boxes(y, x, level), scene.taken)
             if clear.any():
-                out.append(window.gather(y[clear], x[clear], level))
+                taken.append(window.gather(y[clear], x[clear], level))
+        return taken
+
+    for number, taken in enumerate(on_cores(drawn, scenes, rng)):
+        tick("random background", number, len(scenes))
+        out += taken
     return np.concatenate(out)
 
 
@@ -135,31 +162,36 @@ def scan_scene(
 
 
 def hard_windows(
-    scenes: Iterable[Scene],
+    scenes: Sequence[Scene],
     ensemble: TreeEnsemble,
     window: Window,
     plan: PyramidPlan,
     per_scene: int,
     rng: np.random.Generator,
-    relit: float,
+    changed: Changed,
     tick: Tick,
-    total: int,
 ) -> NDArray[np.uint8]:
     """The background windows that a cascade likes best, after suppression; shape (n, features).
 
-    A share ``relit`` of the scenes is searched under another light (:func:`searched_picture`).
+    A share of the scenes is searched as ``changed`` says (:func:`searched_picture`).
     """
     out = [np.zeros((0, 10 * window.cells**2), np.uint8)]
-    for number, scene in enumerate(scenes):
-        tick("hard background", number, total)
-        boxes, scores, places, kept = scan_scene(searched_picture(scene, rng, relit), ensemble, window, plan)
+
+    def hardest(scene: Scene, own: np.random.Generator) -> list[NDArray[np.uint8]]:
+        boxes, scores, places, kept = scan_scene(searched_picture(scene, own, changed), ensemble, window, plan)
         clear = away_from_signs(boxes, scene.taken)
         boxes, scores, places = boxes[clear], scores[clear], places[clear]
         chosen = places[suppress(boxes, scores, 0.6, per_scene)]
+        taken = []
         for index in np.unique(chosen[:, 0]):
             level = kept[int(index)]
             picked = chosen[chosen[:, 0] == index]
-            out.append(window.gather(picked[:, 1], picked[:, 2], level))
+            taken.append(window.gather(picked[:, 1], picked[:, 2], level))
+        return taken
+
+    for number, taken in enumerate(on_cores(hardest, scenes, rng)):
+        tick("hard background", number, len(scenes))
+        out += taken
     return np.concatenate(out)
 
 
@@ -169,11 +201,12 @@ def background_candidates(
     window: Window,
     plan: PyramidPlan,
     most: int,
-    relit: float,
+    again: float,
+    changed: Changed,
     rng: np.random.Generator,
     tick: Tick,
 ) -> Iterator[tuple[Scene, Picture, FloatArray]]:
-    """What a cascade lets through away from signs, scene by scene; a share of the scenes comes again in another light.
+    """What a cascade lets through away from signs, scene by scene; a share of the scenes comes again, changed.
 
     Args:
         scenes: where to search.
@@ -181,20 +214,25 @@ def background_candidates(
         window: its window.
         plan: its pyramid.
         most: candidates a scene, the best.
-        relit: share of the scenes that come a second time.
-        rng: of that choice and of the light.
+        again: share of the scenes that come a second time.
+        changed: how these are changed then.
+        rng: of that choice and of the changes.
         tick: progress.
 
     Yields:
         Scene, picture as it was searched, and candidates (n, 4); scenes without any are left out.
     """
-    again = np.flatnonzero(rng.random(len(scenes)) < relit)
-    views = [(i, 0.0) for i in range(len(scenes))] + [(int(i), 1.0) for i in again]
-    for number, (i, light) in enumerate(views):
-        tick("candidates that are no signs", number, len(views))
-        scene, picture = scenes[i], searched_picture(scenes[i], rng, light)
+    views = [(scene, AS_TAKEN) for scene in scenes]
+    views += [(scenes[int(i)], changed) for i in np.flatnonzero(rng.random(len(scenes)) < again)]
+
+    def searched(view: tuple[Scene, Changed], own: np.random.Generator) -> tuple[Scene, Picture, FloatArray]:
+        scene, picture = view[0], searched_picture(view[0], own, view[1])
         boxes, scores, _, _ = scan_scene(picture, ensemble, window, plan)
         clear = away_from_signs(boxes, scene.taken)
         boxes, _ = merge(boxes[clear], scores[clear], 0.6, most)
+        return scene, picture, boxes
+
+    for number, (scene, picture, boxes) in enumerate(on_cores(searched, views, rng)):
+        tick("candidates that are no signs", number, len(views))
         if len(boxes):
             yield scene, picture, boxes

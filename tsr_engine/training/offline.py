@@ -72,7 +72,7 @@ def train_detector(
     crops = read_items(gtsrb) if gtsrb is not None else []
     train, calibrate, report = split_scenes(scenes, seed)
     model, record = fit_detector(train, crops, plan, seed, _named("held-out model", progress))
-    calibration = calibrate_model(model, calibrate, _named("calibration", progress))
+    calibration = calibrate_model(model, calibrate, seed, _named("calibration", progress))
     model = replace(model, calibration=calibration)
     found = detect_scenes(model, [*calibrate, *report], _named("held-out scenes", progress))
     figures = detection_figures(found[len(calibrate) :])
@@ -90,9 +90,13 @@ def train_detector(
     return Component("detector", arrays, settings, data, figures, seed)
 
 
-def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress) -> LogOdds:
-    """Log-odds from the candidates on scenes that did not train the model, see :func:`~.candidates.log_odds_of`."""
-    return log_odds_of(candidates_of(model, scenes, progress))
+def calibrate_model(model: AcfModel, scenes: Sequence[Scene], seed: int, progress: Progress) -> LogOdds:
+    """Log-odds from the candidates on scenes that did not train the model, see :func:`~.candidates.log_odds_of`.
+
+    Every scene counts as taken and once more as another camera would have taken it, so that 0 means the same on both.
+    """
+    found = candidates_of(model, scenes, progress)
+    return log_odds_of([*found, *candidates_of(model, scenes, progress, np.random.default_rng([seed, 59]))])
 
 
 def detect_scenes(

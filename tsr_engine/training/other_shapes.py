@@ -60,8 +60,16 @@ class OtherShapesPlan:
             per_scene=60,
             random_per_scene=100,
             most_negatives=40_000,
+            other_cameras=0.0,
+            shaded=0.0,
             refinement=RefinementPlan(
-                views=1, starts=3, candidates=25, relit=0.2, boosting=BoostingPlan(384, 4, 1 / 16, 0.3)
+                views=1,
+                starts=3,
+                candidates=25,
+                relit=0.2,
+                other_cameras=0.0,
+                shaded=0.0,
+                boosting=BoostingPlan(384, 4, 1 / 16, 0.3),
             ),
             sign_verifier=SignVerifierPlan(
                 steps=4000,
@@ -70,6 +78,8 @@ class OtherShapesPlan:
                 background=0.5,
                 candidates=25,
                 relit=0.2,
+                other_cameras=0.0,
+                shaded=0.0,
                 network=NetworkSettings(filters=48, hidden=96, common=True),
             ),
         )

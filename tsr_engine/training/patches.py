@@ -16,7 +16,7 @@ from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.window import Window
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import relight, soften
+from tsr_engine.training.augment import other_camera, relight, shade, soften
 
 PATCH: Final = 96
 """Side of a training patch, px."""
@@ -67,6 +67,8 @@ def sign_windows(
     turn: float = 0.0,
     relit: float = 0.5,
     softened: float = 0.3,
+    other_cameras: float = 0.0,
+    shaded: float = 0.0,
 ) -> NDArray[np.uint8]:
     """Jittered windows of one sign.
 
@@ -82,18 +84,26 @@ def sign_windows(
         turn: standard deviation of the turn in the picture's plane, degrees.
         relit: share of windows under another light.
         softened: share of windows with less detail.
+        other_cameras: share of windows as another camera would have seen them, neither relit nor softened.
+        shaded: share of windows with a shadow on the sign.
 
     Returns:
         Shape (count, features), uint8.
     """
     out = []
+    middle = (PATCH + np.array([-1, -1, 1, 1]) * window.sign) / 2
     for i in range(count):
         distortion = drawn_distortion(rng, aspect, turn) if i and (aspect or turn) else None
         patch = cut_patch(picture, jitter(box, rng, shift, log_scale), window.sign, PATCH, distortion)
-        if i and rng.random() < relit:
-            patch = relight(patch, rng)
-        if i and rng.random() < softened:
-            patch = soften(patch, rng)
+        if i and shaded and rng.random() < shaded:
+            patch = shade(patch, middle, rng)
+        if i and other_cameras and rng.random() < other_cameras:
+            patch = other_camera(patch, rng)
+        elif i:
+            if rng.random() < relit:
+                patch = relight(patch, rng)
+            if rng.random() < softened:
+                patch = soften(patch, rng)
         if rng.random() < 0.5:
             patch = np.ascontiguousarray(patch[:, ::-1])
         out.append(window_features(patch, window))

@@ -18,8 +18,8 @@ from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import relight, soften
-from tsr_engine.training.mining import Tick, away_from_signs, background_candidates, read_picture
+from tsr_engine.training.augment import other_camera, relight, shade, soften
+from tsr_engine.training.mining import Changed, Tick, away_from_signs, background_candidates, read_picture
 from tsr_engine.training.patches import jitter
 
 FEWEST_NEGATIVES: Final = 400
@@ -39,6 +39,9 @@ class RefinementPlan:
         ridge: regularisation of the regressions.
         candidates: hardest background candidates a scene.
         relit: share of the scenes that are searched for them a second time, under another light.
+        other_cameras: share of the copies that show a sign as another camera would, and of these second searches that
+            look at such a picture instead.
+        shaded: share of the copies with a shadow on the sign.
         boosting: the verifier.
     """
 
@@ -49,6 +52,8 @@ class RefinementPlan:
     ridge: float = 3e-3
     candidates: int = 50
     relit: float = 0.6
+    other_cameras: float = 0.3
+    shaded: float = 0.12
     boosting: BoostingPlan = field(
         default_factory=lambda: BoostingPlan(768, depth=4, feature_share=1 / 16, shrinkage=0.3)
     )
@@ -135,10 +140,15 @@ def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generat
             truth = box - np.array([x, y, x, y])
             for k in range(plan.views + 1):
                 look = region
-                if k and rng.random() < 0.6:
-                    look = relight(look, rng)
-                if k and rng.random() < 0.35:
-                    look = soften(look, rng)
+                if k and rng.random() < plan.shaded:
+                    look = shade(look, truth, rng)
+                if k and rng.random() < plan.other_cameras:
+                    look = other_camera(look, rng)
+                elif k:
+                    if rng.random() < 0.6:
+                        look = relight(look, rng)
+                    if rng.random() < 0.35:
+                        look = soften(look, rng)
                 width = look.shape[1]
                 mirrored = np.ascontiguousarray(look[:, ::-1])
                 other = np.array([width - truth[2], truth[1], width - truth[0], truth[3]])
@@ -166,8 +176,9 @@ def _background(
     tick: Tick,
 ) -> NDArray[np.uint8]:
     out = [np.zeros((0, FEATURES), np.uint8)]
+    changed = Changed(1.0 - plan.other_cameras, plan.other_cameras)
     for scene, picture, boxes in background_candidates(
-        scenes, cascade, window, pyramid, plan.candidates, plan.relit, rng, tick
+        scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, tick
     ):
         moved = look.step(0, boxes, features_of(picture, boxes))
         if len(scene.taken):

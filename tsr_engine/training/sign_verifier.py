@@ -7,7 +7,7 @@ Signs are GTSRB crops, those of the scenes, and drawn ones in the manner of othe
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,12 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.augment import other_camera, shade
 from tsr_engine.training.classifier import descend, drawn_crops, shown_views
-from tsr_engine.training.classifier_jitter import BACKGROUND, LoadedCrop, surrounded_crop
+from tsr_engine.training.classifier_jitter import BACKGROUND, LoadedCrop, jittered_view, surrounded_crop
 from tsr_engine.training.classifier_network import Network, NetworkSettings
-from tsr_engine.training.drawn_signs import PRINTED
-from tsr_engine.training.mining import background_candidates, read_picture
+from tsr_engine.training.drawn_signs import EMPTY, PRINTED, drawn_crop
+from tsr_engine.training.mining import Changed, background_candidates, read_picture
 
 Progress = Callable[[str, int, int], None]
 
@@ -42,8 +43,12 @@ class SignVerifierPlan:
         background: share of the views that show none.
         drawn: share of the views that are drawn.
         drawn_crops: drawn crops of each class that has any.
+        rings: drawn crops of *no vehicles*: its only drawing is the ring.
         candidates: most background candidates a scene.
         relit: share of the scenes that are searched for them a second time, under another light.
+        other_cameras: share of these searches that look at a picture of another camera instead, and of all views that
+            show their crop so.
+        shaded: share of the views with a shadow.
         balance: exponent on class sizes in the draw of signs: 1 as they are, 0 all classes alike.
         strength: of the views, see :func:`~tsr_engine.training.classifier_jitter.jittered_view`.
         network: size and regularisation.
@@ -56,8 +61,11 @@ class SignVerifierPlan:
     background: float = 0.45
     drawn: float = 0.08
     drawn_crops: int = 80
+    rings: int = 80
     candidates: int = 80
     relit: float = 0.6
+    other_cameras: float = 0.3
+    shaded: float = 0.12
     balance: float = 0.5
     strength: float = 0.8
     network: NetworkSettings = field(default_factory=lambda: NetworkSettings(filters=64, hidden=128, common=True))
@@ -82,6 +90,8 @@ def train_sign_verifier(
         progress: called as the work proceeds.
     """
     drawn = drawn_crops(plan.drawn_crops, rng, PRINTED) if plan.drawn > 0 else []
+    if plan.drawn > 0:
+        drawn += [drawn_crop(EMPTY, rng) for _ in range(plan.rings)]
     parts: list[LoadedCrop] = []
     chances = []
     for part, share in (
@@ -97,10 +107,24 @@ def train_sign_verifier(
             parts += part
             chances.append(share * chance / chance.sum())
     chance = np.concatenate(chances)
-    views = shown_views(parts, chance / chance.sum(), plan.batch, plan.showings, rng, lambda made: plan.strength)
+
+    def look(crop: LoadedCrop, generator: np.random.Generator, strength: float) -> tuple[Picture, int]:
+        return jittered_view(_by_another_camera(crop, plan, generator), generator, strength)
+
+    chance /= chance.sum()
+    views = shown_views(parts, chance, plan.batch, plan.showings, rng, lambda made: plan.strength, look)
     network = Network(plan.network, int(rng.integers(2**31)))
     arrays = descend(network, views, plan.steps, progress, "sign verifier score")
     return SignVerifier.from_arrays({f"likeness_{name}": array for name, array in arrays.items()})
+
+
+def _by_another_camera(crop: LoadedCrop, plan: SignVerifierPlan, rng: np.random.Generator) -> LoadedCrop:
+    """The crop as it is, with a shadow on it, or as another camera would have taken it."""
+    if rng.random() < plan.shaded:
+        crop = replace(crop, pixels=shade(crop.pixels, crop.box, rng))
+    if rng.random() < plan.other_cameras:
+        crop = replace(crop, pixels=other_camera(crop.pixels, rng))
+    return crop
 
 
 def sign_crops(scenes: Sequence[Scene]) -> list[LoadedCrop]:
@@ -134,8 +158,9 @@ def background_crops(
         InputError: a picture cannot be decoded.
     """
     out: list[LoadedCrop] = []
+    changed = Changed(1.0 - plan.other_cameras, plan.other_cameras)
     for scene, picture, boxes in background_candidates(
-        scenes, cascade, window, pyramid, plan.candidates, plan.relit, rng, progress
+        scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, progress
     ):
         refined, _ = look.look(picture, boxes)
         refined = refined[_within(refined, picture)]

@@ -1,0 +1,38 @@
+"""Work on all cores: the order and the random numbers of the items hang on nothing but the items."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from tsr_engine.training import on_cores as module
+from tsr_engine.training.on_cores import on_cores
+
+
+def drawn(item: int, rng: np.random.Generator) -> tuple[int, float]:
+    time.sleep(0.002 * (7 - item % 8))
+    return item, float(rng.random())
+
+
+def test_the_number_of_cores_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    for cores in (1, 3):
+        monkeypatch.setattr(module, "cores", lambda cores=cores: cores)
+        made.append(list(on_cores(drawn, range(20), np.random.default_rng(5))))
+    assert made[0] == made[1]
+    assert [item for item, _ in made[0]] == list(range(20))
+    assert len({value for _, value in made[0]}) == 20
+
+
+def test_a_mistake_on_another_core_is_raised_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "cores", lambda: 2)
+
+    def fails(item: int, rng: np.random.Generator) -> int:
+        if item == 3:
+            raise OSError("no such picture")
+        return item
+
+    with pytest.raises(OSError, match="no such picture"):
+        list(on_cores(fails, range(10), np.random.default_rng(0)))

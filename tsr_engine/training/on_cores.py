@@ -1,0 +1,50 @@
+"""Work on many items by all cores, with the same result whatever their number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+import numba
+import numpy as np
+
+__all__ = ["cores", "on_cores"]
+
+Item = TypeVar("Item")
+Made = TypeVar("Made")
+
+_AHEAD = 2
+"""Items a core that are begun before their turn comes: results wait in memory."""
+
+
+def cores() -> int:
+    """Threads that a training may use: as many as Numba does, so that ``NUMBA_NUM_THREADS`` limits both."""
+    return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+
+
+def on_cores(
+    work: Callable[[Item, np.random.Generator], Made], items: Sequence[Item], rng: np.random.Generator
+) -> Iterator[Made]:
+    """What ``work`` makes of each item, in the order of the items.
+
+    Each item has random numbers of its own, so that neither the number of cores nor their speed changes a result.
+
+    Args:
+        work: called on several threads at a time; what is compiled or OpenCV's runs beside each other there.
+        items: what is worked on.
+        rng: the generator that those of the items come from.
+    """
+    own = rng.spawn(len(items))
+    count = cores()
+    if count == 1:
+        yield from map(work, items, own)
+        return
+    with ThreadPoolExecutor(count, "tsr-train") as pool:
+        begun = [pool.submit(work, *both) for both in zip(items[: _AHEAD * count], own, strict=False)]
+        for number in range(len(items)):
+            yield begun[number].result()
+            begun[number] = None  # type: ignore[call-overload]
+            following = len(begun)
+            if following < len(items):
+                begun.append(pool.submit(work, items[following], own[following]))
