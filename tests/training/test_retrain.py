@@ -15,7 +15,7 @@ from tests.training.corrected_toys import film, track, video
 from tests.training.toy_scenes import write_gtsdb
 from tsr_engine.cli.main import run
 from tsr_engine.detection.acf import AcfModel
-from tsr_engine.errors import UsageError
+from tsr_engine.errors import ModelError, UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
@@ -28,7 +28,7 @@ from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.recognition.classifier import SignClassifier
-from tsr_engine.training import whole
+from tsr_engine.training import retrain, whole
 from tsr_engine.training.memory import build_memory
 from tsr_engine.training.public import remembered_figures
 from tsr_engine.training.retrain import Recipe
@@ -122,6 +122,13 @@ def test_a_label_that_the_model_lacks_is_added(tmp_path: Path, capsys: pytest.Ca
     assert "bus-stop: a label that the earlier version lacks" in capsys.readouterr().out.replace("\n", " ")
     classifier = SignClassifier.from_component(load_component("classifier", tmp_path / "models"))
     assert classifier.labels == (*default_keys(), "bus-stop")
+
+
+def test_a_memory_of_other_features_is_refused() -> None:
+    memory = load_component("memory")
+    other = replace(memory, arrays={**memory.arrays, "moment": np.eye(257)})
+    with pytest.raises(ModelError, match="other features"):
+        retrain._classifier(load_component("classifier"), [], other, Recipe(), quiet)
 
 
 def test_unknown_parts_are_refused() -> None:

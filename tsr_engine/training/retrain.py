@@ -279,10 +279,16 @@ def _with_labels(old: Component, further: Sequence[str]) -> Component:
 def _classifier(
     old: Component, crops: Sequence[SignCrop], memory: Component, recipe: Recipe, progress: Progress
 ) -> Component:
+    classifier, moment = SignClassifier.from_component(old), memory.arrays["moment"].astype(np.float64)
+    if len(moment) != classifier.features.length + 1:
+        raise ModelError(
+            "The memory of the earlier version is of a classifier with other features. Make it anew with "
+            "`tsr train memory`, or leave the classifier out."
+        )
     weights, bias = refine_classifier(
-        SignClassifier.from_component(old),
+        classifier,
         crops,
-        memory.arrays["moment"].astype(np.float64),
+        moment,
         int(memory.data.get("tracks", 1)),
         recipe.classifier,
         recipe.seed,
