@@ -68,8 +68,8 @@ def _on_ray(
     progress: Callable[[Progress], None],
 ) -> RunReport | None:
     from tsr_engine.batch.cluster import Unreachable
-    from tsr_engine.batch.node_run import RunOrder
     from tsr_engine.batch.on_node import NodeLost, run_on_node
+    from tsr_engine.batch.run_order import RunOrder
 
     # the client of Ray maps more memory than an engine may use, and the engine is not in this process
     resource.setrlimit(resource.RLIMIT_AS, (resource.getrlimit(resource.RLIMIT_AS)[1],) * 2)

@@ -13,41 +13,23 @@ import pickle
 import signal
 import sys
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 from tsr_engine.batch.node import end_with, limit_memory, require_models
+from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.errors import EvidenceError, ModelError, TsrError, UsageError
 from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.io.locks import is_locked
-from tsr_engine.runs.report import Progress, RunReport, RunRequest
+from tsr_engine.runs.report import Progress, RunReport
 from tsr_engine.version import __version__
 
-__all__ = ["RunOrder", "main"]
+__all__ = ["main"]
 
 _WAIT: Final = 60.0
 """Seconds to wait for another process that writes the same evidence: its machine may just have been given up."""
 _TELL: Final = 0.3
-
-
-@dataclass(frozen=True, slots=True)
-class RunOrder:
-    """A run that a node is asked for.
-
-    Attributes:
-        request: what to track; all its files lie where every node sees them under the same names.
-        models: folder of models; None: those that ship with the package.
-        digests: component -> SHA-256 that these models must have.
-        memory_mb: address space that the process may use, MiB; 0: any.
-        version: of tsr, which the node must have as well.
-    """
-
-    request: RunRequest
-    models: Path | None
-    digests: dict[str, str]
-    memory_mb: int = 0
-    version: str = field(default=__version__)
 
 
 def main() -> None:
@@ -108,7 +90,4 @@ def _say(message: dict[str, Any]) -> None:
 
 
 if __name__ == "__main__":
-    # pickles name the class by its module, which is not this one when it is run as a script
-    from tsr_engine.batch.node_run import main as run
-
-    run()
+    main()

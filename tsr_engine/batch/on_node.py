@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from tsr_engine import errors
 from tsr_engine.batch.cluster import connected
-from tsr_engine.batch.node_run import RunOrder
+from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.runs.report import Progress, RunReport
 

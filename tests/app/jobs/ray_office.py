@@ -12,8 +12,8 @@ from ray.cluster_utils import Cluster
 from app.storage.models import Run
 from sample_videos import SHIPPED
 from tests.app.jobs.office import LATEST, make_office
-from tsr_engine.batch.node_run import RunOrder
 from tsr_engine.batch.on_node import run_on_node
+from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.errors import TsrError
 from tsr_engine.params import Params
 from tsr_engine.runs.live import RunRequest
