@@ -5,20 +5,19 @@ After a kill at any moment the store holds exactly the chunks whose transactions
 
 from __future__ import annotations
 
-import fcntl
 import os
 import sqlite3
-from collections.abc import Iterable, Iterator
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Iterable
+from contextlib import closing, suppress
 from pathlib import Path
 from types import TracebackType
 
 from tsr_engine.errors import EvidenceError, StorageError
 from tsr_engine.evidence.encode import Rows, StoredTrack, TableEntry, add_rows
 from tsr_engine.evidence.header import RunHeader, RunState, read_header, write_header
+from tsr_engine.evidence.held_folder import acquire, connect, storage
 from tsr_engine.evidence.schema import BY_NAME, DATABASE, LOCK_FILE, RUN_FILE, SCHEMA_VERSION, TABLES, create_tables
 from tsr_engine.io.atomic import refuse_inputs
-from tsr_engine.io.storage_problems import database_problem, storage_problem
 from tsr_engine.records import FrameEvidence
 
 DEFAULT_CHUNK = 32
@@ -53,7 +52,7 @@ class EvidenceWriter:
         self._closed = False
         self._torn = False
         self._before = before
-        with _storage(folder):
+        with storage(folder):
             last = connection.execute("SELECT max(frame) FROM frames").fetchone()[0]
         self._last: int | None = last
 
@@ -81,7 +80,7 @@ class EvidenceWriter:
             StorageError: the folder cannot be written.
         """
         folder = Path(folder)
-        with _storage(folder):
+        with storage(folder):
             folder.mkdir(parents=True, exist_ok=True)
         if (folder / RUN_FILE).exists() and not overwrite:
             raise EvidenceError(f"{folder} already holds a run. Resume it, or choose an empty folder.")
@@ -90,13 +89,13 @@ class EvidenceWriter:
                 f"{folder / DATABASE} holds frames, but the {RUN_FILE} beside it is missing. Restore it, choose an "
                 "empty folder, or say --restart to begin anew."
             )
-        lock = _acquire(folder)
+        lock = acquire(folder)
         try:
-            with _storage(folder):
+            with storage(folder):
                 # Without run.json a store does not exist: its file goes first when replaced, and comes last when made.
                 for name in (RUN_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm"):
                     (folder / name).unlink(missing_ok=True)
-                connection = _connect(folder / DATABASE, shared=shared)
+                connection = connect(folder / DATABASE, shared=shared)
                 try:
                     connection.execute("BEGIN IMMEDIATE")
                     create_tables(connection)
@@ -140,10 +139,10 @@ class EvidenceWriter:
             )
         if not (folder / DATABASE).is_file():
             raise EvidenceError(f"{folder / DATABASE} is missing. Track the video again.")
-        lock = _acquire(folder)
+        lock = acquire(folder)
         try:
-            with _storage(folder):
-                connection = _connect(folder / DATABASE, shared=shared)
+            with storage(folder):
+                connection = connect(folder / DATABASE, shared=shared)
                 try:
                     check_identity(connection, folder, stored)
                     write_header(folder, stored.ended("running"))
@@ -194,7 +193,7 @@ class EvidenceWriter:
         """
         if not self._pending:
             return
-        with _storage(self.folder):
+        with storage(self.folder):
             self._connection.execute("BEGIN IMMEDIATE")
             try:
                 for name, rows in self._rows.items():
@@ -277,7 +276,7 @@ class EvidenceWriter:
     def _stored(self, track_id: int) -> StoredTrack | None:
         if track_id in self._changed:
             return self._changed[track_id]
-        with _storage(self.folder):
+        with storage(self.folder):
             row = self._connection.execute("SELECT * FROM tracks WHERE track_id = ?", (track_id,)).fetchone()
         return None if row is None else StoredTrack(*row)
 
@@ -321,47 +320,3 @@ def _holds_frames(path: Path) -> bool:
 
 def _no_rows() -> Rows:
     return {table.name: [] for table in TABLES if table.name not in ("meta", "tracks")}
-
-
-def _connect(path: Path, *, shared: bool) -> sqlite3.Connection:
-    connection = sqlite3.connect(path, isolation_level=None, timeout=30.0)
-    # SQLite's WAL needs memory that all its readers share, which two machines do not have
-    connection.execute(f"PRAGMA journal_mode = {'TRUNCATE' if shared else 'WAL'}")
-    connection.execute("PRAGMA synchronous = FULL")
-    return connection
-
-
-def _acquire(folder: Path) -> int:
-    """The run's lock, held until the process ends: the kernel frees it even after kill -9."""
-    with _storage(folder):
-        lock = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(lock)
-        raise EvidenceError(f"Another process is writing {folder}. Wait for it, or choose another folder.") from None
-    return lock
-
-
-_DAMAGE = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
-
-
-@contextmanager
-def _storage(folder: Path) -> Iterator[None]:
-    """Failures of the disk as :class:`StorageError`, of the database as :class:`EvidenceError`."""
-    try:
-        yield
-    except OSError as error:
-        advice = {"full": "Free some space and resume", "limit": "Raise the limit on files (ulimit -f) and resume"}
-        kind = storage_problem(error)
-        what = advice.get(kind, "Choose another folder")
-        raise StorageError(f"Cannot write the evidence in {folder}: {error.strerror}. {what}.", kind) from None
-    except sqlite3.DatabaseError as error:
-        # Extended result codes carry the primary one in their low byte.
-        if getattr(error, "sqlite_errorcode", 0) & 0xFF in _DAMAGE:
-            raise EvidenceError(f"{folder / DATABASE} is damaged ({error}). Track the video again.") from None
-        kind = database_problem(error)
-        what = {"full": "Free some space", "limit": "Raise the limit on files (ulimit -f)"}.get(
-            kind, "Look after the disk, or choose another folder"
-        )
-        raise StorageError(f"Cannot write the evidence in {folder}: {error}. {what}, then resume.", kind) from None
