@@ -262,7 +262,7 @@ def test_an_unexpected_failure_leaks_nothing(server: Server, monkeypatch: pytest
     def fail() -> None:
         raise RuntimeError("a secret detail")
 
-    monkeypatch.setattr(type(server.context.videos), "views", lambda _: fail())
+    monkeypatch.setattr(type(server.context.videos), "listing", lambda _: fail())
     answer = server.client.get("/api/videos")
     assert answer.status_code == 500
     assert "secret detail" not in answer.text

@@ -222,7 +222,7 @@ def test_the_video_is_never_overwritten(drive: Path) -> None:
 
 
 def test_full_disk(drive: Path, tmp_path: Path) -> None:
-    """A limit on file size stands in for the disk: writes beyond it fail as on a full one."""
+    """A limit on the size of files ends the run like a full disk, and is told apart from one."""
     command = (
         f'ulimit -f 150; trap "" XFSZ; exec "{sys.executable}" "{TOY_CLI}" track "{drive}" --evidence "{tmp_path}/run"'
     )
@@ -230,7 +230,7 @@ def test_full_disk(drive: Path, tmp_path: Path) -> None:
     done = subprocess.run(
         ["bash", "-c", command], capture_output=True, text=True, check=False, timeout=120, env=environment
     )
-    assert_one_sentence(Done(done.returncode, done.stdout, done.stderr), 6, "Free some space")
+    assert_one_sentence(Done(done.returncode, done.stdout, done.stderr), 6, "Raise the limit on files")
     with EvidenceReader(tmp_path / "run") as reader:
         assert reader.state in ("failed", "interrupted")
         assert len(reader) < FRAMES

@@ -290,7 +290,7 @@ def test_a_full_disk_leaves_nothing_and_is_told(run: Path, tmp_path: Path) -> No
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
     try:
-        with pytest.raises(StorageError, match=r"Cannot write .*x\.rrd: File too large"):
+        with pytest.raises(StorageError, match=r"Cannot write .*x\.rrd: the file would be larger"):
             write_recording(RecordingRequest(run, out))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

@@ -105,8 +105,9 @@ def test_boxes_that_two_people_have_drawn(team: Team, run: str) -> None:
     send(anna, run, "Anna", 2, key=first, name="set_box", box=[0, 0, 10, 10])  # the last one is meant
     assert rolf.get("/api/second-opinions").json()["boxes"]["whole"]["tracks"] == 0
     send(rolf, run, "Rolf", 3, key=first, name="set_box", box=[0, 0, 10, 5])
-    send(anna, run, "Anna", key=second, name="set_box", box=[0, 0, 10, 10])
-    send(rolf, run, "Rolf", 1, key=second, name="set_box", box=[20, 20, 30, 30])
+    send(anna, run, "Anna", key=second, name="relabel_track", class_id=13)
+    send(anna, run, "Anna", 1, key=second, name="set_box", box=[0, 0, 10, 10])
+    send(rolf, run, "Rolf", 2, key=second, name="set_box", box=[20, 20, 30, 30])
     boxes = rolf.get("/api/second-opinions").json()["boxes"]
     assert (boxes["whole"]["tracks"], boxes["whole"]["frames"], boxes["whole"]["iou"]) == (2, 2, 0.25)
     assert (boxes["whole"]["low"], boxes["whole"]["high"]) == (0, 1)
