@@ -127,7 +127,7 @@ def test_other_models_are_refused(drives: Path, tmp_path: Path, digests: dict[st
     )  # fmt: skip
     outcome = run_order(order)
     assert not outcome.died
-    assert "has another detector than the batch was started with" in outcome.error
+    assert "has another detector than this work was started with" in outcome.error
 
 
 def test_one_batch_at_a_time_writes_a_folder(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:

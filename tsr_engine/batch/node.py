@@ -26,7 +26,7 @@ def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
     wrong = [name for name, digest in wanted.items() if found.get(name) != digest]
     if wrong:
         raise ModelError(
-            f"{os.uname().nodename} has another {', '.join(wrong)} than this was started with. "
+            f"{os.uname().nodename} has another {', '.join(wrong)} than this work was started with. "
             "Give every machine the same models."
         )
 

@@ -37,7 +37,7 @@ def test_a_node_that_dies_costs_a_new_try_from_the_last_chunk(undisturbed: Path,
     assert found["crashes"] == 0
     assert found["tokens"] >= 2
     assert found["refused"].startswith("ModelError: ")
-    assert "has another detector than this was started with" in found["refused"]
+    assert "has another detector than this work was started with" in found["refused"]
     assert_same(undisturbed, Path(found["folder"]))
 
 
