@@ -25,7 +25,7 @@ def aside(ask: Callable[[], object]) -> None:
     """Ask for something whose answer nobody waits for."""
 
     def work() -> None:
-        with suppress(OSError):
+        with suppress(OSError, ValueError):  # a frame is no JSON
             ask()
 
     threading.Thread(target=work, daemon=True).start()

@@ -77,7 +77,7 @@ def test_places_that_got_worse(desk: Desk) -> None:
 
 def test_the_command(desk: Desk, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     out, home = tmp_path / "out", str(desk.home)
-    command = ["check", "--home", home, "--out", str(out), "--set", "coast_foe_y=0.5"]
+    command = ["check", "--home", home, "--out", str(out), "--set", "keep_score=50"]
     assert run(command) == 3
     assert "nobody has accepted, drawn or rejected a track" in capfd.readouterr().err
     judge(desk)
@@ -85,7 +85,7 @@ def test_the_command(desk: Desk, tmp_path: Path, capfd: pytest.CaptureFixture[st
     said = capfd.readouterr()
     found = json.loads(said.out)
     assert found["figures"]["found"] == {"before": 100.0, "after": 0.0, "difference": -100.0, "interval": None}
-    assert found["figures"]["false"]["after"] == 0, "the real models see nothing in the toy drive"
+    assert found["figures"]["false"]["after"] == 0, "no detection is kept"
     assert [place["kind"] for place in found["places"]] == ["lost"]
     assert "over budget: found went from 100 to 0, by -100; its budget is -50." in said.err
     page = (out / "check.html").read_text()
