@@ -10,7 +10,8 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.review_desk import Desk, choose, edited, state, tidied, wait
+from sample_videos import SHIPPED
+from tests.e2e.review_desk import Desk, choose, edited, imported, one_video, state, tidied, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -18,6 +19,13 @@ pytestmark = [
     pytest.mark.timeout(600),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    """A drive with tracks of somebody else's tracker."""
+    with one_video(tmp_path_factory, SHIPPED[0].video, "drive.mp4") as (server, browser, video):
+        yield Desk(server, browser, video, imported(server, video, SHIPPED[0].truth.read_bytes(), "tracker")["id"])
 
 
 @pytest.fixture
