@@ -71,15 +71,13 @@ function paletteItems(app, state, controls = []) {
   return [...commands, ...given, ...tracks];
 }
 
-/** What the screen shows below the dialogs. @param {State} state */
+/** What the screen shows below the dialogs, and the runs in the bar above it. @param {State} state */
 function controlsOn({ route }) {
-  const main = document.getElementById('main');
-  return main === null
-    ? []
-    : controlsOf(
-        main,
-        route.screen.replace(/^./, (first) => first.toUpperCase()),
-      );
+  const screen = route.screen.replace(/^./, (first) => first.toUpperCase());
+  return ['#main', '.topbar-chooser'].flatMap((part) => {
+    const shown = document.querySelector(part);
+    return shown instanceof HTMLElement ? controlsOf(shown, screen) : [];
+  });
 }
 
 /**

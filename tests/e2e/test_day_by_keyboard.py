@@ -1,0 +1,115 @@
+"""A day's work with the keyboard alone, from the library to a new model version. On a real server."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Page, expect
+
+from sample_videos import SHIPPED
+from tests.e2e.review_desk import Desk, drawn, edited, go, imported, no_dialog, one_video, wait
+from tests.e2e.screenshots import CHROMIUM
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+FOCUSED = """() => { const one = document.activeElement;
+  const said = one.getAttribute('aria-label') ?? one.labels?.[0]?.textContent ?? one.textContent;
+  return {said: said.trim(), seen: one.matches(':focus-visible')}; }"""
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    with one_video(tmp_path_factory, SHIPPED[0].video, "drive.mp4") as (server, browser, video):
+        yield Desk(server, browser, video, imported(server, video, SHIPPED[0].truth.read_bytes(), "tracker")["id"])
+
+
+def to(page: Page, name: str, *, back: bool = False) -> None:
+    """Tab to what is called so; fails where the way does not lead there or the focus cannot be seen."""
+    said = []
+    for _ in range(150):
+        page.keyboard.press("Shift+Tab" if back else "Tab")
+        now = page.evaluate(FOCUSED)
+        said.append(now["said"])
+        if now["said"].startswith(name):
+            assert now["seen"], name
+            return
+    raise AssertionError(f"Tab does not lead to {name!r}: {list(dict.fromkeys(said))}")
+
+
+def test_a_day_without_a_mouse(desk: Desk, page: Page) -> None:
+    go(page, "#/")
+    to(page, "Review drive.mp4")
+    page.keyboard.press("Enter")
+    # the review opens at the first track that is left
+    key = drawn(page)["selected"]
+    assert key is not None
+    now = edited(page, lambda: page.keyboard.press("a"))
+    assert now["docs"][key]["review"] == "accepted"
+    # box, end and label of the next one; the label's dialog accepts it as well
+    second = wait(page, lambda s: s["selected"] not in (None, key) and s["shown"] == s["frame"] and s["overlay"])
+    other, at = second["selected"], second["frame"]
+    edited(page, lambda: page.keyboard.press("Shift+ArrowRight"))
+    page.keyboard.press("f")
+    wait(page, lambda s: s["frame"] == at + 1 and s["shown"] == s["frame"] and s["overlay"])
+    edited(page, lambda: page.keyboard.press("Alt+Delete"))
+    page.keyboard.press("l")
+    page.locator("dialog[open] input:focus").wait_for()
+    page.keyboard.type("keep right")
+    now = edited(page, lambda: page.keyboard.press("Control+Enter"))
+    doc = now["docs"][other]
+    assert (doc["review"], doc["class_id"]) == ("accepted", 38)
+    assert max(part["last"] for part in doc["segments"]) == at + 1
+    assert str(at) in doc["keys"]
+    assert now["docs"] == desk.documents()
+
+    # what was corrected, against what the engine said: a number, the places behind it, and one of them
+    no_dialog(page)
+    page.keyboard.press("Control+k")
+    page.locator("dialog[open] input:focus").wait_for()
+    page.keyboard.type("compare")
+    expect(page.locator("dialog [role=option]").first).to_contain_text("Compare")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("dialog").get_by_role("button", name="Compare")).to_be_enabled()
+    to(page, "Compare")
+    page.keyboard.press("Enter")
+    page.locator(".figures-table").wait_for()
+    no_dialog(page)
+    to(page, "Precision")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("complementary", name="Places behind a number").get_by_role("heading")).to_be_focused()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    drawn(page)
+
+    page.keyboard.press("Shift+E")
+    dialog = page.get_by_role("dialog")
+    expect(dialog.get_by_role("button", name="Export", exact=True)).to_be_enabled()
+    to(page, "Export")
+    page.keyboard.press("Enter")
+    expect(dialog.get_by_role("link", name="Download")).to_be_visible()
+    page.keyboard.press("Escape")
+    no_dialog(page)
+
+    to(page, "Models", back=True)
+    page.keyboard.press("Enter")
+    page.get_by_role("button", name="Retrain").wait_for()
+    to(page, "Retrain")
+    page.keyboard.press("Enter")
+    expect(dialog.get_by_role("checkbox", name="drive.mp4")).to_be_checked()
+    to(page, "Detector")
+    page.keyboard.press("Space")
+    expect(dialog.get_by_role("checkbox", name=re.compile("^Detector"))).not_to_be_checked()
+    to(page, "Retrain")
+    page.keyboard.press("Enter")
+    no_dialog(page)
+    to(page, "Cancel")
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("cancelled", exact=True)).to_be_visible()
