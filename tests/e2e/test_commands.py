@@ -22,7 +22,7 @@ pytestmark = [
 CROWD = """() => {
   const names = (i) => `${'very '.repeat(30)}long name of label ${i}`.slice(0, 200);
   tsr.store.dispatch((state) => {
-    const many = (one) => Array.from({length: 5000}, (_, i) => one(i));
+    const many = (one) => Array.from({length: 20000}, (_, i) => one(i));
     const {tracks} = state.review;
     const columns = Object.fromEntries(Object.entries(tracks)
       .map(([name, list]) => [name, Array.isArray(list) ? many((i) => list[i % list.length]) : list]));
@@ -32,7 +32,7 @@ CROWD = """() => {
     return {...state, labels: [...state.labels, ...labels], review: {...state.review, tracks: crowd}};
   });
 }"""
-"""The page as if the run had 5,000 tracks and the set 400 labels more, with names of up to 200 characters."""
+"""The page as if the run had 20,000 tracks and the set 400 labels more, with names of up to 200 characters."""
 
 
 @pytest.fixture
@@ -172,11 +172,11 @@ def test_the_palette_finds_what_a_screen_offers(desk: Desk, page: Page) -> None:
     wait(page, lambda s: s["run"] == desk.run and s["overlay"] is not None)
 
 
-def test_5000_tracks_and_400_labels_of_200_characters_are_found_without_a_pause(page: Page) -> None:
+def test_20000_tracks_and_400_labels_of_200_characters_are_found_without_a_pause(page: Page) -> None:
     page.evaluate(CROWD)
     began = time.perf_counter()
     palette(page, "")
-    expect(page.locator(".palette-told")).to_contain_text("The first 60 of 5,")
+    expect(page.locator(".palette-told")).to_contain_text("The first 60 of 20,")
     assert time.perf_counter() - began < 5 * SLOWED
     times = page.evaluate(
         """async () => {
