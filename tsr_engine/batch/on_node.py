@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from typing import Any, Final
 
 from tsr_engine import errors
-from tsr_engine.batch.cluster import connected
+from tsr_engine.batch.cluster import Unreachable, connected
 from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.runs.report import Progress, RunReport
@@ -104,7 +104,8 @@ def run_on_node(
         The report; None: it was stopped.
 
     Raises:
-        UsageError: the cluster cannot be reached, no node is large enough, or a node has another version.
+        Unreachable: the cluster does not answer, or has no node that computes: it may have one later.
+        UsageError: no node is large enough, or a node has another version.
         TsrError: the run failed; the sentence is that of the node.
         NodeLost: its process or its node has died.
     """
@@ -170,6 +171,8 @@ def _told(ray: Any) -> Iterator[None]:
 
 def _require_cpus(ray: Any, cores: int) -> None:
     most = max((int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"]), default=0)
+    if most == 0:
+        raise Unreachable("The Ray cluster has no node with a CPU at present.")
     if most < cores:
         raise UsageError(
             f"A run takes {cores} CPUs of a node, and the largest of the Ray cluster has {most}. Lower TSR_CORES."

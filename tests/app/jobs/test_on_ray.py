@@ -14,7 +14,12 @@ from pydantic import ValidationError
 from app.context import build_context
 from app.settings import Settings
 from tests.app.jobs.same import assert_same
+from tsr_engine.batch.cluster import Unreachable
+from tsr_engine.batch.on_node import run_on_node
+from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.extras import MissingExtra
+from tsr_engine.params import Params
+from tsr_engine.runs.live import RunRequest
 
 SCRIPT = Path(__file__).with_name("ray_office.py")
 
@@ -39,6 +44,22 @@ def test_a_node_that_dies_costs_a_new_try_from_the_last_chunk(undisturbed: Path,
     assert found["refused"].startswith("ModelError: ")
     assert "has another detector than this work was started with" in found["refused"]
     assert_same(undisturbed, Path(found["folder"]))
+
+
+def test_a_cluster_without_a_node_that_computes_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Head:
+        """A cluster whose head alone is there."""
+
+        def nodes(self) -> list[dict[str, object]]:
+            return [{"Alive": True, "Resources": {"memory": 1.0}}, {"Alive": False, "Resources": {"CPU": 8.0}}]
+
+        def shutdown(self) -> None:
+            pass
+
+    monkeypatch.setattr("tsr_engine.batch.on_node.connected", lambda address, alone: Head())
+    order = RunOrder(RunRequest(Path("drive.mp4"), Params()), None, {})
+    with pytest.raises(Unreachable, match="no node with a CPU"):
+        run_on_node(order, None, lambda _: None, lambda: False)
 
 
 def test_without_ray_a_server_refuses_to_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
