@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -11,7 +11,7 @@ from app.edits.documents import TrackDoc
 from app.shapes import Model
 from app.storage.models import Edit
 
-__all__ = ["Last", "adopted_keys", "last_said"]
+__all__ = ["Last", "adopted_keys", "last_said", "taken_back"]
 
 
 class Last(Model):
@@ -22,6 +22,17 @@ class Last(Model):
     """ISO 8601, UTC."""
     name: str
     frame: int | None
+
+
+def taken_back(rows: Iterable[tuple[str, str | None]]) -> set[str]:
+    """Operations that were undone and not done again; ``rows``: kind and what it reverts, in the order of the log."""
+    found: set[str] = set()
+    for kind, reverts in rows:
+        if kind == "undo" and reverts is not None:
+            found.add(reverts)
+        elif kind == "redo" and reverts is not None:
+            found.discard(reverts)
+    return found
 
 
 def last_said(session: Session, run_id: str, author: str, seen: Mapping[str, int]) -> dict[str, Last]:

@@ -13,6 +13,7 @@ from typing import Any, Final
 from sqlalchemy import delete, func, insert, select
 from sqlalchemy.orm import Session
 
+from app.edits.history import taken_back
 from app.storage.models import Edit, ReviewCount, Verdict, WorkDay
 from tsr_engine.json_shapes import JsonMapping
 
@@ -119,11 +120,11 @@ def _last_verdicts(edits: Sequence[Any]) -> dict[str, tuple[str, int]]:
         edits: of one person on one run, in the order of the log: rows with op_id, kind, command, reverts, created and
             ``after``, whose keys are their tracks.
     """
-    stands = {row.reverts: row.kind for row in edits if row.kind in _REVERTING}
+    undone = taken_back((row.kind, row.reverts) for row in edits)
     found: dict[str, tuple[str, int]] = {}
     for row in edits:
         verdict = None if row.kind in _REVERTING else _verdict_of(row.kind, row.command)
-        if verdict in _DECIDED and stands.get(row.op_id) != "undo":
+        if verdict in _DECIDED and row.op_id not in undone:
             assert verdict is not None
             found |= dict.fromkeys(row.after, (verdict, day_of(row.created)))
     return found

@@ -9,17 +9,18 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import stdtrit
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.edits.history import taken_back
 from app.labels.store import newest
+from app.people.work import by_name, mean_interval, word_of
 from app.shapes import Model
 from app.storage.models import Edit, SearchTrack
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["BoxAgreement", "BoxAgreements", "box_agreements", "drawn_twice", "mean_interval"]
+__all__ = ["BoxAgreement", "BoxAgreements", "box_agreements", "drawn_twice"]
 
 Box = tuple[float, float, float, float]
 _AT_ONCE = 500
@@ -83,17 +84,6 @@ def drawn_twice(rows: Iterable[tuple[str, str, str, int, Box]]) -> list[Drawn]:
     ]
 
 
-def mean_interval(values: Sequence[float]) -> tuple[float, float, float]:
-    """Mean of shares and its 95 % interval (Student's t, within 0 to 1); of fewer than two, 0 to 1."""
-    if not values:
-        return 0.0, 0.0, 1.0
-    mean = math.fsum(values) / len(values)
-    if len(values) < 2:
-        return mean, 0.0, 1.0
-    half = float(stdtrit(len(values) - 1, 0.975)) * float(np.std(values, ddof=1)) / math.sqrt(len(values))
-    return mean, max(0.0, mean - half), min(1.0, mean + half)
-
-
 def box_agreements(session: Session) -> BoxAgreements:
     """Agreement of boxes by label and by person; what was undone counts for nothing."""
     found = drawn_twice(_drawn(session))
@@ -107,16 +97,14 @@ def box_agreements(session: Session) -> BoxAgreements:
 
 
 def _drawn(session: Session) -> list[tuple[str, str, str, int, Box]]:
-    undone: dict[str, bool] = {}
-    reverting = select(Edit.reverts, Edit.kind).where(Edit.kind.in_(["undo", "redo"])).order_by(Edit.seq)
-    for reverted, kind in session.execute(reverting):
-        undone[str(reverted)] = kind == "undo"
+    reverting = select(Edit.kind, Edit.reverts).where(Edit.kind.in_(["undo", "redo"])).order_by(Edit.seq)
+    undone = taken_back((kind, reverts) for kind, reverts in session.execute(reverting))
     query = select(Edit.op_id, Edit.author, Edit.run_id, Edit.command)
     drawing = query.where(Edit.kind.in_(["create_track", "set_box"])).order_by(Edit.seq)
     return [
         (author, run, command["key"], command["frame"], tuple(command["box"]))
         for op_id, author, run, command in session.execute(drawing)
-        if not undone.get(op_id)
+        if op_id not in undone
     ]
 
 
@@ -130,17 +118,12 @@ def _labels(session: Session, runs: Sequence[str]) -> dict[tuple[str, str], str]
         for run, key, set_key, label in session.execute(query):
             if set_key not in sets:
                 sets[set_key] = newest(session, set_key)
-            labels = sets[set_key]
-            known = labels.get(labels.resolved(label))
-            found[run, key] = "none of the set" if known is None else known.name
+            found[run, key] = word_of(sets[set_key], label)
     return found
 
 
 def _by(named: Iterable[tuple[str, Drawn]]) -> list[BoxAgreement]:
-    groups: dict[str, list[Drawn]] = defaultdict(list)
-    for name, one in named:
-        groups[name].append(one)
-    return [_agreement(name, groups[name]) for name in sorted(groups)]
+    return [_agreement(name, found) for name, found in by_name(named)]
 
 
 def _agreement(name: str, found: Sequence[Drawn]) -> BoxAgreement:

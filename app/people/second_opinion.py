@@ -7,7 +7,6 @@ and asking again gives out only what was accepted since.
 from __future__ import annotations
 
 import hashlib
-from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 
@@ -21,7 +20,7 @@ from app.people.assignments import require_worker
 from app.people.box_agreement import BoxAgreements, box_agreements
 from app.people.identity import Identity
 from app.people.service import person_named
-from app.people.work import share_interval
+from app.people.work import by_name, share_interval, word_of
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import SearchTrack, SecondOpinion, Video
@@ -217,7 +216,7 @@ class SecondOpinionService:
         return SecondOpinions(
             open=len(looks) - len(answered),
             whole=_agreement("all", list(agree.values())),
-            labels=_by([(_words(sets[each.set_key], each.first_label), agree[each.id]) for each in answered]),
+            labels=_by([(word_of(sets[each.set_key], each.first_label), agree[each.id]) for each in answered]),
             first=_by([(each.first, agree[each.id]) for each in answered]),
             second=_by([(each.second, agree[each.id]) for each in answered]),
             boxes=boxes,
@@ -241,18 +240,8 @@ def _agree(labels: LabelSet, look: SecondOpinion) -> bool:
     return labels.resolved(look.second_label) == labels.resolved(look.first_label)
 
 
-def _words(labels: LabelSet, label: int | None) -> str:
-    if label is None:
-        return "no sign"
-    found = labels.get(labels.resolved(label))
-    return "none of the set" if found is None else found.name
-
-
 def _by(answers: Iterable[tuple[str, bool]]) -> list[Agreement]:
-    found: dict[str, list[bool]] = defaultdict(list)
-    for name, agrees in answers:
-        found[name].append(agrees)
-    return [_agreement(name, found[name]) for name in sorted(found)]
+    return [_agreement(name, agrees) for name, agrees in by_name(answers)]
 
 
 def _agreement(name: str, answers: Sequence[bool]) -> Agreement:
@@ -276,9 +265,9 @@ def _disputes(session: Session, apart: Sequence[SecondOpinion], sets: dict[str, 
             key=look.key,
             frame=track.frame,
             first=look.first,
-            first_answer=_words(sets[look.set_key], look.first_label),
+            first_answer=word_of(sets[look.set_key], look.first_label),
             second=look.second,
-            second_answer=_words(sets[look.set_key], look.second_label),
+            second_answer=word_of(sets[look.set_key], look.second_label),
         )
         for look in apart
         if (found := present.get((look.run_id, look.key))) is not None

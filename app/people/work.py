@@ -3,8 +3,35 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from operator import itemgetter
+from typing import TypeVar
 
-__all__ = ["share_interval"]
+import numpy as np
+from scipy.special import stdtrit
+
+from tsr_engine.labels.model import LabelSet
+
+__all__ = ["by_name", "mean_interval", "share_interval", "word_of"]
+
+One = TypeVar("One")
+
+
+def by_name(named: Iterable[tuple[str, One]]) -> list[tuple[str, list[One]]]:
+    """What belongs to each name, sorted by name."""
+    found: dict[str, list[One]] = defaultdict(list)
+    for name, one in named:
+        found[name].append(one)
+    return sorted(found.items(), key=itemgetter(0))
+
+
+def word_of(labels: LabelSet, label: int | None) -> str:
+    """What a label is called now; None: somebody says that there is no sign."""
+    if label is None:
+        return "no sign"
+    found = labels.get(labels.resolved(label))
+    return "none of the set" if found is None else found.name
 
 
 def share_interval(count: int, of: int) -> tuple[float, float]:
@@ -15,3 +42,14 @@ def share_interval(count: int, of: int) -> tuple[float, float]:
     middle = (share + z * z / (2 * of)) / (1 + z * z / of)
     half = z * math.sqrt(share * (1 - share) / of + z * z / (4 * of * of)) / (1 + z * z / of)
     return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def mean_interval(values: Sequence[float]) -> tuple[float, float, float]:
+    """Mean of shares and its 95 % interval (Student's t, within 0 to 1); of fewer than two, 0 to 1."""
+    if not values:
+        return 0.0, 0.0, 1.0
+    mean = math.fsum(values) / len(values)
+    if len(values) < 2:
+        return mean, 0.0, 1.0
+    half = float(stdtrit(len(values) - 1, 0.975)) * float(np.std(values, ddof=1)) / math.sqrt(len(values))
+    return mean, max(0.0, mean - half), min(1.0, mean + half)

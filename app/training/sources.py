@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from app.edits.history import taken_back
 from app.shapes import Model
 from app.storage.latest import latest_last
 from app.storage.models import Edit, Output, Run, TrackDocument, Video
@@ -72,19 +73,8 @@ def export_age(session: Session, output: Output) -> ExportAge:
         rows = [(kind, reverts) for kind, reverts in session.execute(later)]
         edits += len(rows)
         held = select(Edit.op_id).where(Edit.run_id == run.id, Edit.seq <= revision)
-        undone += len(_taken_back(rows) & set(session.scalars(held)))
+        undone += len(taken_back(rows) & set(session.scalars(held)))
     return ExportAge(id=output.id, edits=edits, undone=undone, gone=gone)
-
-
-def _taken_back(rows: Iterable[tuple[str, str | None]]) -> set[str]:
-    """Operations that were undone and not done again; ``rows``: kind and what it reverts, in their order."""
-    found: set[str] = set()
-    for kind, reverts in rows:
-        if kind == "undo" and reverts is not None:
-            found.add(reverts)
-        elif kind == "redo" and reverts is not None:
-            found.discard(reverts)
-    return found
 
 
 def _reviews(session: Session) -> list[ReviewSource]:

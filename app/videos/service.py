@@ -173,7 +173,8 @@ class VideoService(SampleDrives):
                 if known is not None:
                     self._refuse_elsewhere(session, known)
             # one in shared files is put there again: what lies there may be damaged
-            ours = known if known is None or known.place != self._database.shared or known.place is None else None
+            shared = self._database.shared
+            ours = None if known is not None and shared is not None and known.place == shared else known
             if ours is not None and (stamp := self._held(ours)) is not None:
                 part.unlink(missing_ok=True)  # it lies here already: one copy is enough
                 return self._add(digest, ours.name, Path(ours.path), stamp, owned=ours.owned)

@@ -19,7 +19,7 @@ def drawn(item: int, rng: np.random.Generator) -> tuple[int, float]:
 def test_the_number_of_cores_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
     for cores in (1, 3):
-        monkeypatch.setattr(module, "cores", lambda cores=cores: cores)
+        monkeypatch.setattr(module, "training_threads", lambda cores=cores: cores)
         made.append(list(on_cores(drawn, range(20), np.random.default_rng(5))))
     assert made[0] == made[1]
     assert [item for item, _ in made[0]] == list(range(20))
@@ -27,7 +27,7 @@ def test_the_number_of_cores_changes_nothing(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_mistake_on_another_core_is_raised_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "cores", lambda: 2)
+    monkeypatch.setattr(module, "training_threads", lambda: 2)
 
     def fails(item: int, rng: np.random.Generator) -> int:
         if item == 3:

@@ -1,16 +1,19 @@
-"""What a process of the engine does first on whatever machine it is started."""
+"""What processes of the engine have in common on whatever machine they are started."""
 
 from __future__ import annotations
 
+import json
 import os
 import resource
+import sys
 import threading
 import time
 from collections.abc import Mapping
 
 from tsr_engine.errors import ModelError
+from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["end_with", "limit_memory", "require_models"]
+__all__ = ["end_with", "limit_memory", "require_models", "say"]
 
 
 def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
@@ -47,3 +50,9 @@ def end_with(parent: int) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, name="tsr-parent", daemon=True).start()
+
+
+def say(message: JsonObject) -> None:
+    """Tell whoever has started this process: one line of JSON on stdout."""
+    sys.stdout.write(json.dumps(message, allow_nan=False) + "\n")
+    sys.stdout.flush()

@@ -7,7 +7,6 @@ the frame that is computed; what is stored stays, and the next process goes on f
 from __future__ import annotations
 
 import base64
-import json
 import os
 import pickle
 import signal
@@ -15,9 +14,9 @@ import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from tsr_engine.batch.node import end_with, limit_memory, require_models
+from tsr_engine.batch.node import end_with, limit_memory, require_models, say
 from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.errors import EvidenceError, ModelError, TsrError, UsageError
 from tsr_engine.evidence.schema import LOCK_FILE
@@ -41,11 +40,11 @@ def main() -> None:
     os.nice(10)
     try:
         order: RunOrder = pickle.load(sys.stdin.buffer)  # noqa: S301 - of the process that has started this one
-        _say({"done": base64.b64encode(pickle.dumps(_track(order, asked))).decode()})
+        say({"done": base64.b64encode(pickle.dumps(_track(order, asked))).decode()})
     except TsrError as error:
-        _say({"failed": str(error), "kind": type(error).__name__})
+        say({"failed": str(error), "kind": type(error).__name__})
     except MemoryError:
-        _say({"failed": f"The file needs more than {order.memory_mb} MiB of memory.", "kind": "InputError"})
+        say({"failed": f"The file needs more than {order.memory_mb} MiB of memory.", "kind": "InputError"})
 
 
 def _track(order: RunOrder, asked: list[int]) -> RunReport:
@@ -71,7 +70,7 @@ def _track(order: RunOrder, asked: list[int]) -> RunReport:
         nonlocal reported
         if time.monotonic() - reported >= _TELL:
             reported = time.monotonic()
-            _say({"at": asdict(progress)})
+            say({"at": asdict(progress)})
 
     return track_video(order.request, components, progress=tell, stop=lambda: bool(asked))
 
@@ -82,11 +81,6 @@ def _wait_for(folder: Path) -> None:
         if time.monotonic() > until:
             raise EvidenceError(f"Another process still writes {folder}. Start the run again when it has ended.")
         time.sleep(0.2)
-
-
-def _say(message: dict[str, Any]) -> None:
-    sys.stdout.write(json.dumps(message, allow_nan=False) + "\n")
-    sys.stdout.flush()
 
 
 if __name__ == "__main__":

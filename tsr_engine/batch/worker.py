@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-from tsr_engine.batch.node import end_with, limit_memory, require_models
+from tsr_engine.batch.node import end_with, limit_memory, require_models, say
 from tsr_engine.batch.order import Order
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.io.unfinished import fsync_path
@@ -45,13 +45,13 @@ def main() -> None:
     try:
         order = Order(**json.load(sys.stdin))
         limit_memory(order.memory_mb)
-        _say({"done": _track(order)})
+        say({"done": _track(order)})
     except TsrError as error:
-        _say({"failed": str(error)})
+        say({"failed": str(error)})
     except MemoryError:
-        _say({"failed": "The drive needs more memory than one process may use. Allow more with --memory-mb."})
+        say({"failed": "The drive needs more memory than one process may use. Allow more with --memory-mb."})
     except Exception as error:  # noqa: BLE001 - whatever it is, the batch goes on and names it
-        _say({"failed": f"Unexpected failure ({type(error).__name__}: {error}). Run `tsr track` on it to see more."})
+        say({"failed": f"Unexpected failure ({type(error).__name__}: {error}). Run `tsr track` on it to see more."})
 
 
 def _track(order: Order) -> JsonObject:
@@ -77,7 +77,7 @@ def _track(order: Order) -> JsonObject:
         nonlocal reported
         if time.monotonic() - reported >= _TELL:
             reported = time.monotonic()
-            _say({"at": at.done, "of": at.total})
+            say({"at": at.done, "of": at.total})
 
     request = RunRequest(
         Path(order.video),
@@ -127,11 +127,6 @@ def _settle(work: Path, folder: Path) -> None:
         shutil.rmtree(folder)
     work.rename(folder)
     fsync_path(folder.parent)
-
-
-def _say(message: JsonObject) -> None:
-    sys.stdout.write(json.dumps(message, allow_nan=False) + "\n")
-    sys.stdout.flush()
 
 
 if __name__ == "__main__":

@@ -46,6 +46,11 @@ class BoostingPlan:
             raise ValueError(f"depth must be in 1..5. Got {self.depth} instead.")
 
 
+def training_threads() -> int:
+    """Threads that a training may use: as many as Numba does, so that ``NUMBA_NUM_THREADS`` limits both."""
+    return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+
+
 def boost(
     positives: NDArray[np.uint8],
     negatives: NDArray[np.uint8],
@@ -81,7 +86,7 @@ def boost(
     total = len(columns)
     picked = max(1, int(total * plan.feature_share))
     floor = 0.2 / (n + m)
-    with ThreadPoolExecutor(numba.config.NUMBA_NUM_THREADS, "tsr-boost") as pool:  # type: ignore[attr-defined]
+    with ThreadPoolExecutor(training_threads(), "tsr-boost") as pool:
         for t in range(plan.trees):
             candidates = rng.choice(total, picked, replace=False).astype(np.int32)
             # samples that no longer matter are left out of the search for splits, not out of the leaves
@@ -138,7 +143,7 @@ def boost_further(
     leaves = np.zeros((plan.trees, nodes + 1), np.int16)
     picked = max(1, int(len(columns) * plan.feature_share))
     everything = np.arange(len(samples), dtype=np.int32)
-    with ThreadPoolExecutor(numba.config.NUMBA_NUM_THREADS, "tsr-boost") as pool:  # type: ignore[attr-defined]
+    with ThreadPoolExecutor(training_threads(), "tsr-boost") as pool:
         for t in range(plan.trees):
             candidates = rng.choice(len(columns), picked, replace=False).astype(np.int32)
             p = 1.0 / (1.0 + np.exp(np.clip(-2.0 * score, -60.0, 60.0)))

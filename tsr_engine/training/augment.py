@@ -53,6 +53,36 @@ def soften(picture: Picture, rng: np.random.Generator) -> Picture:
     return np.asarray(out, dtype=np.uint8)
 
 
+def seen_otherwise(
+    picture: Picture,
+    box: FloatArray,
+    rng: np.random.Generator,
+    *,
+    relit: float,
+    softened: float,
+    other_cameras: float,
+    shaded: float,
+) -> Picture:
+    """A BGR picture of a sign as another moment or another camera would show it.
+
+    Args:
+        picture: uint8.
+        box: the sign, shape (4,).
+        rng: of all changes.
+        relit: how likely it is under another light.
+        softened: how likely it has less detail.
+        other_cameras: how likely another camera has taken it; it is neither relit nor softened then.
+        shaded: how likely a shadow lies on the sign.
+    """
+    if shaded and rng.random() < shaded:
+        picture = shade(picture, box, rng)
+    if other_cameras and rng.random() < other_cameras:
+        return other_camera(picture, rng)
+    if rng.random() < relit:
+        picture = relight(picture, rng)
+    return soften(picture, rng) if rng.random() < softened else picture
+
+
 def other_camera(picture: Picture, rng: np.random.Generator) -> Picture:
     """A BGR picture as another camera and its coder leave it: colours, resolution, sharpening, compression."""
     seen = picture

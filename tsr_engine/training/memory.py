@@ -30,7 +30,7 @@ from tsr_engine.training.classifier_jitter import jittered_view, load_crop, plai
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import PATCH, jitter, window_features
 
-__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "crop_memory", "look_at", "refined_at", "stacked"]
+__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "look_at", "refined_at", "stacked"]
 
 COMPONENT: Final = "memory"
 SIGNS: Final = 360
@@ -149,7 +149,7 @@ def build_memory(
     """
     rng = np.random.default_rng([seed, 11])
     signs, others = _windows(scenes, model, rng, progress)
-    moment, features, classes = crop_memory(crops, classifier, rng, progress)
+    moment, features, classes = _crop_memory(crops, classifier, rng, progress)
     arrays: dict[str, NDArray[np.generic]] = {
         **signs.to_arrays("signs"),
         **others.to_arrays("others"),
@@ -187,7 +187,7 @@ def _windows(
     )
 
 
-def crop_memory(
+def _crop_memory(
     crops: Sequence[CropItem], classifier: SignClassifier, rng: np.random.Generator, progress: Progress
 ) -> tuple[FloatArray, NDArray[np.float32], NDArray[np.int64]]:
     """Mean of ``x x^T`` over views of crops, classes alike, ``x`` = features and 1; and remembered features."""

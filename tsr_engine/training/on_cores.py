@@ -6,21 +6,17 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-import numba
 import numpy as np
 
-__all__ = ["cores", "on_cores"]
+from tsr_engine.detection.boosting import training_threads
+
+__all__ = ["on_cores"]
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 
 _AHEAD = 2
 """Items a core that are begun before their turn comes: results wait in memory."""
-
-
-def cores() -> int:
-    """Threads that a training may use: as many as Numba does, so that ``NUMBA_NUM_THREADS`` limits both."""
-    return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
 def on_cores(
@@ -36,7 +32,7 @@ def on_cores(
         rng: the generator that those of the items come from.
     """
     own = rng.spawn(len(items))
-    count = cores()
+    count = training_threads()
     if count == 1:
         yield from map(work, items, own)
         return

@@ -16,7 +16,7 @@ from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.window import Window
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import other_camera, relight, shade, soften
+from tsr_engine.training.augment import seen_otherwise
 
 PATCH: Final = 96
 """Side of a training patch, px."""
@@ -95,15 +95,10 @@ def sign_windows(
     for i in range(count):
         distortion = drawn_distortion(rng, aspect, turn) if i and (aspect or turn) else None
         patch = cut_patch(picture, jitter(box, rng, shift, log_scale), window.sign, PATCH, distortion)
-        if i and shaded and rng.random() < shaded:
-            patch = shade(patch, middle, rng)
-        if i and other_cameras and rng.random() < other_cameras:
-            patch = other_camera(patch, rng)
-        elif i:
-            if rng.random() < relit:
-                patch = relight(patch, rng)
-            if rng.random() < softened:
-                patch = soften(patch, rng)
+        if i:
+            patch = seen_otherwise(
+                patch, middle, rng, relit=relit, softened=softened, other_cameras=other_cameras, shaded=shaded
+            )
         if rng.random() < 0.5:
             patch = np.ascontiguousarray(patch[:, ::-1])
         out.append(window_features(patch, window))

@@ -18,7 +18,7 @@ from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import other_camera, relight, shade, soften
+from tsr_engine.training.augment import seen_otherwise
 from tsr_engine.training.mining import Changed, Tick, away_from_signs, background_candidates, read_picture
 from tsr_engine.training.patches import jitter
 
@@ -140,15 +140,11 @@ def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generat
             truth = box - np.array([x, y, x, y])
             for k in range(plan.views + 1):
                 look = region
-                if k and rng.random() < plan.shaded:
-                    look = shade(look, truth, rng)
-                if k and rng.random() < plan.other_cameras:
-                    look = other_camera(look, rng)
-                elif k:
-                    if rng.random() < 0.6:
-                        look = relight(look, rng)
-                    if rng.random() < 0.35:
-                        look = soften(look, rng)
+                if k:
+                    look = seen_otherwise(
+                        look, truth, rng,
+                        relit=0.6, softened=0.35, other_cameras=plan.other_cameras, shaded=plan.shaded,
+                    )  # fmt: skip
                 width = look.shape[1]
                 mirrored = np.ascontiguousarray(look[:, ::-1])
                 other = np.array([width - truth[2], truth[1], width - truth[0], truth[3]])

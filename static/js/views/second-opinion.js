@@ -156,17 +156,13 @@ export function agreementOf(app, looks, people, signal, reload) {
       h(
         'div',
         { class: 'team-people' },
-        h(
-          'table',
-          { class: 'table team-table' },
-          tableHead(['Of'], ['Looked at', 'Same answer', 'Share, 95 % interval']),
-          h(
-            'tbody',
-            null,
+        agreementTable(
+          ['Looked at', 'Same answer', 'Share, 95 % interval'],
+          [
             ...looks.labels.map((one) => agreementRow(one, 'label')),
             ...looks.first.map((one) => agreementRow(one, 'accepted by')),
             ...looks.second.map((one) => agreementRow(one, 'looked at by')),
-          ),
+          ],
         ),
       ),
     boxesOf(looks.boxes),
@@ -208,13 +204,20 @@ export function agreementOf(app, looks, people, signal, reload) {
 }
 
 /** @param {Agreement} one @param {string} what */
-const agreementRow = (one, what) =>
+const agreementRow = (one, what) => figuresRow(one.name, what, [count(one.looked), count(one.agreed), shareOf(one)]);
+
+/** @param {string} name @param {string} what   it is the name of @param {readonly string[]} figures */
+const figuresRow = (name, what, figures) =>
   h(
     'tr',
     null,
-    h('th', { scope: 'row', dir: 'auto' }, one.name, ' ', h('span', { class: 'muted small' }, what)),
-    ...[count(one.looked), count(one.agreed), shareOf(one)].map((value) => h('td', { class: 'number' }, value)),
+    h('th', { scope: 'row', dir: 'auto' }, name, ' ', h('span', { class: 'muted small' }, what)),
+    ...figures.map((value) => h('td', { class: 'number' }, value)),
   );
+
+/** @param {readonly string[]} figures   what the columns hold @param {HTMLElement[]} rows @param {string} [label] */
+const agreementTable = (figures, rows, label) =>
+  h('table', { class: 'table team-table', 'aria-label': label }, tableHead(['Of'], figures), h('tbody', null, ...rows));
 
 /**
  * How well boxes of two people lie on each other.
@@ -223,45 +226,22 @@ const agreementRow = (one, what) =>
 function boxesOf(boxes) {
   const { whole } = boxes;
   if (whole.tracks === 0) return null;
-  const kinds = /** @type {const} */ ([
-    ['label', boxes.labels],
-    ['drawn by', boxes.first],
-    ['drawn anew by', boxes.second],
-  ]);
   /** @param {typeof whole} one */
   const mean = ({ iou, low, high }) => `${iou.toFixed(2)} (${low.toFixed(2)} to ${high.toFixed(2)})`;
+  /** @param {typeof whole} one @param {string} what */
+  const row = (one, what) => figuresRow(one.name, what, [count(one.tracks), count(one.frames), mean(one)]);
   return h(
     'div',
     { class: 'team-people' },
     h('p', null, `Where two people have drawn a box of ${plural(whole.tracks, 'track')}, the mean IoU is ${mean(whole)}.`),
-    h(
-      'table',
-      { class: 'table team-table', 'aria-label': 'Boxes of two people' },
-      h(
-        'thead',
-        null,
-        h(
-          'tr',
-          null,
-          ...['Of', 'Tracks', 'Frames', 'Mean IoU, 95 % interval'].map((head, at) =>
-            h('th', { scope: 'col', class: at > 0 ? 'number' : '' }, head),
-          ),
-        ),
-      ),
-      h(
-        'tbody',
-        null,
-        ...kinds.flatMap(([kind, rows]) =>
-          rows.map((one) =>
-            h(
-              'tr',
-              null,
-              h('th', { scope: 'row' }, one.name, ' ', h('span', { class: 'muted small' }, kind)),
-              ...[count(one.tracks), count(one.frames), mean(one)].map((value) => h('td', { class: 'number' }, value)),
-            ),
-          ),
-        ),
-      ),
+    agreementTable(
+      ['Tracks', 'Frames', 'Mean IoU, 95 % interval'],
+      [
+        ...boxes.labels.map((one) => row(one, 'label')),
+        ...boxes.first.map((one) => row(one, 'drawn by')),
+        ...boxes.second.map((one) => row(one, 'drawn anew by')),
+      ],
+      'Boxes of two people',
     ),
   );
 }
