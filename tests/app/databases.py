@@ -1,4 +1,7 @@
-"""Both kinds of database for tests: SQLite always, PostgreSQL where its server is installed."""
+"""Both kinds of database for tests: SQLite always, PostgreSQL where its server is installed.
+
+The tables are made once a process and kind; each test gets a copy of them.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +13,18 @@ import tempfile
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pytest
-from sqlalchemy import create_engine
+from sqlalchemy import create_engine, make_url
 
 from app.storage.database import Database
 
-__all__ = ["Cluster", "cluster", "database", "database_url", "new_database", "running_cluster"]
+__all__ = [
+    "Cluster", "bare_database_url", "cluster", "database", "database_url", "new_database", "put_tables",
+    "running_cluster",
+]  # fmt: skip
 
 
 class Cluster:
@@ -43,8 +50,8 @@ class Cluster:
         )
 
     def start(self) -> None:
-        """Start it; returns when it answers."""
-        options = f"-k {self._folder} -c listen_addresses=''"
+        """Start it; returns when it answers. A crash of it loses nothing, one of the machine may."""
+        options = f"-k {self._folder} -c listen_addresses='' -c fsync=off"
         log = self._folder / "log"
         self.do(self._pg_ctl, "start", "-w", "-D", self._folder / "data", "-o", options, "-l", log)
 
@@ -80,20 +87,55 @@ def cluster() -> Iterator[str]:
         yield made.url
 
 
-def new_database(cluster: str) -> str:
-    """Address of an empty database of its own."""
+def new_database(cluster: str, *, bare: bool = False) -> str:
+    """Address of a PostgreSQL database of its own, with all tables and nothing in them; bare: without tables."""
     name = f"t{uuid.uuid4().hex}"
     engine = create_engine(cluster, isolation_level="AUTOCOMMIT")
     with engine.connect() as connection:
-        connection.exec_driver_sql(f"CREATE DATABASE {name}")
+        connection.exec_driver_sql(f"CREATE DATABASE {name}{'' if bare else f' TEMPLATE {_template(cluster)}'}")
     engine.dispose()
     return cluster.replace("/postgres?", f"/{name}?")
 
 
+@cache
+def _template(cluster: str) -> str:
+    url = new_database(cluster, bare=True)
+    _migrate(url)
+    return str(make_url(url).database)
+
+
+def put_tables(file: Path) -> None:
+    """Make a SQLite file with all tables and nothing in them."""
+    file.write_bytes(_sqlite())
+
+
+@cache
+def _sqlite() -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "tsr.sqlite"
+        _migrate(f"sqlite:///{file}")
+        return file.read_bytes()
+
+
+def _migrate(url: str) -> None:
+    made = Database(url)
+    made.migrate()
+    made.close()
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def bare_database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """Address of a database without tables."""
+    if request.param == "sqlite":
+        return f"sqlite:///{tmp_path / 'tsr.sqlite'}"
+    return new_database(request.getfixturevalue("cluster"), bare=True)
+
+
 @pytest.fixture(params=["sqlite", "postgresql"])
 def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """Address of an empty database."""
+    """Address of a database with all tables and nothing in them."""
     if request.param == "sqlite":
+        put_tables(tmp_path / "tsr.sqlite")
         return f"sqlite:///{tmp_path / 'tsr.sqlite'}"
     return new_database(request.getfixturevalue("cluster"))
 
@@ -102,6 +144,5 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 def database(database_url: str) -> Iterator[Database]:
     """An empty database with its tables."""
     made = Database(database_url)
-    made.migrate()
     yield made
     made.close()

@@ -17,10 +17,10 @@ from app.exchange.home import describe_choice, run_named
 from app.storage import migrating, models
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
-from tests.app.databases import cluster, database, database_url
+from tests.app.databases import bare_database_url, cluster, database, database_url
 from tests.app.toy_server import Server
 
-__all__ = ["cluster", "database", "database_url"]
+__all__ = ["bare_database_url", "cluster", "database", "database_url"]
 
 VIDEO = "f" * 64
 FIRST, SECOND, THIRD = "c" * 32, "a" * 32, "b" * 32
@@ -77,8 +77,8 @@ def test_the_page_gets_runs_in_their_order(server: Server) -> None:
     assert server.client.get(f"/api/videos/{VIDEO}").json()["latest_run"] == THIRD
 
 
-def test_runs_that_are_there_are_numbered_and_keep_their_edits(database_url: str, tmp_path: Path) -> None:
-    old = Database(database_url)
+def test_runs_that_are_there_are_numbered_and_keep_their_edits(bare_database_url: str, tmp_path: Path) -> None:
+    old = Database(bare_database_url)
     config = Config()
     config.set_main_option("script_location", str(migrating._MIGRATIONS))
     with old._writer.connect() as connection:

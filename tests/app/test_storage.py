@@ -44,7 +44,7 @@ def test_migrations_make_what_the_models_say(database: Database) -> None:
 
 
 def test_migrations_make_the_same_on_postgresql(cluster: str) -> None:
-    database = Database(new_database(cluster))
+    database = Database(new_database(cluster, bare=True))
     database.migrate()
     database.migrate()
     with database.engine.connect() as connection:

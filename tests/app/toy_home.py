@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 import uuid
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
 from app.events import EventBus
 from app.evidence.pixels import RunPixels
@@ -14,11 +16,13 @@ from app.evidence.service import EvidenceService
 from app.jobs.queue import JobQueue
 from app.kinds import KINDS
 from app.settings import Settings
-from app.storage.database import Database
+from app.storage.database import Database, sqlite_file
 from app.storage.models import Run, Video
 from app.videos.table import pack
 from tests import pipeline_toys as toys
+from tests.app.databases import put_tables
 from tsr_engine.evidence import EvidenceReader
+from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.runs.live import RunRequest, track_video
@@ -61,19 +65,39 @@ class ToyHome:
         return run_id
 
 
-def make_home(folder: Path, frames: int = 75) -> ToyHome:
-    """Track the toy drive and put it into a data folder."""
-    settings = Settings(home=folder / "home", roots=(folder,), sample=False, token="t" * 24)
-    settings.home.mkdir(parents=True)
-    video = toys.write_drive(folder / "drive.mp4", frames)
-    digest = video_sha256(video)
-    database = Database(settings.database)
-    database.migrate()
-    events = EventBus()
-    run_id = uuid.uuid4().hex
+class Tracked(NamedTuple):
+    """A toy drive, its run, and what is known of them."""
+
+    folder: TemporaryDirectory[str]
+    digest: str
+    table: FrameTable
+    tracks: int
+
+
+@cache
+def _tracked(frames: int) -> Tracked:
+    """Track the toy drive, once a process; all data folders get a copy."""
+    folder = TemporaryDirectory(prefix="tsr-toy-")
+    video = toys.write_drive(Path(folder.name) / "drive.mp4", frames)
     with open_video(video) as file:
         table = file.confirm()
-    report = track_video(RunRequest(video, toys.PARAMS, settings.home / "runs" / run_id), toys.components(toys.PARAMS))
+    request = RunRequest(video, toys.PARAMS, Path(folder.name) / "run")
+    report = track_video(request, toys.components(toys.PARAMS))
+    return Tracked(folder, video_sha256(video), table, len(report.tracks))
+
+
+def make_home(folder: Path, frames: int = 75) -> ToyHome:
+    """A data folder with the toy drive and a run over it."""
+    settings = Settings(home=folder / "home", roots=(folder,), sample=False, token="t" * 24)
+    settings.home.mkdir(parents=True)
+    kept, digest, table, tracks = _tracked(frames)
+    video, run_id = folder / "drive.mp4", uuid.uuid4().hex
+    shutil.copyfile(Path(kept.name) / video.name, video)
+    shutil.copytree(Path(kept.name) / "run", settings.home / "runs" / run_id)
+    if (database_file := sqlite_file(settings.database)) is not None:
+        put_tables(database_file)
+    database = Database(settings.database)
+    events = EventBus()
     with database.write() as session:
         row = Video(id=digest, name="drive.mp4", path=str(video), size=video.stat().st_size, state="ready")
         row.width, row.height, row.frames, row.frame_table = toys.WIDTH, toys.HEIGHT, len(table), pack(table)
@@ -82,5 +106,5 @@ def make_home(folder: Path, frames: int = 75) -> ToyHome:
     home = ToyHome(
         settings, database, events, JobQueue(events, KINDS), EvidenceService(settings, database), digest, run_id, video
     )
-    home.add_run(id=run_id, folder=f"runs/{run_id}", name="Run 1", frames_done=frames, tracks=len(report.tracks))
+    home.add_run(id=run_id, folder=f"runs/{run_id}", name="Run 1", frames_done=frames, tracks=tracks)
     return home

@@ -10,6 +10,8 @@ from starlette.testclient import TestClient
 from app.context import Context
 from app.main import create_app
 from app.settings import Settings
+from app.storage.database import sqlite_file
+from tests.app.databases import put_tables
 
 SECRET = "a secret of the tests, long enough"
 
@@ -20,6 +22,10 @@ class Server:
     def __init__(self, home: Path, **settings: object) -> None:
         values = {"home": home, "roots": (home,), "sample": False, "workers": 0, "token": SECRET, "author": "ada"}
         self.settings = Settings(**{**values, **settings})  # type: ignore[arg-type]
+        self.settings.home.mkdir(parents=True, exist_ok=True)
+        file = sqlite_file(self.settings.database)
+        if file is not None and not file.exists():
+            put_tables(file)
         self.app: FastAPI = create_app(self.settings)
         self.client = TestClient(self.app, base_url="http://127.0.0.1", raise_server_exceptions=False)
         self.client.headers["Authorization"] = f"Bearer {SECRET}"
