@@ -173,7 +173,7 @@ def _wait_for(folder: Path) -> None:
 
 
 def test_broken_pipe_is_quiet(drive: Path) -> None:
-    command = f'"{sys.executable}" "{TOY_CLI}" params | head -n 1'
+    command = f'"{sys.executable}" -m tsr_engine params | head -n 1'
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0
     assert done.stderr == ""
@@ -183,14 +183,15 @@ def test_broken_pipe_is_quiet(drive: Path) -> None:
 @pytest.mark.parametrize("words", ["params", "params --json", "--help"])
 def test_a_pipe_that_nobody_reads_has_its_exit_code(words: str) -> None:
     """Tables, plain text and the parser's help alike: 141, as of a process that the signal ends."""
-    command = f'"{sys.executable}" "{TOY_CLI}" {words} | true; echo ${{PIPESTATUS[0]}}'
+    command = f'"{sys.executable}" -m tsr_engine {words} | true; echo ${{PIPESTATUS[0]}}'
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=60)
     assert (done.stdout, done.stderr) == ("141\n", "")
 
 
 @pytest.mark.parametrize("closed", ["1>&-", "2>&-", "1>&- 2>&-"])
 def test_closed_streams_cost_the_results_nothing(closed: str, drive: Path, tmp_path: Path) -> None:
-    command = f'"{sys.executable}" "{TOY_CLI}" track "{drive}" --csv "{tmp_path}/rows.csv" --evidence "{tmp_path}/run"'
+    command = f'"{sys.executable}" "{TOY_CLI}" track "{drive}" --frames :20 --csv "{tmp_path}/rows.csv"'
+    command += f' --evidence "{tmp_path}/run"'
     done = subprocess.run(["bash", "-c", f"{command} {closed}"], capture_output=True, check=False, timeout=60)
     assert done.returncode == 0
     assert len((tmp_path / "rows.csv").read_text().splitlines()) > 1
@@ -202,7 +203,11 @@ def test_closed_streams_cost_the_results_nothing(closed: str, drive: Path, tmp_p
 def test_a_full_disk_behind_stdout(words: str) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [sys.executable, TOY_CLI, *words.split()], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+            [sys.executable, "-m", "tsr_engine", *words.split()],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
         )
     assert_one_sentence(Done(done.returncode, "", done.stderr), 6, "disk is full", "stdout")
 

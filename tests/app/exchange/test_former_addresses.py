@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from app.api.former import DEPRECATED_SINCE, router
 from sample_videos import SHIPPED
 from tests.app.exchange.exchange_desk import Desk
@@ -64,6 +62,7 @@ def test_tracks_have_their_uncertainty_under_the_former_name_too(desk: Desk) -> 
     assert tracks["uncertainty"]
 
 
-@pytest.mark.parametrize("route", router.routes, ids=lambda route: route.path)
-def test_no_former_address_is_in_the_schema(desk: Desk, route: object) -> None:
-    assert f"/api{route.path}" not in desk.get("/api/openapi.json")["paths"]  # type: ignore[attr-defined]
+def test_no_former_address_is_in_the_schema(untouched: Desk) -> None:
+    former = {f"/api{route.path}" for route in router.routes}  # type: ignore[attr-defined]
+    assert len(former) > 5
+    assert not former & untouched.get("/api/openapi.json")["paths"].keys()

@@ -214,7 +214,7 @@ def test_a_set_is_in_use_before_its_run_is_read(world: World) -> None:
 def test_thousands_of_videos(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     Base.metadata.create_all(database.engine)
-    videos = 5000
+    videos = 2000
     row = dict.fromkeys(("uncertainty", "engine_uncertainty", "size", "x1", "y1", "x2", "y2"), 1.0)
     row |= {**dict.fromkeys(("frame", "first", "last", "revision", "edited"), 0), "notes": "", "set_key": "gtsrb-43"}
     row |= {"current": True, "label": YIELD, "state": "open"}
@@ -239,7 +239,7 @@ def test_thousands_of_videos(tmp_path: Path) -> None:
     assert len(world.labelled.find(Wanted(label="yield")).videos) == videos
     took = (time.process_time() - began) / 2
     print(f"{took:.2f} s a question")
-    assert took < 3
+    assert took < 1.2
     world.evidence.close()
     database.close()
 
