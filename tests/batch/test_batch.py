@@ -30,6 +30,7 @@ from tsr_engine.pipeline import load_components
 from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.version import __version__
 
+pytestmark = pytest.mark.slow
 PARAMS = Params().with_settings([("coast_foe_y", 0.5)])
 
 
@@ -101,7 +102,8 @@ def test_a_batch_and_the_next_call(drives: Path, tmp_path: Path, digests: dict[s
 
 def test_a_drive_whose_process_was_killed_goes_on(tmp_path: Path, digests: dict[str, str]) -> None:
     folder = tmp_path / "out" / "drive"
-    order = Order(str(SHIPPED[0].video), str(folder), PARAMS.model_dump(mode="json"), digests=digests)
+    drive = write_short_drive(tmp_path / "drive.mp4", 80)
+    order = Order(str(drive), str(folder), PARAMS.model_dump(mode="json"), digests=digests)
     seen: list[subprocess.Popen[str]] = []
 
     def kill_later(done: int, total: int | None) -> None:
@@ -116,7 +118,7 @@ def test_a_drive_whose_process_was_killed_goes_on(tmp_path: Path, digests: dict[
     assert outcome.result["resumed_at"] > 0
     assert not unfinished_folder(folder).exists()
     plain = tmp_path / "plain.csv"
-    track_video(RunRequest(SHIPPED[0].video, PARAMS, csv=plain), load_components(PARAMS))
+    track_video(RunRequest(drive, PARAMS, csv=plain), load_components(PARAMS))
     assert (folder / "tracks.csv").read_bytes() == plain.read_bytes()
 
 
