@@ -19,7 +19,6 @@ from app.storage.of_run import newest_edit
 from app.storage.places import is_here
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evaluation.matching import box_pairs
-from tsr_engine.labels.classes import merged_ids
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.track_table import TrackTable
 
@@ -149,7 +148,7 @@ def overruled(documents: Mapping[str, Mapping[str, object]], facts: TrackFacts, 
         Shape (n,).
     """
     found = np.zeros(len(facts.id), dtype=np.bool_)
-    merged = merged_ids(labels)
+    merged = labels.merged_ids()
     place = {f"m{track}": i for i, track in enumerate(facts.id.tolist())}
     for key, document in documents.items():
         i, label = place.get(key), document.get("class_id")

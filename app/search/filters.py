@@ -168,7 +168,8 @@ def labelled(session: Session, words: Sequence[str]) -> ColumnElement[bool]:
     wanted: list[ColumnElement[bool]] = []
     for labels in {labels.key: labels for labels, _ in meant}.values():
         targets = {label.id for other, label in meant if other.key == labels.key}
-        ids = [label.id for label in labels if labels.resolved(label.id) in targets]
+        merged = labels.merged_ids()
+        ids = [label.id for label in labels if merged.get(label.id, label.id) in targets]
         wanted.append(and_(SearchTrack.set_key == labels.key, SearchTrack.label.in_(ids)))
     if any(word.strip().casefold() == NO_LABEL_WORD for word in words):
         wanted.append(SearchTrack.label == NO_LABEL)

@@ -39,7 +39,7 @@ def with_numbers(video: DatasetVideo, numbers: Mapping[int, int]) -> DatasetVide
 
 def merged_resolved(dataset: Dataset) -> Dataset:
     """The data set with the labels that stand for those that were merged into them."""
-    numbers = {label.id: dataset.labels.resolved(label.id) for label in dataset.labels if label.merged_into is not None}
+    numbers = dataset.labels.merged_ids()
     if not numbers:
         return dataset
     return replace(dataset, videos=tuple(with_numbers(video, numbers) for video in dataset.videos))

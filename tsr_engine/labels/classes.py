@@ -17,7 +17,6 @@ __all__ = [
     "classes_of_keys",
     "classes_of_set",
     "default_keys",
-    "merged_ids",
     "resolved_labels",
 ]
 
@@ -43,7 +42,8 @@ class RunClasses:
         self.labels = labels
         self._words = dict(words)
         self._labels = {label.id: label for label in labels}
-        self._ids = {number: labels.resolved(label) for number, label in ids.items()}
+        merged = labels.merged_ids()
+        self._ids = {number: merged.get(label, label) for number, label in ids.items()}
         self._back: dict[int, int] = {}
         for number in sorted(self._ids):
             self._back.setdefault(self._ids[number], number)
@@ -95,14 +95,9 @@ class RunClasses:
         return [label for label in self.labels.offered() if label.teach == "sign" and label.id not in self._back]
 
 
-def merged_ids(labels: LabelSet) -> dict[int, int]:
-    """Ids of labels that were merged -> the label that stands for them; others are missing."""
-    return {label.id: labels.resolved(label.id) for label in labels if label.merged_into is not None}
-
-
 def resolved_labels(ids: NDArray[np.int64], labels: LabelSet) -> NDArray[np.int64]:
     """A column of labels with the label that stands for each since labels were merged; all others stay as they are."""
-    for old, new in merged_ids(labels).items():
+    for old, new in labels.merged_ids().items():
         ids = np.where(ids == old, new, ids)
     return ids
 

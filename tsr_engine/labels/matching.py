@@ -41,13 +41,13 @@ class LabelFinder:
         live = [label for label in labels if label.merged_into is None]
         merged = [label for label in labels if label.merged_into is not None]
         self._live = live
+        self._into = labels.merged_ids()
         for group in (live, merged):
             for how in ("key", "name", "alias", "short"):
                 for label in group:
-                    target = self._places[labels.resolved(label.id)]
+                    target = self._places[self._into.get(label.id, label.id)]
                     for word in _words(label, how):
                         self._words.setdefault(comparable(word), Match(target, how))
-        self._into = {label.id: labels.resolved(label.id) for label in merged}
 
     def find(self, word: str) -> Match | None:
         """The label that a word names; None: no label has it."""

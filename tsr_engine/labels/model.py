@@ -240,10 +240,16 @@ class LabelSet(_Frozen):
 
     def resolved(self, label_id: int) -> int:
         """The id that stands for an id since labels were merged; ``NO_LABEL`` and unknown ids stand for themselves."""
-        places = {label.id: label.merged_into for label in self.labels}
-        while (into := places.get(label_id)) is not None:
-            label_id = into
-        return label_id
+        return self.merged_ids().get(label_id, label_id)
+
+    def merged_ids(self) -> dict[int, int]:
+        """Ids of labels that were merged -> the label that stands for them; others are missing."""
+        into = {label.id: label.merged_into for label in self.labels if label.merged_into is not None}
+        found = dict(into)
+        for label_id in found:
+            while (at := into.get(found[label_id])) is not None:
+                found[label_id] = at
+        return found
 
     def offered(self) -> list[Label]:
         """Labels that can be given: neither hidden nor merged, in the order of the set."""
