@@ -1,12 +1,11 @@
 """A procedural road drive with exact truth, and two short clips made by it.
 
-`generate` renders a drive in perspective (road, fields, trees, houses, vehicles, weather, the 43 signs of GTSRB on
-poles) and writes the video together with the exact box of each sign in each frame. `SHIPPED` names the two clips that
-come with the package.
+`sample_videos.generate` renders a drive in perspective (road, fields, trees, houses, vehicles, weather, the 43 signs of
+GTSRB on poles) and writes the video together with the exact box of each sign in each frame; only who renders one loads
+it. `SHIPPED` names the two clips that come with the package.
 """
 
-from sample_videos.generate import SamplePaths, generate
 from sample_videos.scenarios import SCENARIOS
 from sample_videos.shipped import SHIPPED, ShippedClip
 
-__all__ = ["SCENARIOS", "SHIPPED", "SamplePaths", "ShippedClip", "generate"]
+__all__ = ["SCENARIOS", "SHIPPED", "ShippedClip"]

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from sample_videos.generate import SamplePaths, generate
+if TYPE_CHECKING:
+    from sample_videos.generate import SamplePaths
 
 CLIPS = Path(__file__).resolve().parent / "clips"
 """Folder of the clips."""
@@ -60,6 +61,8 @@ SHIPPED: tuple[ShippedClip, ...] = tuple(
 
 def make(recipe: Recipe, folder: Path = CLIPS) -> SamplePaths:
     """Make a shipped clip anew."""
+    from sample_videos.generate import generate
+
     return generate(
         folder, recipe.seconds, recipe.seed, recipe.size, scenario=recipe.scenario, name=recipe.scenario, crf=recipe.crf
     )

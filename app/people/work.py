@@ -9,7 +9,6 @@ from operator import itemgetter
 from typing import TypeVar
 
 import numpy as np
-from scipy.special import stdtrit
 
 from tsr_engine.labels.model import LabelSet
 
@@ -51,5 +50,7 @@ def mean_interval(values: Sequence[float]) -> tuple[float, float, float]:
     mean = math.fsum(values) / len(values)
     if len(values) < 2:
         return mean, 0.0, 1.0
+    from scipy.special import stdtrit  # a tenth of a second that a server saves which nobody asks
+
     half = float(stdtrit(len(values) - 1, 0.975)) * float(np.std(values, ddof=1)) / math.sqrt(len(values))
     return mean, max(0.0, mean - half), min(1.0, mean + half)

@@ -126,7 +126,7 @@ def test_the_document_lies_behind_the_door_and_no_second_page_is_served(server: 
 
 def test_a_server_starts_without_what_only_the_engine_needs() -> None:
     """The compiler alone takes 54 MB and a second: an idle server is to stay small and to start at once."""
-    heavy = "{'numba', 'sklearn', 'rerun', 'viser', 'onnxruntime', 'matplotlib'}"
+    heavy = "{'numba', 'sklearn', 'scipy', 'rerun', 'viser', 'onnxruntime', 'matplotlib', 'sample_videos.drive'}"
     code = f"import sys, app.main; print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)
     assert done.stdout.strip() == "[]"

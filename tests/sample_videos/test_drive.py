@@ -10,10 +10,11 @@ import cv2
 import numpy as np
 import pytest
 
-from sample_videos import SCENARIOS, generate
+from sample_videos import SCENARIOS
 from sample_videos.camera import look
 from sample_videos.drive import Drive
 from sample_videos.film import Film
+from sample_videos.generate import generate
 from sample_videos.path import Path
 from sample_videos.plan import plan_poles
 from sample_videos.posts import put_up

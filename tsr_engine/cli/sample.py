@@ -34,7 +34,7 @@ def sample(
       tsr track sample/*.mp4 --video seen.mp4
     """
     width, height = size_of(size, "--size", "1280x720")
-    from sample_videos import generate
+    from sample_videos.generate import generate
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.atomic import storage_error
 
