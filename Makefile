@@ -6,19 +6,21 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 HOME_DIR ?= out/review
 ARGS ?=
-# Two at a time keep two cores busy; a file of tests stays in one process, as its fixtures are shared.
+# Two at a time keep two cores busy; a file of tests stays in one process, as its fixtures are shared, and
+# tests/conftest.py says which file comes first.
 TOGETHER ?= 2
 KILLS ?= 200
 HOURS ?= 1
 SEED ?= 1
-PYTEST := $(VENV)/bin/python -m pytest --numprocesses $(TOGETHER) --dist loadfile
+FUZZ ?= 40
+PYTEST := $(VENV)/bin/python -m pytest --numprocesses $(TOGETHER) --dist loadfile --no-loadscope-reorder
 ORACLES ?= .oracles
 # PyTorch without CUDA; where this does not answer, pip's usual index is asked.
 TORCH_INDEX ?= https://download.pytorch.org/whl/cpu
 NODE := $(BIN)/node
 
 .DEFAULT_GOAL := help
-.PHONY: help install review test test-quick attack oracles lint lint-ruff lint-types lint-js wheel wheel-check screenshots sample bench bench-speed clean
+.PHONY: help install review test test-quick test-long attack oracles lint lint-ruff lint-types lint-js wheel wheel-check screenshots sample bench bench-speed clean
 
 help: ## print this help
 	@echo "Usage: make TARGET"
@@ -31,7 +33,7 @@ $(VENV)/.installed: pyproject.toml
 	@$(PYTHON) -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@echo "Compiling the numeric kernels and trying the engine on the sample drive, once; about a minute ..."
-	@$(BIN)/tsr track "$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)')" > /dev/null
+	@$(BIN)/tsr track "$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)')" --frames :120 > /dev/null
 	@touch $@
 
 $(VENV)/.tools: package.json $(VENV)/.installed
@@ -49,6 +51,9 @@ test: $(VENV)/.installed $(VENV)/.tools ## all tests; TSR_DATA names the real da
 
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
 	$(PYTEST) --ignore tests/e2e
+
+test-long: $(VENV)/.installed ## the tests with random examples on new ones; FUZZ requests a route and phase
+	TSR_FUZZ=$(FUZZ) TSR_EXPLORE=1 $(PYTEST) $$(grep -rl --include 'test_*.py' '@given' tests)
 
 attack: $(VENV)/.installed ## attack a server for hours: kills, damaged imports, full memory, disks, clocks (KILLS, HOURS, SEED)
 	$(BIN)/python -m tests.attack.campaign --kills $(KILLS) --hours $(HOURS) --seed $(SEED)

@@ -23,6 +23,8 @@ from app.storage.models import Job
 from tests.attack.dying_worker import KINDS
 from tests.patience import until
 
+pytestmark = pytest.mark.slow
+
 
 class Home:
     """A data folder with a queue, and a supervisor that starts workers of ``dying_worker``."""

@@ -25,6 +25,8 @@ from tests.attack.own_server import TOKEN, Running, running
 from tests.patience import until, within
 from tsr_engine.errors import UsageError
 
+pytestmark = pytest.mark.slow
+
 
 @dataclass
 class Two:
