@@ -222,7 +222,7 @@ def build_context(settings: Settings) -> Context:
     )
 
 
-def _context(request: Request) -> Context:
+async def _context(request: Request) -> Context:  # a plain function would have a turn in a thread of its own
     return cast(Context, request.app.state.context)
 
 

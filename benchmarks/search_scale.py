@@ -126,8 +126,9 @@ def _store_edits(session: Session, rows: list[JsonObject], moment: datetime) -> 
                 "created": moment,
             }
         )
-    session.execute(insert(TrackDocument), documents)
-    session.execute(insert(Edit), edits)
+    if edits:
+        session.execute(insert(TrackDocument), documents)
+        session.execute(insert(Edit), edits)
 
 
 def _rows(random: np.random.Generator, count: int, own: JsonObject) -> Iterator[JsonObject]:

@@ -48,8 +48,10 @@ def operation_of(route: Route) -> str:
     return str(getattr(route, "operation_id", None) or route.endpoint.__name__)
 
 
-def authorise(connection: HTTPConnection) -> None:
+async def authorise(connection: HTTPConnection) -> None:
     """Refuse what the role of who is asking may not do; a dependency of the whole application.
+
+    It only looks at what is known already, so it needs no turn in a thread, as a plain function would have.
 
     Raises:
         Refused: it may not.
@@ -59,7 +61,7 @@ def authorise(connection: HTTPConnection) -> None:
         identity_of(connection).require(least_role(operation))
 
 
-def _who(connection: HTTPConnection) -> Who:
+async def _who(connection: HTTPConnection) -> Who:
     context: Context = connection.app.state.context
     return Who(identity_of(connection), context.settings.author)
 

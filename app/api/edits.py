@@ -6,10 +6,11 @@ import re
 from typing import Annotated
 
 from fastapi import APIRouter, Header, Path, Query
+from fastapi.responses import Response
 from pydantic import Field
 
 from app.api.access import WhoDep
-from app.api.responses import failures
+from app.api.responses import failures, json_answer
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.edits.commands import Command, Redo, Undo
@@ -55,18 +56,20 @@ class EarlierCorrections(Model):
     found: Earlier | None
 
 
-@router.get("/runs/{run_id}/annotation", operation_id="get_annotation", responses=failures(404))
+@router.get(
+    "/runs/{run_id}/annotation", operation_id="get_annotation", response_model=Annotation, responses=failures(404)
+)
 def get_annotation(
     run_id: RunId,
     context: ContextDep,
     who: WhoDep,
     author: Annotated[str | None, Query(max_length=80, pattern=PLAIN)] = None,
-) -> Annotation:
+) -> Response:
     """Documents of all edited tracks, and what the author can undo and redo."""
-    return context.edits.annotation(run_id, who.reader(author))
+    return json_answer(context.edits.annotation(run_id, who.reader(author)))
 
 
-@router.post("/runs/{run_id}/edits", operation_id="edit", responses=failures(404, 409, 428))
+@router.post("/runs/{run_id}/edits", operation_id="edit", response_model=EditAnswer, responses=failures(404, 409, 428))
 def edit(
     run_id: RunId,
     operation: Operation,
@@ -75,10 +78,11 @@ def edit(
     if_match: Annotated[
         str | None, Header(description='revision of each touched track: `"m7:3", "m9:1"`; 0: untouched so far')
     ] = None,
-) -> EditAnswer:
+) -> Response:
     """Carry out one operation; it is stored when the answer comes."""
     expected = None if if_match is None else _revisions(if_match)
-    return context.edits.apply(run_id, operation.op_id, who.author(operation.author), operation.command, expected)
+    author = who.author(operation.author)
+    return json_answer(context.edits.apply(run_id, operation.op_id, author, operation.command, expected))
 
 
 @router.get("/runs/{run_id}/edits", operation_id="list_edits", responses=failures(404))

@@ -153,8 +153,7 @@ class BulkEdits:
         self._log.refuse_changed_file(run_id, op_id)
         with self._log.database.write() as session:
             lock_for_many(session, run_id, op_id, author)
-            run = require_run(session, run_id)
-            known = self._log.stored(session, run_id, op_id)
+            run, known = self._log.begin(session, run_id, op_id)
             if known is not None:
                 return TracksChanged(sorted(known.after), {})
             present = self._log.load(session, run, list(expected))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -12,6 +13,10 @@ from app.shapes import Model
 from app.storage.models import Edit
 
 __all__ = ["Last", "adopted_keys", "last_said", "taken_back"]
+
+_NO_END: Final = 2**62
+_PAGE: Final = 32
+"""Rows of the log that are looked at first."""
 
 
 class Last(Model):
@@ -46,13 +51,28 @@ def last_said(session: Session, run_id: str, author: str, seen: Mapping[str, int
     """
     found: dict[str, Last] = {}
     for key, revision in seen.items():
-        touched = Edit.run_id == run_id, Edit.after[key, "revision"].as_integer() > revision
-        query = select(Edit.author, Edit.created, Edit.kind, Edit.frame).where(*touched)
-        row = session.execute(query.order_by((Edit.author != author).desc(), Edit.seq.desc()).limit(1)).first()
-        if row is not None:
-            time = row.created.isoformat(timespec="seconds")
-            found[key] = Last(author=row.author, time=time, name=row.kind, frame=row.frame)
+        for row in _since(session, run_id, key, revision):
+            if key not in found or row.author != author:
+                time = row.created.isoformat(timespec="seconds")
+                found[key] = Last(author=row.author, time=time, name=row.kind, frame=row.frame)
+            if row.author != author:
+                break
     return found
+
+
+def _since(session: Session, run_id: str, key: str, revision: int) -> Iterator[Any]:
+    """The operations on a track since a revision of it: the run's log from its end on, no further than that takes."""
+    at = Edit.after[key, "revision"].as_integer()
+    columns = Edit.seq, Edit.author, Edit.created, Edit.kind, Edit.frame, at.label("revision")
+    query = select(*columns).where(Edit.run_id == run_id).order_by(Edit.seq.desc())
+    before, size = _NO_END, _PAGE
+    while rows := session.execute(query.where(Edit.seq < before).limit(size)).all():
+        for row in rows:
+            if row.revision is not None and row.revision > revision:
+                yield row
+            if row.revision is not None and row.revision <= revision + 1:
+                return
+        before, size = rows[-1].seq, 4 * size
 
 
 def adopted_keys(session: Session, run_id: str, from_run: str, present: Mapping[str, TrackDoc]) -> set[str]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 
-from sqlalchemy import Select, select, text
+from sqlalchemy import Select, bindparam, select, text
 from sqlalchemy.orm import Session
 
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
@@ -20,7 +20,8 @@ from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Edit, Run, TrackDocument
+from app.storage.models import Edit, Run, TrackDocument, Video
+from app.storage.of_run import require_run
 from app.videos.same_file import ChangedFiles
 
 __all__ = [
@@ -38,6 +39,17 @@ _AT_ONCE = 500
 """Keys of one query."""
 _MOST_REPORTED = 500
 """Documents that the stream of events carries of one operation."""
+# made once: to put such a query together takes longer than to ask it
+_BEGUN = (
+    select(Run, Video, Edit)
+    .join(Video, Video.id == Run.video_id)
+    .outerjoin(Edit, Edit.op_id == bindparam("op"))
+    .where(Run.id == bindparam("run"))
+)
+_CHOSEN = select(TrackDocument).where(
+    TrackDocument.run_id == bindparam("run"), TrackDocument.key.in_(bindparam("keys", expanding=True))
+)
+_TO_CHANGE = _CHOSEN.with_for_update()
 
 
 class LogStore:
@@ -89,16 +101,22 @@ class LogStore:
                     raise
 
     @staticmethod
-    def stored(session: Session, run_id: str, op_id: str) -> Edit | None:
-        """The operation of a name; None: it is new.
+    def begin(session: Session, run_id: str, op_id: str) -> tuple[Run, Edit | None]:
+        """The run, and the operation of a name if it is stored already, asked for in one go.
+
+        The run's video comes along: the session gives it without another question.
 
         Raises:
-            Conflict: it is about another run.
+            NotFound: no such run.
+            Conflict: the operation is about another run.
         """
-        edit = session.scalars(select(Edit).where(Edit.op_id == op_id)).first()
+        found = session.execute(_BEGUN, {"run": run_id, "op": op_id}).first()
+        if found is None:
+            return require_run(session, run_id), None
+        run, session.info["video"], edit = found  # a session lets go of what nobody holds
         if edit is not None and edit.run_id != run_id:
             raise Conflict("This op_id belongs to an operation on another run. Choose a fresh one.", code="op_id_used")
-        return edit
+        return run, edit
 
     def load(self, session: Session, run: Run, keys: Sequence[str], *, change: bool = True) -> dict[str, TrackDoc]:
         """Documents of the tracks that exist; engine tracks that nobody touched get a fresh one.
@@ -109,8 +127,7 @@ class LogStore:
             keys: of the tracks that are asked for.
             change: they are going to be saved, so nobody else may until the transaction ends.
         """
-        query = _documents(run.id).where(TrackDocument.key.in_(keys))
-        rows = session.scalars(query.with_for_update() if change else query).all()
+        rows = session.scalars(_TO_CHANGE if change else _CHOSEN, {"run": run.id, "keys": keys}).all()
         if change:
             session.info["documents"] = rows  # kept alive, so that save finds them without asking again
         found = {row.key: self.closed(run, _doc_of(row)) for row in rows}
@@ -168,7 +185,7 @@ class LogStore:
     ) -> tuple[Edit, dict[str, TrackDoc]]:
         """Save documents, append the operation to the log and to the stream of events.
 
-        The last thing in a transaction: once the number is drawn, others wait.
+        The last thing in a transaction: once the number is drawn, others wait. So documents are sent before that.
 
         Args:
             session: of the transaction.
@@ -193,9 +210,10 @@ class LogStore:
             command=dict(command),
             frame=frame,
             before={key: None if doc is None else doc.model_dump(mode="json") for key, doc in before.items()},
-            after={key: doc.model_dump(mode="json") for key, doc in saved.items()},
+            after={key: document for key, _, document in changes},
             reverts=reverts,
         )
+        session.flush()
         self._events.order(session)
         session.add(row)
         session.flush()
@@ -222,15 +240,16 @@ class LogStore:
             if row is None:
                 row = TrackDocument(run_id=run_id, key=key)
                 session.add(row)
-            old_document, row.document = row.document, saved[key].model_dump(mode="json")
-            row.revision = revision
-            changes.append((key, old_document, row.document))
+            document = saved[key].model_dump(mode="json")
+            changes.append((key, row.document, document))
+            row.document, row.revision = document, revision
         return saved, changes
 
 
-def documents_of(session: Session, run_id: str) -> dict[str, TrackDoc]:
-    """What people have said about the tracks of a run, by key."""
-    return {row.key: _doc_of(row) for row in session.scalars(_documents(run_id))}
+def documents_of(session: Session, run_id: str, keys: Sequence[str] | None = None) -> dict[str, TrackDoc]:
+    """What people have said about the tracks of a run, or about some of them, by key."""
+    rows = session.scalars(_documents(run_id)) if keys is None else _stored(session, run_id, keys).values()
+    return {row.key: _doc_of(row) for row in rows}
 
 
 def lock_for_edit(session: Session, run_id: str, op_id: str, author: str, keys: Iterable[str] = ()) -> None:
@@ -275,8 +294,8 @@ def _stored(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, Tra
     """The rows of many documents, in few queries."""
     found = {}
     for start in range(0, len(keys), _AT_ONCE):
-        query = _documents(run_id).where(TrackDocument.key.in_(keys[start : start + _AT_ONCE]))
-        found.update({row.key: row for row in session.scalars(query)})
+        rows = session.scalars(_CHOSEN, {"run": run_id, "keys": keys[start : start + _AT_ONCE]})
+        found.update({row.key: row for row in rows})
     return found
 
 

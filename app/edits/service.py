@@ -84,8 +84,7 @@ class EditService:
         keys = [] if isinstance(command, Undo | Redo) else touched_keys(command)
         with self._log.database.write() as session:
             lock_for_edit(session, run_id, op_id, author, keys)
-            run = require_run(session, run_id)
-            known = self._log.stored(session, run_id, op_id)
+            run, known = self._log.begin(session, run_id, op_id)
             if known is not None:
                 docs = [TrackDoc.model_validate(doc) for doc in known.after.values()]
                 return self._answer(session, run, author, docs, op_id)

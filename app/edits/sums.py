@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any, Final
 
-from sqlalchemy import delete, func, insert, select
+from sqlalchemy import bindparam, delete, func, insert, select
 from sqlalchemy.orm import Session
 
 from app.edits.history import taken_back
@@ -28,6 +28,14 @@ _JUDGING: Final = ("set_review", "review_tracks")
 _OF_MANY: Final = "edit_tracks"
 """Operation whose command holds those for its first track."""
 
+
+_LATEST = select(func.max(WorkDay.latest))
+_LAST_DAY = (
+    select(WorkDay, _LATEST.scalar_subquery())
+    .where(WorkDay.author == bindparam("author"))
+    .order_by(WorkDay.seq.desc())
+    .limit(1)
+)
 
 Change = tuple[str, JsonMapping | None, JsonMapping]
 """Key of a track, its document before (None: there was none), and after."""
@@ -92,9 +100,8 @@ def _work_between(earlier: datetime | None, later: datetime) -> float:
 
 
 def _add_work(session: Session, edit: Edit) -> None:
-    last = select(WorkDay).where(WorkDay.author == edit.author).order_by(WorkDay.seq.desc()).limit(1)
-    before = session.scalars(last).first()
-    latest = session.scalar(select(func.max(WorkDay.latest)))
+    found = session.execute(_LAST_DAY, {"author": edit.author}).first()
+    before, latest = (None, session.scalar(_LATEST)) if found is None else found
     seconds = _work_between(None if before is None else before.last, edit.created)
     back = 0.0 if latest is None else max(0.0, (latest - edit.created).total_seconds())
     number = day_of(edit.created)
@@ -104,7 +111,6 @@ def _add_work(session: Session, edit: Edit) -> None:
         session.add(day)
     day.seconds, day.back = day.seconds + seconds, max(day.back, back)
     day.seq, day.last, day.latest = edit.seq, edit.created, max(day.latest, edit.created)
-    session.flush()
 
 
 def _verdict_of(kind: str, command: JsonMapping) -> str | None:

@@ -6,7 +6,7 @@ import zlib
 from datetime import datetime
 from functools import lru_cache
 
-from sqlalchemy import select
+from sqlalchemy import ColumnElement, Select, bindparam, func, select
 from sqlalchemy.orm import Session
 
 from app.errors import NotFound
@@ -34,10 +34,21 @@ SET_KEY = r"^[a-z0-9][a-z0-9._-]{0,63}$"
 _CAME = "Came with tsr."
 
 
+def _newest_document(key: ColumnElement[str]) -> Select[bytes]:
+    versions = select(LabelSetVersion.document).where(LabelSetVersion.key == key)
+    return versions.order_by(LabelSetVersion.version.desc()).limit(1)
+
+
+# made once: to put such a query together takes longer than to ask it
+_OF_KEY = _newest_document(bindparam("key"))
+_DEFAULT_KEY = select(LabelSetDefault.set_key).order_by(LabelSetDefault.seq.desc()).limit(1)
+_default_or_shipped = func.coalesce(_DEFAULT_KEY.scalar_subquery(), DEFAULT)
+_DEFAULT_SET = select(_default_or_shipped, _newest_document(_default_or_shipped).scalar_subquery())
+
+
 def default_key(session: Session) -> str:
     """Key of the set that videos use which name none."""
-    newest_first = select(LabelSetDefault.set_key).order_by(LabelSetDefault.seq.desc()).limit(1)
-    return session.scalar(newest_first) or DEFAULT
+    return session.scalar(_DEFAULT_KEY) or DEFAULT
 
 
 def set_keys(session: Session) -> list[str]:
@@ -52,9 +63,14 @@ def newest(session: Session, key: str) -> LabelSet:
     Raises:
         NotFound: there is no such set.
     """
-    versions = select(LabelSetVersion.document).where(LabelSetVersion.key == key)
-    document = session.scalar(versions.order_by(LabelSetVersion.version.desc()).limit(1))
+    document = session.scalar(_OF_KEY, {"key": key})
     return _as_shipped(key) if document is None else _unpacked(document)
+
+
+def _newest_default(session: Session) -> LabelSet:
+    """The newest version of the set that videos use which name none, in one question."""
+    found, document = session.execute(_DEFAULT_SET).one()
+    return _as_shipped(found) if document is None else _unpacked(document)
 
 
 def at_version(session: Session, key: str, version: int) -> LabelSet:
@@ -81,7 +97,7 @@ def labels_of_video(session: Session, video_id: str) -> LabelSet:
     video = session.get(Video, video_id)
     if video is None:
         raise NotFound(f"There is no video {video_id[:80]!r}.")
-    return newest(session, video.label_set or default_key(session))
+    return newest(session, video.label_set) if video.label_set else _newest_default(session)
 
 
 def labels_of_run(session: Session, run: Run) -> LabelSet:

@@ -7,7 +7,7 @@ import time
 from datetime import UTC, datetime, timedelta
 from typing import Final, cast
 
-from sqlalchemy import delete, select
+from sqlalchemy import bindparam, delete, select
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from sqlalchemy.orm import Session
@@ -25,6 +25,12 @@ SESSION_DAYS: Final = 30
 """How long a browser stays signed in."""
 _FRESH: Final = 1.0
 """Seconds that "the library has no people" is believed; another process may add the first one."""
+
+_OWNER_OF: Final = (
+    select(Person, PersonSecret)
+    .join(PersonSecret, PersonSecret.person_id == Person.id)
+    .where(PersonSecret.hash == bindparam("hash"), PersonSecret.kind == bindparam("kind"))
+)
 
 
 class Directory:
@@ -56,7 +62,7 @@ class Directory:
         with self._lock:
             before = self._forgotten
             try:
-                with self._database.read() as session:
+                with self._database.ask() as session:
                     self._empty = session.scalars(select(Person.id).limit(1)).first() is None
             except (DBAPIError, PoolTimeout):
                 if not self._empty or self._until == 0.0:
@@ -78,9 +84,8 @@ class Directory:
             kind: ``token`` or ``session``.
         """
         hashed = hash_of(secret)
-        with self._database.read() as session:
-            query = select(Person, PersonSecret).join(PersonSecret, PersonSecret.person_id == Person.id)
-            row = session.execute(query.where(PersonSecret.hash == hashed, PersonSecret.kind == kind)).first()
+        with self._database.ask() as session:
+            row = session.execute(_OWNER_OF, {"hash": hashed, "kind": kind}).first()
             if row is None:
                 return None, False
             person, found = row
@@ -90,7 +95,7 @@ class Directory:
 
     def by_name(self, name: str) -> Identity | None:
         """The person of a name; None: there is none."""
-        with self._database.read() as session:
+        with self._database.ask() as session:
             person = session.scalars(select(Person).where(Person.key == name_key(name))).first()
             return None if person is None else _identity(person, None)
 
@@ -104,7 +109,7 @@ class Directory:
     def _still(self, identity: Identity) -> bool:
         if identity.person is None:
             return not identity.owner or self.is_empty()
-        with self._database.read() as session:
+        with self._database.ask() as session:
             if identity.credential is None:
                 return session.get(Person, identity.person) is not None
             secret = session.get(PersonSecret, identity.credential)
@@ -128,7 +133,7 @@ class Directory:
         """Whether a browser's session let somebody in; else a token did, or a proxy."""
         if identity.credential is None:
             return False
-        with self._database.read() as session:
+        with self._database.ask() as session:
             found = session.get(PersonSecret, identity.credential)
             return found is not None and found.kind == "session"
 

@@ -203,7 +203,7 @@ class SearchIndex:
             after = 0 if row is None else row.seq
             edits, seq = _last_edits(session, run_id, after)
             keys = None if row is None else sorted(edits)
-            documents = documents_of(session, run_id)
+            documents = documents_of(session, run_id, keys)
             video = session.get_one(Video, wanted.video_id)
             frames, picture = video.frames or _NO_END, (video.width or 0, video.height or 0)
             if keys is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +12,8 @@ from typing import Final
 from urllib.parse import unquote
 
 from sqlalchemy import URL, Connection, create_engine, event, make_url, text
-from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
+from sqlalchemy.engine.interfaces import DBAPIConnection
+from sqlalchemy.exc import ArgumentError, DBAPIError, InvalidatePoolError, NoSuchModuleError, OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
@@ -26,7 +28,9 @@ _WAIT_MS = 8000
 _LOOKED_AT = 1000
 """Rows of each index that SQLite looks at to choose by: a few ms, whatever the size of the database."""
 
-
+_FRESH = 1.0
+"""Seconds that a connection to PostgreSQL is trusted after it was tried."""
+_TRIED: Final = "tsr_tried"
 _FULL: Final = "53100"
 _READ_ONLY: Final = "25006"
 _AWAY: Final = ("08", "57P", "53300", "53200", "55P03", "40001", "40P01")
@@ -92,18 +96,24 @@ class Database:
         else:
             # as many as the server has threads: a connection beyond the pool costs more than an edit
             places = {"tsr_here": here, "tsr_shared": shared}
-            self.engine = create_engine(
-                address, pool_pre_ping=True, pool_size=40, max_overflow=8, execution_options=places
-            )
+            self.engine = create_engine(address, pool_size=40, max_overflow=8, execution_options=places)
+            event.listen(self.engine, "checkout", self._on_checkout)
         self._closed = False
         event.listen(self.engine, "checkin", self._on_checkin)
         self._writer = self.engine.execution_options(tsr_write=True)
+        self._asker = self.engine if self.is_sqlite else self.engine.execution_options(isolation_level="AUTOCOMMIT")
         self._turn = threading.RLock()
 
     @contextmanager
     def read(self) -> Iterator[Session]:
         """A session that only reads."""
         with Session(self.engine, expire_on_commit=False) as session:
+            yield session
+
+    @contextmanager
+    def ask(self) -> Iterator[Session]:
+        """A session for one question of many requests: on PostgreSQL without a transaction, which costs two turns."""
+        with Session(self._asker, expire_on_commit=False) as session:
             yield session
 
     @contextmanager
@@ -150,6 +160,20 @@ class Database:
         """Close all connections; one that a thread still uses is closed when it comes back."""
         self._closed = True
         self.engine.dispose()
+
+    def _on_checkout(self, connection: DBAPIConnection, record: ConnectionPoolEntry, _proxy: object) -> None:
+        """Try a connection before its use, unless that was done a moment ago; a lost one is replaced."""
+        now = time.monotonic()
+        if now - record.info.get(_TRIED, -_FRESH) < _FRESH:
+            return
+        dialect = self.engine.dialect
+        try:
+            dialect.do_ping(connection)
+        except dialect.loaded_dbapi.Error as error:
+            if dialect.is_disconnect(error, connection, None):  # type: ignore[arg-type]
+                raise InvalidatePoolError from error
+            raise
+        record.info[_TRIED] = now
 
     def _on_checkin(self, _connection: object, record: ConnectionPoolEntry) -> None:
         # the pool that it comes back to is nobody's any more: there it would stay open

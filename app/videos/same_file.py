@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from contextlib import suppress
 
-from sqlalchemy import select
+from sqlalchemy import bindparam, select
 from sqlalchemy.exc import DBAPIError
 
 from app.errors import Conflict
@@ -19,6 +19,8 @@ from tsr_engine.errors import InputError, VideoError
 from tsr_engine.io.opened_file import Stamp
 
 __all__ = ["ChangedFiles", "confirm", "file_changed", "require_same"]
+
+_OF_RUN = select(Video, Run.place, Run.name).join(Run, Run.video_id == Video.id).where(Run.id == bindparam("run"))
 
 
 def confirm(database: Database, file: CheckedFile, video: Video) -> None:
@@ -83,9 +85,8 @@ class ChangedFiles:
             Conflict: it holds other bytes (``file_changed``).
             Elsewhere: the run lies with another server.
         """
-        query = select(Video, Run.place, Run.name).join(Run, Run.video_id == Video.id).where(Run.id == run_id)
-        with self._database.read() as session:
-            found = session.execute(query).first()
+        with self._database.ask() as session:
+            found = session.execute(_OF_RUN, {"run": run_id}).first()
             if found is None:
                 return
             require_here(session, found.place, found.name)

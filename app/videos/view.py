@@ -98,31 +98,30 @@ def _fields(session: Session, wanted: ColumnElement[bool]) -> list[JsonObject]:
         tags.setdefault(video_id, []).append(tag)
     rows = execute(select(*_COLUMNS).where(wanted).order_by(Video.created.desc(), Video.name)).all()
     here = here_of(session)
-    ours = [place in (None, here) or here is None for *_, place in rows]
-    there = files_among([path for (_, _, path, *_), own in zip(rows, ours, strict=True) if own])
+    ours = [here is None or row.place in (None, here) for row in rows]
+    there = files_among([row.path for row, own in zip(rows, ours, strict=True) if own])
     found = []
-    for (video_id, name, path, warnings, created, *rest, _), own in zip(rows, ours, strict=True):
-        newest = latest.get(video_id)
-        tracks, reviewed = (0, 0) if newest is None else newest[1:]
-        fields = dict(zip(_PLAIN, rest, strict=True))
-        fields |= {"id": video_id, "name": name, "path": path, "missing": own and path not in there}
-        fields |= {"warnings": list(warnings or []), "created": created.isoformat(), "tags": tags.get(video_id, [])}
-        fields |= {"runs": counts[video_id], "latest_run": None if newest is None else newest[0]}
+    for row, own in zip(rows, ours, strict=True):
+        fields: JsonObject = dict(zip(_PLAIN, row, strict=False))
+        video_id = fields["id"]
+        run, tracks, reviewed = latest.get(video_id, (None, 0, 0))
+        fields["missing"] = own and fields["path"] not in there
+        fields["warnings"] = fields["warnings"] or []
+        fields["created"] = fields["created"].isoformat()
+        fields["tags"] = tags.get(video_id, [])
+        fields["runs"] = counts.get(video_id, 0)
+        fields["latest_run"] = run
         fields["review"] = {"tracks": tracks, "reviewed": reviewed}
         found.append(fields)
     return found
 
 
 _PLAIN = (
-    *("size", "state", "error", "sample", "width", "height", "pixel_ratio"),
-    *("frames", "duration", "rate", "codec", "label_set"),
+    *("id", "name", "path", "size", "state", "error", "sample", "width", "height", "pixel_ratio"),
+    *("frames", "duration", "rate", "codec", "warnings", "created", "label_set"),
 )
-"""Fields that are columns of the same name."""
-_COLUMNS = (
-    *(Video.id, Video.name, Video.path, Video.warnings, Video.created),
-    *(getattr(Video, name) for name in _PLAIN),
-    Video.place,
-)
+"""Fields that are made of columns of the same name."""
+_COLUMNS = (*(getattr(Video, name) for name in _PLAIN), Video.place)
 
 
 def publish_video(session: Session, events: EventBus, video: Video) -> None:

@@ -19,14 +19,14 @@ from sqlalchemy import select
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Edit, TrackDocument
-from tests.attack.own_server import Running
+from tests.attack.own_server import Line, Running
 
 __all__ = ["BrokenPromiseError", "Log", "Place", "check_log", "clients"]
 
 TOGETHER = 3
 """People on each track."""
 THINKING = 0.2
-"""Seconds from one edit of somebody in a hurry to the next, at most; half of it on average."""
+"""Seconds from an answer to the next edit of somebody in a hurry, at most; half of it on average."""
 
 
 class BrokenPromiseError(Exception):
@@ -89,39 +89,43 @@ def client(
     thinking: float,
     done: threading.Event,
 ) -> None:
-    """Edit one track until the end; what was not answered is sent again, as the page does."""
+    """Edit one track until the end, as the page does: answers tell revisions, and what had none is sent again."""
     author, token = place.people[number % len(place.people)] if place.people else (f"client-{number}", "")
     more = {"Authorization": f"Bearer {token}"} if token else {}
     key, frame = place.tracks[number // TOGETHER % len(place.tracks)]
+    line, revision = Line(server, more), -1
     while not done.is_set():
-        op_id, revision = uuid.UUID(int=chance.getrandbits(128)).hex, -1
+        op_id = uuid.UUID(int=chance.getrandbits(128)).hex
         command = {"name": "relabel_track", "key": key, "frame": frame, "class_id": chance.randrange(43)}
         while not done.is_set():
             try:
                 if revision < 0:
-                    _, said = server().ask(f"/api/runs/{place.run}/annotation", timeout=10, more=more)
+                    _, said, _ = line.ask(f"/api/runs/{place.run}/annotation")
                     revision = next((doc["revision"] for doc in said["docs"] if doc["key"] == key), 0)
                 body = json.dumps({"op_id": op_id, "author": author, "command": command}).encode()
-                headers = {"If-Match": f'"{key}:{revision}"', "Content-Type": "application/json", **more}
+                headers = {"If-Match": f'"{key}:{revision}"', "Content-Type": "application/json"}
                 began = time.monotonic()
-                status, said = server().ask(
-                    f"/api/runs/{place.run}/edits", body, timeout=10, more=headers, heard=log.heard
-                )
+                status, said, heard = line.ask(f"/api/runs/{place.run}/edits", body, headers)
             except (OSError, HTTPException, ValueError, KeyError):
                 time.sleep(0.05)  # the server is down: the same operation again
                 continue
             if status == 200:
                 log.acknowledged.add(op_id)
                 log.waits.append(time.monotonic() - began)
+                log.heard(heard)
+                revision = said["docs"][0]["revision"]
                 done.wait(chance.uniform(0, thinking))
                 break
             log.refused[status] += 1
             if status not in (409, 412, 503, 507):
                 raise BrokenPromiseError(f"an edit was answered with {status}: {said}")
-            if status in (409, 412):
-                op_id, revision = uuid.UUID(int=chance.getrandbits(128)).hex, -1  # a person looks, and decides anew
+            if status in (409, 412):  # a person looks at the track as it is now, and decides anew
+                current = (said["error"]["details"] or {}).get("current") or [{"revision": -1}]
+                op_id, revision = uuid.UUID(int=chance.getrandbits(128)).hex, current[0]["revision"]
+                done.wait(chance.uniform(0, thinking))
             else:
                 time.sleep(0.1)
+    line.close()
 
 
 @contextmanager

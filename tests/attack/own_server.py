@@ -13,12 +13,13 @@ import urllib.request
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any
 
 from tests.patience import until, within
 
-__all__ = ["TOKEN", "Running", "command", "running"]
+__all__ = ["TOKEN", "Line", "Running", "command", "running"]
 
 TOKEN = "t" * 24
 TREE = Path(os.environ.get("TSR_TREE", Path(__file__).parents[2])).resolve()
@@ -40,14 +41,12 @@ class Running:
         content: bytes | None = None,
         timeout: float = 240,
         more: Mapping[str, str] | None = None,
-        heard: Callable[[Mapping[str, str]], object] = lambda _: None,
     ) -> tuple[int, Any]:
-        """Status and JSON of an answer; ``heard`` gets its headers, if all went well."""
+        """Status and JSON of an answer."""
         headers = {"Authorization": f"Bearer {TOKEN}", **(more or {})}
         request = urllib.request.Request(f"{self.base}{path}", data=content, headers=headers)
         try:
             with urllib.request.urlopen(request, timeout=timeout) as answer:
-                heard(answer.headers)
                 return answer.status, json.load(answer)
         except urllib.error.HTTPError as error:
             return error.code, json.load(error)
@@ -82,6 +81,45 @@ class Running:
         finally:
             done.set()
             thread.join()
+
+
+class Line:
+    """A connection that is kept from one request to the next, as browsers do; whoever uses it asks one at a time.
+
+    Args:
+        server: gives the one to ask; it may be another one each time.
+        headers: of each request.
+    """
+
+    def __init__(self, server: Callable[[], Running], headers: Mapping[str, str]) -> None:
+        self._server, self._headers = server, {"Authorization": f"Bearer {TOKEN}", **headers}
+        self._base = ""
+        self._connection = HTTPConnection("")
+
+    def ask(
+        self, path: str, content: bytes | None = None, more: Mapping[str, str] | None = None
+    ) -> tuple[int, Any, Mapping[str, str]]:
+        """Status, JSON and headers of an answer.
+
+        Raises:
+            OSError, HTTPException, ValueError: there was none.
+        """
+        base = self._server().base
+        if base != self._base:
+            self.close()
+            self._base, self._connection = base, HTTPConnection(base.removeprefix("http://"), timeout=10)
+        try:
+            headers = {**self._headers, **(more or {})}
+            self._connection.request("GET" if content is None else "POST", path, content, headers)
+            answer = self._connection.getresponse()
+            return answer.status, json.loads(answer.read()), answer.headers
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Give it up; the next request opens it anew."""
+        self._connection.close()
 
 
 def children(process: int) -> list[int]:
