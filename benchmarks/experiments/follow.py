@@ -33,6 +33,8 @@ __all__ = ["EXPERIMENT"]
 
 TUNED_ON = ("02_71ec1e", "03_c0da85", "SH13_9f8bd8")
 """Clips that values of the follower were chosen on."""
+TUNED_BOARDS = frozenset(f"{number:07d}.jpg" for number in (1, 3, 5, 7, 10, 12, 14, 16, 18, 20, 28, 44, 85, 1818))
+"""Photographs of DFG with signs of no label set, likewise."""
 EACH = 1
 """Approaches of each stress, to signs of the 43 classes and to signs of no label set."""
 SIGNS = 3
@@ -79,7 +81,7 @@ def _videos(data: Data) -> Iterator[_Video]:
         if approaches.stress[name] in ("steady", "shake"):
             yield _Video(GONE, path, truth, True)
     if data.boards is not None:
-        for path, truth in read_looming(data.need("boards"), each=EACH).videos.values():
+        for path, truth in read_looming(data.need("boards"), without=TUNED_BOARDS, each=EACH).videos.values():
             yield _Video("no label set", path, truth)
 
 

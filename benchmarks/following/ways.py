@@ -14,7 +14,7 @@ from benchmarks.peers.generic import OpenCvTracker, maker
 from benchmarks.peers.multi import Missing
 from tsr_engine.follow import NARROWEST, Anchor, Ending, FollowerModels, follow
 from tsr_engine.follow.one_way import visible_share
-from tsr_engine.follow.outwards import HIDDEN_LIMIT, LEAST_SEEN
+from tsr_engine.follow.outwards import HIDDEN_LIMIT
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Picture
@@ -22,6 +22,8 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["PEERS", "Filled", "KltBox", "by_peer", "by_us", "legacy", "straight"]
 
 PEERS = ("CSRT", "KCF", "MIL", "TLD", "KLT")
+_LEAST_SEEN = 0.5
+"""Share of a peer's box below which it has left the picture: it knows nothing of what lay beyond the edge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,7 @@ def by_us(pictures: Sequence[Picture], drawn: Mapping[int, FloatArray], parts: F
 def by_peer(pictures: Sequence[Picture], frame: int, box: FloatArray, make: Callable[[], Follower]) -> Filled:
     """A tracker of one box, started twice on a drawn box: once for each direction.
 
-    It ends where ours does: outside the picture, below the least width, or after as many frames without an answer.
+    It ends where ours does: half outside the picture, below the least width, or after as many frames without an answer.
     """
     height, width = pictures[0].shape[:2]
     boxes = {frame: clip(box, width, height)}
@@ -87,7 +89,7 @@ def by_peer(pictures: Sequence[Picture], frame: int, box: FloatArray, make: Call
                 lost += 1
             else:
                 lost = 0
-                if visible_share(found, width, height) < LEAST_SEEN or found[2] - found[0] < NARROWEST:
+                if visible_share(found, width, height) < _LEAST_SEEN or found[2] - found[0] < NARROWEST:
                     break
                 boxes[k] = clip(found, width, height)
             k += sign

@@ -8,7 +8,7 @@ own thinking comes on top.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
     from tsr_engine.records import FloatArray
 
-__all__ = ["Annotator", "Work"]
+__all__ = ["Annotator", "Proposals", "Work"]
+
+Proposals = list[tuple[int, list[float]]]
+"""Frame, and the box that was taken there, px edges."""
 
 _STATE = """() => { const r = tsr.store.get().review; return { frame: r.frame, shown: r.shown, selected: r.selected,
   unsaved: r.unsaved.length, mode: r.mode, dialog: tsr.store.get().dialog?.kind ?? null,
@@ -29,6 +32,7 @@ _STATE = """() => { const r = tsr.store.get().review; return { frame: r.frame, s
   judged: Object.fromEntries(Object.values(r.docs).map((d) => [d.key, d.gone ? 'deleted' : d.review])),
   ends: Object.fromEntries(Object.values(r.docs).map((d) => [d.key, Math.max(...d.segments.map((part) => part.last))])),
   view: r.viewport }; }"""
+_PROPOSED = "() => Object.entries(tsr.store.get().review.following.proposals).map(([k, p]) => [Number(k), p.box])"
 _OPERATIONS = """async () => (await import('/static/js/operations/registry.js')).allOperations().map((one) => one.id)"""
 _PATIENCE = 600.0
 """How long the page may take for one step on a busy machine, s: following needs a worker that starts."""
@@ -94,6 +98,26 @@ class Annotator:
             done.append(self._finished(case.kind, began))
         return done
 
+    def bring_back(self) -> Iterator[tuple[int, Work, Proposals]]:
+        """Each track of the queue, followed back to its first sight: its number, what that took, what was taken."""
+        for _ in self._cases:
+            self._work, began = Work(""), time.monotonic()
+            before = self._state()["selected"]
+            self._key("j")
+            number = self._number(self._next(before)["selected"])
+            assert number is not None, "a run that was brought in has engine tracks alone"
+            self._key(",")
+            taken = self._take()
+            yield number, self._finished("late", began), taken
+
+    def draw_missed(self, number: int) -> tuple[Work, Proposals]:
+        """A sign that the run lacks, drawn in the frame that is shown: what its whole life took, what was taken."""
+        self._work, began = Work(""), time.monotonic()
+        frame = self._wait(lambda s: s["ready"])["frame"]
+        self._set(self._cases[number], frame)
+        taken = self._take()
+        return self._finished("missed", began), taken
+
     # ------------------------------------------------------------------------------------------------- one track
 
     def _treat(self, key: str, case: Case, *, last: bool) -> None:
@@ -138,16 +162,9 @@ class Annotator:
         """A sign that the run lacks: drawn where it is largest, then followed; by key frames where nothing follows."""
         largest = case.box_frame
         self._go(largest)
-        before = self._state()["selected"]
-        self._key("n")
-        self._drag_between(*_corners(case.truth[largest]))
-        self._label(case)
-        now = self._wait(lambda s: s["selected"] not in (None, before))
-        key = now["selected"]
+        key = self._set(case, largest)
         if self._follows:
-            self._wait(lambda s: s["following"] is True)
-            self._key("Enter")
-            self._wait(lambda s: s["following"] is None)
+            self._take()
         else:
             for frame in (case.first, case.last):
                 if frame != largest:
@@ -158,6 +175,22 @@ class Annotator:
                     self._page.keyboard.up("Shift")
         self._key("a")
         self._wait(lambda s: s["judged"].get(key) == "accepted")
+
+    def _set(self, case: Case, frame: int) -> str:
+        """Draw a sign in the frame that is shown, and name it; the new track."""
+        before = self._state()["selected"]
+        self._key("n")
+        self._drag_between(*_corners(case.truth[frame]))
+        self._label(case)
+        return str(self._wait(lambda s: s["selected"] not in (None, before))["selected"])
+
+    def _take(self) -> Proposals:
+        """Wait for all proposed boxes, and take them."""
+        self._wait(lambda s: s["following"] is True)
+        proposed: Proposals = self._page.evaluate(_PROPOSED)
+        self._key("Enter")
+        self._wait(lambda s: s["following"] is None)
+        return proposed
 
     def _label(self, case: Case, *, accepts: bool = False) -> None:
         """Type the name into the dialog that is open; ``accepts``: with the key that accepts the track as well."""

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.experiment import Result
 from benchmarks.experiments import follow as experiment
-from benchmarks.experiments import follow_approaches
+from benchmarks.experiments import follow_approaches, follow_page
 from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
 from benchmarks.following.ways import PEERS, KltBox, by_peer, by_us, legacy, straight
@@ -150,3 +150,16 @@ def test_the_report_on_all_approaches_says_where_ours_is_below() -> None:
     reported = follow_approaches.EXPERIMENT.tell(Result("follow_approaches", figures=figures))
     assert "| all | 1 | KLT | 0.900 / 1.000 / 0.950; 1.00; 0.00 |" in reported
     assert "Ours is below the peer at: all, middle (IoU >= 0.7); all, middle (runaways)." in reported
+
+
+def test_the_report_on_the_page_says_whether_its_bars_are_kept() -> None:
+    figures = {
+        "late": [{"actions": [",", "Enter"], "share": 1.0}, {"actions": ["j", ",", "Enter"], "share": 0.9}],
+        "missed": [{"actions": ["n", "drag", "type the label", "Enter", "a"], "share": 1.0}],
+        "first": {"ms": [100.0] * 9 + [400.0], "load": 1.5},
+    }
+    reported = follow_page.EXPERIMENT.tell(Result("follow_page", figures=figures, machine={"cores": 2}))
+    assert "| late | 2 | 2.50 | 3 | 3, kept | 0.950 | `j` `,` `Enter` |" in reported
+    assert "| 4, missed |" in reported
+    assert "100 ms (median of 10)" in reported
+    assert "bar 200 ms, missed, at a load of 1.5 on 2 cores" in reported

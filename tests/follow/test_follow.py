@@ -124,13 +124,14 @@ def test_a_cut_of_the_film_ends_it() -> None:
     assert (endings["forward"].reason, max(kept)) == ("cut", 24)
 
 
-def test_a_frozen_stretch_holds_the_box_and_goes_on() -> None:
+@pytest.mark.parametrize("anchor", [8, 25])
+def test_a_frozen_stretch_holds_the_box_and_goes_on(anchor: int) -> None:
     made = drive()
     still = [*made.pictures[:20], *[made.pictures[19]] * 12, *made.pictures[20:]]
     boxes = {k: made.boxes[k if k < 20 else max(19, k - 12)] for k in range(52)}
     frozen = Drive(still, boxes)
-    kept, endings = run(frozen, 8)
-    assert endings["forward"].frame == 51
+    kept, endings = run(frozen, anchor)
+    assert (endings["backward"].frame, endings["forward"].frame) == (0, 51)
     assert min(overlap(frozen, kept, k) for k in kept) > 0.7
     assert all(np.array_equal(kept[k].box, kept[19].box) for k in range(20, 32))
 

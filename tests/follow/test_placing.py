@@ -9,7 +9,9 @@ from tests.follow.drives import HEIGHT, WIDTH, drive
 from tests.follow.test_follow import PARTS
 from tsr_engine.errors import UsageError
 from tsr_engine.follow import Anchor, follow
-from tsr_engine.follow.placing import opened
+from tsr_engine.follow.placing import looks_from, opened, place
+from tsr_engine.protocols import PixelSource, ScoredBox
+from tsr_engine.records import FloatArray
 
 MADE = drive(frames=6)
 
@@ -80,3 +82,26 @@ def test_a_box_outside_of_what_may_be_looked_at(frame: int) -> None:
 )
 def test_a_box_that_the_edge_cuts_is_opened(box: list[float], whole: list[float]) -> None:
     assert opened(np.array(box), WIDTH, HEIGHT).tolist() == whole
+
+
+def test_how_far_a_sign_goes_on_beyond_the_edge_is_known_of_a_known_sign_alone() -> None:
+    def look(_: PixelSource, box: FloatArray) -> ScoredBox:
+        return ScoredBox(box, 3.0)
+
+    cut = [Anchor(2, np.array([0.0, 50.0, 28.0, 90.0]))]
+    inside = [Anchor(2, np.array([20.0, 50.0, 48.0, 90.0]))]
+    assert place(MADE.source(), cut, look)[0].box.tolist() == [-12.0, 50.0, 28.0, 90.0]
+    assert place(MADE.source(), cut, None)[0].box.tolist() == [-4.0, 50.0, 28.0, 90.0]
+    assert place(MADE.source(), cut, None)[0].shown.tolist() == [0.0, 50.0, 28.0, 90.0]
+    assert place(MADE.source(), inside, look)[0].box.tolist() == [20.0, 50.0, 48.0, 90.0]
+
+
+def test_a_look_of_a_part_of_the_sign_is_not_looked_for_from_the_whole() -> None:
+    sizes = {0: [1.0, 1.0], 2: [1.05, 0.95], 4: [0.7, 1.0]}
+    drawn = [
+        Anchor(k, np.append(MADE.boxes[k][:2], MADE.boxes[k][:2] + (MADE.boxes[k][2:] - MADE.boxes[k][:2]) * size))
+        for k, size in sizes.items()
+    ]
+    whole, again, part = place(MADE.source(), drawn, None)
+    assert looks_from(whole, [whole, again, part]) == [whole.look, again.look]
+    assert looks_from(part, [whole, again, part]) == [part.look]

@@ -18,7 +18,7 @@ from tsr_engine.follow.camera import Camera
 from tsr_engine.follow.joining import join
 from tsr_engine.follow.one_way import OneWay, Step
 from tsr_engine.follow.outwards import Outwards
-from tsr_engine.follow.placing import Placed, place
+from tsr_engine.follow.placing import Placed, looks_from, place
 from tsr_engine.follow.records import Anchor, Direction, Event, FollowerModels, Pictures, Proposal
 from tsr_engine.geometry.boxes import clip
 
@@ -66,7 +66,7 @@ def follow(
             )
     if between and len(anchors) < 2:
         raise UsageError("Following between boxes needs two of them. Name another one.")
-    placed = place(pictures, anchors)
+    placed = place(pictures, anchors, parts.look)
     for start in placed:
         yield Proposal(start.frame, start.shown, 1.0, "anchor")
     for left, right in pairwise(placed):
@@ -126,7 +126,7 @@ def _pass(
     assert shown is not None, "anchors are of frames that the video has"
     camera = Camera(shown.picture)
     height, width = shown.picture.shape[:2]
-    looks = [anchor.look for anchor in placed]
+    looks = looks_from(start, placed)
     way = OneWay(shown.picture, start.box, looks, "forward" if sign > 0 else "backward", parts)
     for frame in range(start.frame + sign, goal.frame, sign):
         if cancelled():
@@ -140,4 +140,4 @@ def _pass(
             return
         if not np.isfinite(step.box).all():
             return
-        yield frame, step, (width, height)
+        yield frame, step.within(start.guess), (width, height)

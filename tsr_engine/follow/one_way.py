@@ -7,7 +7,7 @@ set the edges where they know the shape, and weigh how sure that is.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -60,6 +60,11 @@ class Step:
     place_error: float
     size_error: float
     evidence: Evidence | None
+
+    def within(self, error: float) -> Step:
+        """The same, if the box that it began with is wrong by a share of its size."""
+        place = math.hypot(self.place_error, error * size_of(self.box))
+        return replace(self, place_error=place, size_error=math.hypot(self.size_error, error))
 
 
 class OneWay:

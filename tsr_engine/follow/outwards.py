@@ -9,7 +9,7 @@ from typing import Final
 from tsr_engine.follow.camera import Camera
 from tsr_engine.follow.joining import between
 from tsr_engine.follow.one_way import OneWay, visible_share
-from tsr_engine.follow.placing import Placed
+from tsr_engine.follow.placing import Placed, looks_from
 from tsr_engine.follow.records import NARROWEST, Direction, Ending, Event, FollowerModels, Pictures, Proposal, Reason
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip
 from tsr_engine.records import FloatArray
@@ -18,9 +18,9 @@ __all__ = ["HIDDEN_LIMIT", "LEAST_SEEN", "Outwards"]
 
 HIDDEN_LIMIT: Final = 15
 """Frames without a sight of the sign after which it is gone."""
-LEAST_SEEN: Final = 0.48
-"""Share of what was seen of a sign where it was drawn below which it has left the picture: how much lay beyond the edge
-there is a guess."""
+LEAST_SEEN: Final = 0.45
+"""Share of a sign below which it has left the picture: of one that is drawn at the edge, the rest may be a seventh
+less."""
 _LET_PASS: Final = 3
 """Frames without a sight that still count where the sign leaves the picture, or the video ends."""
 
@@ -31,7 +31,7 @@ class Outwards:
     Args:
         pictures: gives frames by ordinal.
         start: the outermost anchor.
-        placed: all anchors; their looks are known from the start.
+        placed: all anchors.
         parts: the trained parts.
         direction: of time.
         limit: the last frame that may be looked at; unset: the video's last.
@@ -49,7 +49,7 @@ class Outwards:
         cancelled: Callable[[], bool],
     ) -> None:
         self._pictures, self._start, self._parts = pictures, start, parts
-        self._looks = [anchor.look for anchor in placed]
+        self._looks = looks_from(start, placed)
         self._direction, self._limit, self._cancelled = direction, limit, cancelled
         self._sign = 1 if direction == "forward" else -1
 
@@ -58,7 +58,6 @@ class Outwards:
         shown = self._pictures(self._start.frame)
         assert shown is not None, "anchors are of frames that the video has"
         height, width = shown.picture.shape[:2]
-        least = LEAST_SEEN * visible_share(self._start.box, width, height)
         camera = Camera(shown.picture)
         way = OneWay(shown.picture, self._start.box, self._looks, self._direction, self._parts)
         seen, sight = self._start.frame, self._start.box
@@ -73,7 +72,7 @@ class Outwards:
                 return
             turn = camera.step(shown.picture)
             step = way.step(shown.picture, turn.shift, turn.repeated, not shown.corrupt)
-            left = visible_share(step.box, width, height) < least
+            left = visible_share(step.box, width, height) < LEAST_SEEN
             reason = self._stop(step.box, left, turn.cut and way.hidden > 0, way.hidden)
             if reason is not None:
                 yield self._end(reason, before, seen)

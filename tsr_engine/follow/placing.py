@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,17 +11,22 @@ from typing import Final
 import numpy as np
 
 from tsr_engine.errors import UsageError
+from tsr_engine.follow.known_shape import Look, know
 from tsr_engine.follow.records import Anchor, Pictures
 from tsr_engine.follow.template import Template
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["Placed", "opened", "place"]
+__all__ = ["Placed", "continued", "looks_from", "opened", "place"]
 
 _TOUCHES: Final = 1.0
 """px: a box that is so near the picture's edge ends there because the picture does."""
 _LEAST_SHAPE: Final = 0.5
 """Shorter side / longer side of what is seen of a sign whose edge is cut off."""
+_BEYOND: Final = 1 / 7
+"""Share of what is seen of a sign that is assumed beyond the picture's edge, where nothing else is known."""
+_ALIKE: Final = math.log(1.2)
+"""Anchors whose width / height differs by more than this, natural logarithm, show different parts of the sign."""
 _FLAT: Final = 2.0
 """Grey levels: pixels whose standard deviation is below this show nothing that could be found again."""
 
@@ -34,16 +40,23 @@ class Placed:
         shown: the person's box, cut to the picture, shape (4,).
         box: the whole sign's box, which may reach beyond the picture.
         look: how the sign looks.
+        guess: error of the box where it goes on beyond the picture, a share of its size; 0: all of the sign is seen.
     """
 
     frame: int
     shown: FloatArray
     box: FloatArray
     look: Template
+    guess: float
 
 
-def place(pictures: Pictures, anchors: Sequence[Anchor]) -> list[Placed]:
+def place(pictures: Pictures, anchors: Sequence[Anchor], look: Look | None) -> list[Placed]:
     """Check anchors, and take their looks.
+
+    Args:
+        pictures: gives frames by ordinal.
+        anchors: as they are given.
+        look: the offline detector's later stages; None: there is no detector.
 
     Returns:
         In the order of their frames.
@@ -57,10 +70,10 @@ def place(pictures: Pictures, anchors: Sequence[Anchor]) -> list[Placed]:
     for before, after in pairwise(ordered):
         if before.frame == after.frame:
             raise UsageError(f"Frame {after.frame} has two boxes. Keep the right one.")
-    return [_placed(pictures, anchor) for anchor in ordered]
+    return [_placed(pictures, anchor, look) for anchor in ordered]
 
 
-def _placed(pictures: Pictures, anchor: Anchor) -> Placed:
+def _placed(pictures: Pictures, anchor: Anchor, look: Look | None) -> Placed:
     frame = anchor.frame
     box = np.asarray(anchor.box, dtype=np.float64)
     if box.shape != (4,) or not np.isfinite(box).all():
@@ -94,12 +107,49 @@ def _placed(pictures: Pictures, anchor: Anchor) -> Placed:
             f"The box of frame {frame} shows one colour only, so there is nothing to find again. Draw it where the "
             "sign can be seen."
         )
-    whole = opened(box, width, height)
-    return Placed(frame, inside, whole, Template.cut(shown.picture, whole, 0.0, True))
+    whole = _whole(box, shown.picture, look)
+    guess = 0.0 if (whole == box).all() else _BEYOND / 2.0
+    return Placed(frame, inside, whole, Template.cut(shown.picture, whole, 0.0, True), guess)
+
+
+def looks_from(start: Placed, placed: Sequence[Placed]) -> list[Template]:
+    """What to look for from an anchor on: the looks of all anchors that show as much of the sign as it does."""
+    return [other.look for other in placed if abs(_shape(other.box) - _shape(start.box)) <= _ALIKE]
+
+
+def _shape(box: FloatArray) -> float:
+    return math.log((box[2] - box[0]) / (box[3] - box[1]))
+
+
+def _whole(box: FloatArray, picture: Picture, look: Look | None) -> FloatArray:
+    """The whole sign's box where the picture's edge cuts it: how far it goes on is known of a sign that is known."""
+    height, width = picture.shape[:2]
+    beyond = continued(box, width, height)
+    if (beyond == box).all():
+        return box
+    square = opened(box, width, height)
+    return beyond if know(look, picture, square) is None else square
+
+
+def continued(box: FloatArray, width: int, height: int) -> FloatArray:
+    """A box that goes on a little beyond the picture's edge where it touches it.
+
+    Signs are drawn where most of them is seen. Between nothing and a quarter that is hidden, a seventh of what is seen
+    is wrong by an eighth at most.
+
+    Args:
+        box: shape (4,), px.
+        width: of the picture, px.
+        height: of the picture, px.
+    """
+    more = _BEYOND * (box[2:] - box[:2])
+    low = np.where(box[:2] <= _TOUCHES, box[:2] - more, box[:2])
+    high = np.where(box[2:] >= np.array([width, height]) - _TOUCHES, box[2:] + more, box[2:])
+    return np.concatenate([low, high])
 
 
 def opened(box: FloatArray, width: int, height: int) -> FloatArray:
-    """The whole sign's box, where the picture's edge cuts it: most signs are as wide as they are high.
+    """A box that the picture's edge cuts, made as wide as it is high, or as high as it is wide.
 
     A box of less than half that shape is a long board's: of a sign that is drawn, at least half is seen.
 

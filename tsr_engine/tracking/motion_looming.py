@@ -23,7 +23,7 @@ CX, CY, Q, RATE, ASPECT, VX, VY, FX, FY = range(9)
 """Places in the state: centre, inverse width, its rate, height / width, drift, FOE; in px and frames."""
 _STATES = 9
 _WIDEST, _NARROWEST = 4000.0, 2.0
-_ASPECTS = (0.2, 5.0)
+_ASPECTS = (0.05, 20.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,153 @@
+"""Following on the review page: actions with real keys, and how soon the first proposed box is drawn."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.review.annotator import Annotator, Proposals
+from benchmarks.review.desk import Desk, open_review
+from benchmarks.review.planted import Case
+from tsr_engine.follow import NARROWEST
+from tsr_engine.geometry.boxes import iou_each
+from tsr_engine.records import FloatArray
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+__all__ = ["bring_back", "draw_missed", "press"]
+
+_LATE = 2 / 3
+"""Share of a sign's life that a late track lacks at its beginning."""
+_WARM = 12.0
+"""Seconds on an open page until the worker that stands by has loaded everything."""
+_STILL = 1000
+"""Milliseconds that a person looks at a frame before the key."""
+_HEAD = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"
+_LISTEN = """() => {
+  globalThis.first = null;
+  let pressed = null;
+  addEventListener('keydown', (event) => { pressed = event.timeStamp; }, { capture: true, once: true });
+  const end = tsr.store.subscribe((state) => {
+    const { following } = state.review;
+    if (pressed === null || !following || Object.keys(following.proposals).length < 2) return;
+    end();
+    requestAnimationFrame(() => { globalThis.first = performance.now() - pressed; });
+  });
+}"""
+
+
+def bring_back(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[dict[str, Any]]:
+    """All tracks begin late; each is brought back to its first sight.
+
+    Args:
+        desk: server and browser.
+        video: id.
+        cases: signs by the number of their track.
+        names: label id -> its name.
+
+    Returns:
+        A row for each sign: ``actions``, and ``share`` of its life that lies right by an IoU of 0.7 afterwards.
+    """
+    late = {number: _late(case) for number, case in cases.items()}
+    page = _opened(desk, video, late)
+    rows = []
+    for number, work, taken in Annotator(page, dict(cases), dict(names)).bring_back():
+        kept = {k: box for k, box in cases[number].truth.items() if k >= min(late[number])}
+        rows.append({"actions": work.actions, "share": _share(cases[number], {**_boxes(taken), **kept})})
+    page.context.close()
+    return rows
+
+
+def draw_missed(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[dict[str, Any]]:
+    """The run lacks each sign but one; they are drawn in the middle of their lives, where a person has met them.
+
+    Args and returns as :func:`bring_back`.
+    """
+    first = min(cases)
+    page = _opened(desk, video, {first: cases[first].truth})
+    annotator = Annotator(page, dict(cases), dict(names))
+    rows = []
+    for number, case in cases.items():
+        if number != first:
+            frames = sorted(case.truth)
+            _look(page, frames[len(frames) // 2])
+            work, taken = annotator.draw_missed(number)
+            rows.append({"actions": work.actions, "share": _share(case, _boxes(taken))})
+    page.context.close()
+    return rows
+
+
+def press(desk: Desk, video: str, cases: Mapping[int, Case], times: int, seed: int) -> dict[str, Any]:
+    """Press T on tracks in frames at random.
+
+    Args:
+        desk: server and browser.
+        video: id.
+        cases: signs by the number of their track.
+        times: presses.
+        seed: of the frames.
+
+    Returns:
+        ``ms``: from each key to the first proposed box on the screen; ``load``: of the machine before the first one.
+    """
+    rng = np.random.default_rng(seed)
+    page = _opened(desk, video, {number: case.truth for number, case in cases.items()})
+    time.sleep(_WARM)
+    load = os.getloadavg()[0]
+    found = []
+    for _ in range(times):
+        number = int(rng.choice(list(cases)))
+        frame = int(rng.choice(sorted(cases[number].truth)[5:-5]))
+        _look(page, frame, f"m{number}")
+        page.evaluate(_LISTEN)
+        page.keyboard.press("t")
+        page.wait_for_function("() => globalThis.first !== null")
+        found.append(float(page.evaluate("() => globalThis.first")))
+        page.wait_for_function("() => tsr.store.get().review.following?.state === 'complete'")
+        page.keyboard.press("Escape")
+    page.context.close()
+    return {"ms": found, "load": load}
+
+
+def _opened(desk: Desk, video: str, tracks: Mapping[int, Mapping[int, FloatArray]]) -> Page:
+    """The review screen of a new run that has these tracks."""
+    lines = [_HEAD]
+    for number, boxes in tracks.items():
+        lines += [f"{k},{number},{','.join(f'{edge:.2f}' for edge in box)},14,1,0" for k, box in sorted(boxes.items())]
+    asked = f"/videos/{video}/imports?as=run&name=tracks&format=tracks-csv"
+    run = desk.server.call("POST", asked, "\n".join(lines).encode(), "application/octet-stream")["id"]
+    page = desk.page()
+    open_review(page, video, run)
+    return page
+
+
+def _look(page: Page, frame: int, track: str | None = None) -> None:
+    """Lead the page to a frame, and look at it for a moment."""
+    where = f"?frame={frame}" + ("" if track is None else f"&track={track}")
+    page.evaluate("where => { location.hash = location.hash.split('?')[0] + where }", where)
+    page.wait_for_function(
+        "([frame, track]) => (r => r.frame === frame && r.shown === frame && r.overlays[frame] && "
+        "(!track || r.selected === track))(tsr.store.get().review)",
+        arg=[frame, track],
+    )
+    page.wait_for_timeout(_STILL)
+
+
+def _late(case: Case) -> dict[int, FloatArray]:
+    frames = sorted(case.truth)
+    return {k: case.truth[k] for k in frames[int(_LATE * len(frames)) :]}
+
+
+def _boxes(taken: Proposals) -> dict[int, FloatArray]:
+    return {k: np.array(box) for k, box in taken}
+
+
+def _share(case: Case, boxes: Mapping[int, FloatArray]) -> float:
+    """Of the frames in which the sign is wide enough to be followed: those with an IoU of 0.7."""
+    life = {k: box for k, box in case.truth.items() if box[2] - box[0] >= NARROWEST}
+    return float(np.mean([k in boxes and iou_each(boxes[k], box)[0] >= 0.7 for k, box in life.items()]))
