@@ -26,7 +26,7 @@ def _detections(boxes: FloatArray, *scores: float) -> Detections:
 def _left(found: Detections, known: Detections) -> list[float]:
     others = object.__new__(OtherShapes)
     others.detector = _Found(found)  # type: ignore[assignment]
-    return others.detect(np.zeros((9, 9, 3), np.uint8), known).raw_scores.tolist()
+    return [float(score) for score in others.detect(np.zeros((9, 9, 3), np.uint8), known).raw_scores]
 
 
 def test_of_two_boxes_on_one_sign_a_likely_known_one_or_the_better_one_stays() -> None:
