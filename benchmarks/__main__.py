@@ -30,7 +30,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--tuning", type=Path, help="simulated approaches that parameters were chosen on")
     parser.add_argument("--boards", type=Path, help="simulated approaches to signs of no label set")
     parser.add_argument("--foreign", type=Path, help="folders of pictures of other countries, each with boxes.json")
-    parser.add_argument("--before", type=Path, help="checkout of an earlier version, which `day` is done with as well")
+    parser.add_argument("--before", type=Path, help="checkout of an earlier version, for `day` and `first_sight`")
+    parser.add_argument("--drives", type=Path, help="videos without annotation")
     parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, help="a call of `scale` may spend on a drive; the next one goes on")
@@ -52,6 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args.boards,
         args.before,
         args.foreign,
+        args.drives,
     )
     chosen = [] if args.report else [e for e in EXPERIMENTS if not args.names or e.name in args.names]
     try:

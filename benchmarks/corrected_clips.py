@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -15,7 +16,7 @@ from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.records import Picture
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["corrected", "dimmed"]
+__all__ = ["corrected", "dim", "dimmed", "filmed"]
 
 
 def corrected(path: Path, truth: TrackTable) -> DatasetVideo:
@@ -52,13 +53,28 @@ def _maker(tracks: list[Track]) -> Callable[[], Iterator[Track]]:
 
 def dimmed(source: Path, place: Path) -> Path:
     """The clip with a fifth of the light, noise, soft, compressed hard; returns ``place``."""
-    with open_video(source) as video, VideoWriter(place, video.width, video.height, video.rate) as writer:
-        for frame in video.frames():
-            writer.write(_dim(frame.picture, frame.ordinal))
+    return filmed(dim, source, place)
+
+
+def filmed(change: Callable[[Picture, int], Picture], source: Path, place: Path, frames: int | None = None) -> Path:
+    """A video of changed pictures; returns ``place``.
+
+    Args:
+        change: from a picture and its number in the video to the one that is shown; all of one size.
+        source: the video.
+        place: file to write.
+        frames: number of pictures, from the first on; unset: all.
+    """
+    with open_video(source) as video:
+        height, width = change(video.read(0).picture, 0).shape[:2]
+        with VideoWriter(place, width, height, video.rate) as writer:
+            for frame in islice(video.frames(), frames):
+                writer.write(change(frame.picture, frame.ordinal))
     return place
 
 
-def _dim(picture: Picture, ordinal: int) -> Picture:
+def dim(picture: Picture, ordinal: int) -> Picture:
+    """The picture with a fifth of the light, noise, soft, compressed hard."""
     rng = np.random.default_rng(ordinal)
     dark = picture.astype(np.float32) * 0.22 + rng.normal(0, 3.0, picture.shape).astype(np.float32)
     soft = cv2.GaussianBlur(np.clip(dark, 0, 255).astype(np.uint8), (0, 0), 0.9)

@@ -37,6 +37,7 @@ class Data:
         boards: simulated approaches to signs of no label set.
         before: checkout of an earlier version of the project, for what is measured beside it.
         foreign: folders of pictures of other countries, each with ``boxes.json``.
+        drives: videos without annotation.
         seconds: that one call may spend on a drive of hours; None: as the experiment says.
     """
 
@@ -51,6 +52,7 @@ class Data:
     boards: Path | None = None
     before: Path | None = None
     foreign: Path | None = None
+    drives: Path | None = None
 
     def need(self, name: str) -> Path:
         """A folder of data.

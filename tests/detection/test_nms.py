@@ -14,6 +14,13 @@ def test_by_hand() -> None:
     assert suppress(np.zeros((0, 4)), np.zeros(0), 0.5).tolist() == []
 
 
+def test_a_box_that_is_much_smaller_stays_beside_the_one_that_holds_it_where_asked() -> None:
+    boxes = np.array([[0, 0, 10, 10], [1, 1, 7, 7], [1, 1, 9.5, 9.5], [1, 1, 6.5, 6.5]])
+    scores = np.array([1.0, 3.0, 0.5, 0.2])
+    assert suppress(boxes, scores, 0.5).tolist() == [1]
+    assert suppress(boxes, scores, 0.5, nested=0.6).tolist() == [1, 0]
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**30), st.integers(1, 30), st.floats(0.1, 0.9))
 def test_kept_boxes_do_not_overlap_and_the_rest_do(seed: int, n: int, overlap: float) -> None:

@@ -132,7 +132,16 @@ def _ensemble(arrays: Mapping[str, NDArray[np.generic]], name: str, window: int)
 
 
 class AcfDetector:
-    """Finds signs in one picture, without memory; implements :class:`tsr_engine.protocols.OfflineDetector`."""
+    """Finds signs in one picture, without memory; implements :class:`tsr_engine.protocols.OfflineDetector`.
+
+    Args:
+        model: everything trained.
+        prior: where signs appear; None: anywhere.
+        params: of the scan.
+        prior_params: of the prior.
+        nested: windows of which the smaller has less than this share of the larger one's area are candidates both, even
+            if one holds the other; 0: the better one alone is.
+    """
 
     name = "acf"
 
@@ -142,11 +151,13 @@ class AcfDetector:
         prior: SpatialPrior | None = None,
         params: DetectorParams | None = None,
         prior_params: PriorParams | None = None,
+        nested: float = 0.0,
     ) -> None:
         self.model = model
         self.prior = prior
         self.params = params or DetectorParams()
         self.prior_params = prior_params or PriorParams()
+        self.nested = nested
         self.box_inset = BoxInset.of(self.params)
         self.window = model.window.reaching(self.params.beyond_edge)
         self._prepared: dict[tuple[int, int, int], ScanNodes] = {}
@@ -219,7 +230,7 @@ class AcfDetector:
             boxes, scores = self._scan(picture, scales, bands, 0, 2)
             more_boxes, more_scores = other.result()
             boxes, scores = np.concatenate([boxes, more_boxes]), np.concatenate([scores, more_scores])
-        return merge(boxes, scores, self.params.first_overlap, self.params.refine_limit)
+        return merge(boxes, scores, self.params.first_overlap, self.params.refine_limit, self.nested)
 
     def search(self, width: int, height: int) -> tuple[FloatArray, list[tuple[float, float]]]:
         """Scales that are searched in a picture of width x height px, and for each the band of rows in px.

@@ -23,7 +23,9 @@ SPREAD: Final = 12.0
 """A window whose score is lower by this, in units of half log-odds, counts 1/e of the best one's."""
 
 
-def merge(boxes: FloatArray, scores: FloatArray, overlap: float, limit: int) -> tuple[FloatArray, FloatArray]:
+def merge(
+    boxes: FloatArray, scores: FloatArray, overlap: float, limit: int, nested: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
     """Candidates (m, 4) and their scores (m,), best first.
 
     Args:
@@ -31,12 +33,13 @@ def merge(boxes: FloatArray, scores: FloatArray, overlap: float, limit: int) -> 
         scores: shape (n,).
         overlap: share of the smaller of two windows from which the better one stands for both, in [0, 1].
         limit: most candidates.
+        nested: see :func:`~tsr_engine.detection.nms.suppress`.
 
     Returns:
         For each window that greedy suppression keeps its score and the mean of the windows around it, weighted by
         ``exp(score / SPREAD)``.
     """
-    kept = suppress(boxes, scores, overlap, limit)
+    kept = suppress(boxes, scores, overlap, limit, nested)
     if not len(kept):
         return np.zeros((0, 4)), np.zeros(0)
     near = iou(boxes[kept], boxes) > TOGETHER

@@ -10,7 +10,7 @@ from tsr_engine.records import FloatArray
 
 
 @njit(cache=True, nogil=True)
-def _greedy(boxes, overlap, limit):  # type: ignore[no-untyped-def]
+def _greedy(boxes, overlap, limit, nested):  # type: ignore[no-untyped-def]
     n = boxes.shape[0]
     keep = np.empty(n, np.int64)
     kept = 0
@@ -31,12 +31,15 @@ def _greedy(boxes, overlap, limit):  # type: ignore[no-untyped-def]
             if w <= 0 or h <= 0:
                 continue
             area_j = (boxes[j, 2] - boxes[j, 0]) * (boxes[j, 3] - boxes[j, 1])
-            if w * h > overlap * min(area_i, area_j):
+            smaller, larger = min(area_i, area_j), max(area_i, area_j)
+            if w * h > overlap * smaller and smaller >= nested * larger:
                 dead[j] = True
     return keep[:kept]
 
 
-def suppress(boxes: FloatArray, scores: FloatArray, overlap: float, limit: int = 1000) -> NDArray[np.int64]:
+def suppress(
+    boxes: FloatArray, scores: FloatArray, overlap: float, limit: int = 1000, nested: float = 0.0
+) -> NDArray[np.int64]:
     """Indices of the kept boxes, best first.
 
     A box goes when a better kept one covers more than ``overlap`` of the smaller of the two (the toolbox's ``min``
@@ -47,6 +50,8 @@ def suppress(boxes: FloatArray, scores: FloatArray, overlap: float, limit: int =
         scores: shape (n,).
         overlap: in [0, 1].
         limit: at most this many are kept.
+        nested: of two boxes neither goes for the other where the smaller has less than this share of the larger one's
+            area: a sign may be drawn in a sign. In [0, 1].
     """
     order = np.argsort(-scores, kind="stable")
-    return np.asarray(order[_greedy(np.ascontiguousarray(boxes[order], np.float64), overlap, limit)])
+    return np.asarray(order[_greedy(np.ascontiguousarray(boxes[order], np.float64), overlap, limit, nested)])

@@ -11,16 +11,19 @@ from typing import Final
 import numpy as np
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
-from tsr_engine.geometry.boxes import iou
+from tsr_engine.geometry.boxes import area, iou
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import TrainedPart
 from tsr_engine.records import Detections, Picture
 
-__all__ = ["COMPONENT", "OtherShapes"]
+__all__ = ["COMPONENT", "NESTED", "OtherShapes"]
 
 COMPONENT: Final = "other_shapes"
+NESTED: Final = 0.6
+"""A box with less than this share of another one's area may be a sign that is drawn in a sign, as the limit in a zone
+sign is: 0.32 to 0.58 on the zone signs of GTSDB."""
 _SAME: Final = 0.35
-"""Boxes that overlap more show the same sign; a zone sign and the speed limit that is drawn in it do not."""
+"""Boxes that overlap more show the same sign, unless the known one is drawn in the other."""
 
 
 class OtherShapes:
@@ -34,7 +37,7 @@ class OtherShapes:
 
     def __init__(self, model: AcfModel, params: DetectorParams) -> None:
         own = {"inset_width": 1.0, "inset_height": 1.0, "inset_rise": 0.0, "refine_passes": 0}
-        self.detector = AcfDetector(model, params=params.model_copy(update=own))
+        self.detector = AcfDetector(model, params=params.model_copy(update=own), nested=NESTED)
 
     @classmethod
     def from_component(cls, part: TrainedPart, beside: AcfModel, params: DetectorParams) -> OtherShapes:
@@ -64,5 +67,6 @@ class OtherShapes:
         if not len(found) or not len(known):
             return found
         score = np.where(known.raw_scores >= 0, np.inf, known.raw_scores)
-        beaten = (iou(found.boxes, known.boxes) > _SAME) & (score[None] >= found.raw_scores[:, None])
+        same = (iou(found.boxes, known.boxes) > _SAME) & (area(known.boxes) >= NESTED * area(found.boxes)[:, None])
+        beaten = same & (score[None] >= found.raw_scores[:, None])
         return found.select(~beaten.any(axis=1))

@@ -48,7 +48,11 @@ class Candidates:
 
 
 def candidates_of(
-    model: AcfModel, scenes: Sequence[Scene], tick: Tick, other_cameras: np.random.Generator | None = None
+    model: AcfModel,
+    scenes: Sequence[Scene],
+    tick: Tick,
+    other_cameras: np.random.Generator | None = None,
+    nested: float = 0.0,
 ) -> list[Candidates]:
     """Candidates of each scene.
 
@@ -57,11 +61,12 @@ def candidates_of(
         scenes: where to look.
         tick: progress.
         other_cameras: of what other cameras make of the pictures; None: these are looked at as taken.
+        nested: see :class:`~tsr_engine.detection.acf.AcfDetector`.
 
     Raises:
         InputError: a picture cannot be decoded.
     """
-    detector = AcfDetector(model, params=DetectorParams(second_core=False))
+    detector = AcfDetector(model, params=DetectorParams(second_core=False), nested=nested)
     out = []
     for number, scene in enumerate(scenes):
         tick("candidates", number, len(scenes))

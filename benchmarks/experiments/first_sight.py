@@ -1,0 +1,204 @@
+"""How wide a sign is when its track starts: with the shipped models, and with those of an earlier version."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+
+from benchmarks.corrected_clips import filmed
+from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiments.clips import clip_groups, read_clips
+from benchmarks.experiments.looming_clips import EACH, read_looming
+from benchmarks.experiments.tracked import Videos
+from benchmarks.peers.cache import Cache, file_digest
+from sample_videos import SHIPPED
+from tsr_engine.evaluation.tracking import evaluate_video
+from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
+from tsr_engine.json_shapes import JsonMapping, JsonObject
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, load_components
+from tsr_engine.records import Picture
+from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.track_table import TrackTable
+
+__all__ = ["EXPERIMENT", "compared", "first_widths"]
+
+APART: Final = 0.1
+"""A sign is seen earlier or later where its widths differ by more than this share."""
+RESAMPLED: Final = 10_000
+"""Draws of signs that the interval of the mean comes from."""
+
+
+def first_widths(truth: TrackTable, results: TrackTable, frames: int) -> dict[int, float | None]:
+    """Width of each annotated sign in the first frame in which a track lies on it at IoU 0.5, px; None: in no frame.
+
+    Args:
+        truth: annotated rows; signs that are ignored throughout are left out, ignored rows of others count.
+        results: tracked rows.
+        frames: of the video.
+    """
+    signs = np.unique(truth.track[~truth.ignore]).tolist()
+    truth = replace(truth, ignore=np.zeros(len(truth.frame), np.bool_))
+    matched = evaluate_video("", truth, results, frames, min_width=0.0).matched
+    out: dict[int, float | None] = {}
+    for sign in signs:
+        first = min((frame for frame, found in matched if found == sign), default=None)
+        rows = (truth.track == sign) & (truth.frame == first)
+        out[sign] = None if first is None else float(np.diff(truth.boxes[rows][0, [0, 2]])[0])
+    return out
+
+
+def compared(rows: Sequence[JsonMapping], seed: int) -> JsonObject:
+    """What the signs of a group say about the models.
+
+    Args:
+        rows: for each sign its widths ``before`` and ``now``, px, None where no track starts, and the least annotated
+            one, ``least``.
+        seed: of the interval.
+
+    Returns:
+        Numbers of ``signs`` and of those ``found`` by each, median ``width`` with each, over the signs of both the
+        geometric mean ``ratio`` of the widths now and before with its 95 % ``interval``, how many are seen ``earlier``
+        and ``later``, and how many both see ``at_once``: where their annotation starts.
+    """
+    both = np.array([(row["before"], row["now"]) for row in rows if None not in (row["before"], row["now"])])
+    logs = np.log(both[:, 1] / both[:, 0]) if len(both) else np.zeros(0)
+    out: JsonObject = {"signs": len(rows), "earlier": int((logs < np.log1p(-APART)).sum())}
+    out["at_once"] = sum(row["before"] == row["now"] == row["least"] for row in rows)
+    out["later"] = int((logs > -np.log1p(-APART)).sum())
+    out["found"] = {name: sum(row[name] is not None for row in rows) for name in ("before", "now")}
+    if len(both):
+        drawn = np.random.default_rng(seed).choice(logs, (RESAMPLED, len(logs))).mean(axis=1)
+        out["width"] = dict(zip(("before", "now"), np.median(both, axis=0).tolist(), strict=True))
+        out["ratio"] = float(np.exp(logs.mean()))
+        out["interval"] = np.exp(np.quantile(drawn, (0.025, 0.975))).tolist()
+    return out
+
+
+def _run(data: Data) -> Result:
+    before = data.need("before") / "tsr_engine" / "models"
+    if not before.is_dir():
+        raise Skip(f"the checkout `{data.need('before').name}` of an earlier version has no tsr_engine/models.")
+    params = Params.preset("default")
+    models = {"before": load_components(params, before), "now": load_components(params)}
+    videos: dict[str, Videos] = {"sample drives": _samples()}
+    if data.clips is not None:
+        clips = read_clips(data.need("clips"))
+        videos |= {f"clips {name}": {n: clips[n] for n in own} for name, own in clip_groups(list(clips)).items()}
+    if data.looming is not None:
+        tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
+        approaches = read_looming(data.need("looming"), without=tuned, each=EACH).videos
+        videos["approaches, half size"] = _halved(approaches, data.scratch / "half_size")
+    kept = Cache(data.scratch / "first_sight")
+    figures: JsonObject = {}
+    for group, own in videos.items():
+        rows = [row for name, (video, truth) in own.items() for row in _signs(name, video, truth, params, models, kept)]
+        figures[group] = compared(rows, data.seed) | {"rows": rows}
+    return Result(
+        "first_sight",
+        data="The rendered sample drives, the clips of *Real clips*, and the simulated approaches of "
+        "*Under stress* at half their size, since at their full one nearly every sign is large enough in the first "
+        "frame. A sign's width is the annotated one in the first frame in which a track lies on it at IoU 0.5; clips "
+        "are annotated from 12 px.",
+        figures=figures,
+        settings={name: components.models["detector"][:12] for name, components in models.items()},
+        machine=machine(),
+    )
+
+
+def _samples() -> Videos:
+    return {clip.video.stem: (clip.video, read_clip_truth(clip.truth)) for clip in SHIPPED}
+
+
+def _halved(videos: Videos, folder: Path) -> Videos:
+    """The videos and their truth at half their size; videos that are there are not made again."""
+    folder.mkdir(parents=True, exist_ok=True)
+    out = {}
+    for name, (video, truth) in videos.items():
+        place = folder / f"{file_digest(video)[:16]}.mp4"
+        if not place.is_file():
+            filmed(_half, video, place)
+        out[name] = place, replace(truth, boxes=truth.boxes / 2)
+    return out
+
+
+def _half(picture: Picture, ordinal: int) -> Picture:
+    size = (picture.shape[1] // 2, picture.shape[0] // 2)
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _signs(
+    name: str, video: Path, truth: TrackTable, params: Params, models: Mapping[str, Components], kept: Cache
+) -> list[JsonObject]:
+    """The signs of one video, each with its width before and now."""
+    widths: dict[str, dict[str, float | None]] = {}
+    for which, components in models.items():
+        key = ["first sight", name, file_digest(video), params.model_dump_json(), dict(components.models)]
+        widths[which] = kept.get([*key, truth.boxes.tolist()], partial(_tracked, video, truth, params, components))
+    all_widths = truth.boxes[:, 2] - truth.boxes[:, 0]
+    return [
+        {
+            "clip": name, "sign": int(sign), "before": widths["before"][sign], "now": width,
+            "least": float(all_widths[truth.track == int(sign)].min()),
+        }
+        for sign, width in widths["now"].items()
+    ]  # fmt: skip
+
+
+def _tracked(video: Path, truth: TrackTable, params: Params, components: Components) -> dict[int, float | None]:
+    with tempfile.TemporaryDirectory(prefix="tsr-first-") as folder:
+        csv = Path(folder) / "rows.csv"
+        report = track_video(RunRequest(video, params, csv=csv), components)
+        return first_widths(truth.cut(report.width, report.height), read_results(csv), report.frames)
+
+
+def _tell(result: Result) -> str:
+    head = ["", "signs", "found before, now", "at once", "median width before, now", "width now, share of before"]
+    rows = [[*head, "95 % interval", f"more than {APART:.0%} earlier, later"]]
+    lines = []
+    for group, f in result.figures.items():
+        rows.append([
+            group, str(f["signs"]), f"{f['found']['before']}, {f['found']['now']}", str(f["at_once"]),
+            *(
+                [f"{f['width']['before']:.1f}, {f['width']['now']:.1f} px", f"{f['ratio']:.3f}",
+                 "{:.3f} to {:.3f}".format(*f["interval"])] if "ratio" in f else ["-", "-", "-"]
+            ),
+            f"{f['earlier']}, {f['later']}",
+        ])  # fmt: skip
+        lines += [
+            f"- {row['clip']}: sign {row['sign']}: {_px(row['before'])} before, {_px(row['now'])} now."
+            for row in f["rows"]
+            if group.startswith("clips") or _differs(row)
+        ]
+    return (
+        f"Before is the detector {result.settings['before']}, now is {result.settings['now']}; all else is today's "
+        f"engine. The mean is the geometric one over the signs that both find. *At once*: where their "
+        f"annotation starts, with both.\n\n{table(rows)}\n"
+        "All signs of the clips, and the others that differ by more:\n\n" + "\n".join(lines) + "\n"
+    )
+
+
+def _differs(row: JsonMapping) -> bool:
+    if None in (row["before"], row["now"]):
+        return bool(row["before"] != row["now"])
+    return bool(abs(np.log(row["now"] / row["before"])) > -np.log1p(-APART))
+
+
+def _px(width: float | None) -> str:
+    return "not found" if width is None else f"{width:.1f} px"
+
+
+EXPERIMENT = Experiment(
+    "first_sight",
+    "First sight of a sign",
+    "How wide is a sign when its track starts, with the shipped models and with those of an earlier version?",
+    _run,
+    _tell,
+)
