@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, Final
+from typing import Final
 
 import av
 import cv2
@@ -156,12 +156,12 @@ def _jpeg(picture: Picture, quality: int) -> Picture:
 def _h264(picture: Picture, quantiser: int) -> Picture:
     """The picture as a key frame of a video at a low rate."""
     frame = av.VideoFrame.from_ndarray(picture, format="bgr24").reformat(format="yuv420p")
-    encoder: Any = av.CodecContext.create("libx264", "w")
+    encoder = av.CodecContext.create("libx264", "w")
     encoder.width, encoder.height, encoder.pix_fmt = frame.width, frame.height, "yuv420p"
     encoder.time_base = Fraction(1, 25)
     encoder.options = {"qp": str(quantiser), "preset": "veryfast", "threads": "1"}
     packets = [*encoder.encode(frame), *encoder.encode(None)]
-    decoder: Any = av.CodecContext.create("h264", "r")
+    decoder = av.CodecContext.create("h264", "r")
     frames = [shown for packet in [*packets, None] for shown in decoder.decode(packet)]
     return np.asarray(frames[0].to_ndarray(format="bgr24"), np.uint8)
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
+
+from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["Cell", "cut_square", "write_sheet"]
 
@@ -31,11 +32,11 @@ class Cell:
     """
 
     label: str
-    picture: Any
-    box: Any
+    picture: Picture
+    box: Sequence[float] | FloatArray
 
 
-def cut_square(picture: Any, box: Any, margin: float, side: int) -> Any:
+def cut_square(picture: Picture, box: Sequence[float] | FloatArray, margin: float, side: int) -> Picture:
     """The square around a box, with ``margin`` of its longer side on each side, resized; outside is the edge's colour.
 
     Returns:
@@ -49,7 +50,8 @@ def cut_square(picture: Any, box: Any, margin: float, side: int) -> Any:
         [0, scale, side / 2 - scale * (y1 + y2) / 2],
     ])  # fmt: skip
     flags = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
-    return cv2.warpAffine(picture, move, (side, side), flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    view: Picture = cv2.warpAffine(picture, move, (side, side), flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    return view
 
 
 def write_sheet(path: Path, cells: Sequence[Cell], *, margin: float = 0.6, columns: int = 10) -> None:

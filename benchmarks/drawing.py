@@ -9,6 +9,7 @@ from typing import Any
 
 import matplotlib as mpl
 from cycler import cycler
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tsr_engine.json_shapes import JsonMapping
@@ -29,7 +30,7 @@ def drawing(path: Path, across: int = 1, size: tuple[float, float] = (6.4, 3.6))
         figure.savefig(path, format="svg", metadata={"Date": None})
 
 
-def legend_below(axes: Any, columns: int = 4) -> None:
+def legend_below(axes: Axes, columns: int = 4) -> None:
     """One legend for a whole figure, under its axes, where it covers nothing.
 
     Args:

@@ -16,7 +16,6 @@ import os
 import shutil
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import viser
@@ -74,7 +73,7 @@ def main() -> None:
         server.stop()
 
 
-def stand_up(server: Any, tracks: int) -> None:
+def stand_up(server: viser.ViserServer, tracks: int) -> None:
     """The whole scene: lines, blocks near the cursor, a selected track, a picture."""
     length, rng = 25, np.random.default_rng(tracks)
     frame = (np.arange(tracks)[:, None] * 10 + np.arange(length)).ravel()

@@ -181,11 +181,14 @@ class TrackFrame:
     recognition: Recognition | None
 
 
+EventKind = Literal["born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"]
+
+
 @dataclass(frozen=True, slots=True)
 class Event:
     """Something that happened to a track, with the values behind its sentence."""
 
-    kind: Literal["born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"]
+    kind: EventKind
     track_id: int
     text: str
     values: Mapping[str, float | int | str] = field(default_factory=dict)

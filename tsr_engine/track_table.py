@@ -125,7 +125,7 @@ class TrackTable:
         return cls(**columns, names=names, sources=parts[0].sources)
 
     @classmethod
-    def of_rows(cls, rows: Iterable[tuple[int, int, Any, int, float, str]]) -> TrackTable:
+    def of_rows(cls, rows: Iterable[tuple[int, int, FloatArray | tuple[float, ...], int, float, str]]) -> TrackTable:
         """A table of rows ``frame, track, box, class_id, score, source``, in their order."""
         listed = list(rows)
         frame, track, boxes, class_id, score, words = zip(*listed, strict=True) if listed else [()] * 6

@@ -30,7 +30,7 @@ _PRESENT: Final = (("/artefacts", "/outputs"), ("/truths", "/ground-truths"), ("
 class _FormerRoute(APIRoute):
     """A route that names its successor in every answer."""
 
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+    def get_route_handler(self) -> Callable[[Request], Coroutine[object, object, Response]]:
         handle = super().get_route_handler()
 
         async def former(request: Request) -> Response:

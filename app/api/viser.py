@@ -12,7 +12,7 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Coroutine
-from typing import TYPE_CHECKING, Annotated, Any, Final, cast
+from typing import TYPE_CHECKING, Annotated, Final, cast
 
 from fastapi import APIRouter, Header, Path
 from fastapi.responses import Response
@@ -121,7 +121,7 @@ async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
             await socket.close(1001, "the view has ended")
 
 
-async def _first_done(*parts: Coroutine[Any, Any, None]) -> None:
+async def _first_done(*parts: Coroutine[object, object, None]) -> None:
     """Run both directions until one ends; then neither is left."""
     tasks = [asyncio.ensure_future(part) for part in parts]
     try:

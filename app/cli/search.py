@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +14,8 @@ from tsr_engine.cli.common import JsonOption, out_console, print_json, say
 from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
     from app.search.query import SearchAnswer, SearchRequest
 
 __all__ = ["search"]
@@ -115,7 +117,7 @@ class _Teller:
             say(f"Read {done} of {of} runs for the search.")
 
 
-def _pages(session: Any, request: SearchRequest, limit: int) -> SearchAnswer:
+def _pages(session: Session, request: SearchRequest, limit: int) -> SearchAnswer:
     """As many tracks as are wanted, in one answer."""
     from app.search.query import answer
 

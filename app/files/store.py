@@ -13,13 +13,16 @@ import uuid
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import TYPE_CHECKING, BinaryIO, Final
 
 from app.errors import Busy
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.unfinished import fsync_path
+
+if TYPE_CHECKING:
+    from fsspec import AbstractFileSystem
 
 __all__ = ["FilesAwayError", "Listed", "SharedStore", "files_of"]
 
@@ -61,7 +64,7 @@ class SharedStore:
             import fsspec
         self.address = address
         self._local = not address.startswith("s3://")
-        self._system: Any
+        self._system: AbstractFileSystem
         if self._local:
             self._system = fsspec.filesystem("file")
         else:

@@ -17,6 +17,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
+import rich
+
 from tsr_engine.errors import StorageError
 from tsr_engine.extras import explained
 
@@ -91,8 +93,6 @@ def _checked(secret: str) -> Iterator[None]:
 @contextmanager
 def _silent() -> Iterator[None]:
     """While inside, viser prints nothing; everybody else does as ever."""
-    import rich
-
     given = rich.print
 
     def reported(*args: Any, **options: Any) -> None:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -21,11 +20,12 @@ from benchmarks.annotate.candidates import candidates_of, liberal_detector
 from benchmarks.annotate.sheets import cut, scene_rows, sheet
 from benchmarks.annotate.signs import SIGNS, compile_signs, save
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.records import Picture
 from tsr_engine.training.mining import read_picture
 
 SEED = 39
 CONTROLS = 70
-Cell = tuple[str, Any]
+Cell = tuple[str, Picture]
 
 
 def main(argv: Sequence[str] | None = None) -> int:

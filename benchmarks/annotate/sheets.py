@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -25,7 +25,7 @@ LEAST_RANGE: Final = 40.0
 _FRAME: Final = (255, 0, 255)
 
 
-def sheet(cells: Sequence[tuple[str, Any]], side: int, columns: int) -> Picture:
+def sheet(cells: Sequence[tuple[str, Picture]], side: int, columns: int) -> Picture:
     """Square cut-outs of ``side`` px in rows, each under its text."""
     rows = -(-len(cells) // columns)
     page = np.full((rows * (side + STRIP), columns * (side + 3), 3), 255, np.uint8)
@@ -63,7 +63,7 @@ def scene_rows(scenes: Sequence[tuple[str, Picture, FloatArray]]) -> Picture:
     return np.vstack(views)
 
 
-def _mark(view: Any, text: str, start: tuple[int, int], end: tuple[int, int], place: tuple[int, int]) -> None:
+def _mark(view: Picture, text: str, start: tuple[int, int], end: tuple[int, int], place: tuple[int, int]) -> None:
     cv2.line(view, start, end, _FRAME, 1)
     cv2.putText(view, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.35, _FRAME, 1, cv2.LINE_AA)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from tsr_engine.params import PRESETS, Params
 
@@ -52,7 +51,7 @@ DEPARTURES = (
 )
 """What ``default`` does otherwise than ``paper``, row by row; a test holds that nothing is left out."""
 
-IN_QUESTION: Mapping[str, tuple[tuple[str, Any], ...]] = {
+IN_QUESTION: Mapping[str, tuple[tuple[str, object], ...]] = {
     "no online detector": (("use_online", False),),
     "search window's size counts as its place does": (("search_size_noise", None),),
     "a window that window rescoring refuses counts as any": (("inflate_rejected_noise", False),),

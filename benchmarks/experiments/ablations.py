@@ -101,7 +101,7 @@ def _not_given(data: Data) -> str:
     return f" *Skipped, as not given:* {', '.join(missing)}." if missing else ""
 
 
-def _figures(part: str, scored: Mapping[str, Scored], source: Any, seed: int) -> JsonObject:
+def _figures(part: str, scored: Mapping[str, Scored], source: object, seed: int) -> JsonObject:
     """Stress -> row -> figures; approaches by stress and together, real clips together."""
     stresses: dict[str, list[str]] = {}
     if isinstance(source, LoomingClips):

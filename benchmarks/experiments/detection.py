@@ -45,7 +45,7 @@ def _run(data: Data) -> Result:
     }
     components = load_components(Params().with_settings([("second_core", False)]))
     detectors: dict[str, OfflineDetector] = {"ACF": components.detector}
-    made_from: list[Any] = ["side by side", dict(components.models), systems_code()]
+    made_from: list[object] = ["side by side", dict(components.models), systems_code()]
     try:
         for system in trained(data):
             detectors[system.system.title] = system.detector(DetectorParams(keep_score=LEAST))
@@ -73,7 +73,7 @@ def _run(data: Data) -> Result:
 
 
 def _side_by_side(
-    detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], kept: Cache, made_from: Sequence[Any]
+    detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], kept: Cache, made_from: Sequence[object]
 ) -> tuple[dict[str, Found], dict[str, float]]:
     """Detections of every detector on every scene, and its median CPU time a picture on one thread, ms.
 
@@ -98,10 +98,10 @@ def _side_by_side(
     return found, {name: float(np.median(values)) * 1e3 for name, values in times.items()}
 
 
-def _turn(detectors: Mapping[str, OfflineDetector], path: Path, warm: set[str]) -> dict[str, list[Any]]:
+def _turn(detectors: Mapping[str, OfflineDetector], path: Path, warm: set[str]) -> dict[str, list[object]]:
     """CPU seconds, boxes and scores of every detector on a picture; one that is not warm yet runs once before."""
     picture = read_picture(path)
-    record: dict[str, list[Any]] = {}
+    record: dict[str, list[object]] = {}
     for name, detector in detectors.items():
         if name not in warm:
             detector.detect(picture)  # may compile

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -110,7 +109,7 @@ def _watched(video: Path, truth: TrackTable, times: list[float], kept: Cache) ->
 def _watch(video: Path, components: Components) -> JsonObject:
     """Detect once a frame; suppression, which depends on the prior, is done for both afterwards."""
     overlap = Params().detector.final_overlap
-    seen: dict[str, list[Any]] = {"ACF": [], "ACF and prior": []}
+    seen: dict[str, list[object]] = {"ACF": [], "ACF and prior": []}
     times: list[float] = []
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)

@@ -115,11 +115,11 @@ def _run(data: Data) -> Result:
 
 def _one_video(
     seen: Seen, gaps: Sequence[Gap], configurations: Mapping[str, tuple[Params, Components]], makers: JsonMapping
-) -> dict[str, dict[str, list[Any]]]:
+) -> JsonObject:
     """Every tracker over every gap of a video: name -> outcomes, and the CPU seconds of a step, gap by gap."""
     frames = [picture for _, picture in pictures(seen)]
     unaimed = replace(seen, coast_foe_y=None)
-    found: dict[str, dict[str, list[Any]]] = {}
+    found: JsonObject = {}
     for gap in gaps:
         by_name = {
             name: our_outcomes(seen, frames, gap, params, components.parts)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,13 +13,14 @@ from tsr_engine.evaluation.gate import Trial, collection_curve, gate_trials
 from tsr_engine.evaluation.tracking_rows import read_clip_truth
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
+from tsr_engine.records import FloatArray
 
 __all__ = ["EXPERIMENT"]
 
 TAU = np.geomspace(0.5, 500, 121)
 
 
-def _trials(clips: Path, params: Any, seed: int) -> dict[str, list[tuple[str, Trial]]]:
+def _trials(clips: Path, params: Params, seed: int) -> dict[str, list[tuple[str, Trial]]]:
     found: dict[str, list[tuple[str, Trial]]] = {}
     for path in sorted((clips / "gt").glob("*.csv")):
         video = clips / f"{path.stem}.mp4"
@@ -28,7 +28,7 @@ def _trials(clips: Path, params: Any, seed: int) -> dict[str, list[tuple[str, Tr
             continue
         rows = read_clip_truth(path)
         signs = ~rows.ignore
-        truth: dict[int, dict[int, Any]] = {}
+        truth: dict[int, dict[int, FloatArray]] = {}
         found_signs = zip(rows.frame[signs].tolist(), rows.track[signs].tolist(), rows.boxes[signs], strict=True)
         for frame, track, box in found_signs:
             truth.setdefault(frame, {})[track] = box

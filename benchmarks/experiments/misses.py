@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import cv2
 import numpy as np
@@ -19,7 +18,7 @@ from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recognition.catalogue import CATALOGUE
-from tsr_engine.records import FloatArray
+from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["EXPERIMENT", "Seen", "misses", "reason"]
 
@@ -139,7 +138,7 @@ def _false(seen: Sequence[Seen], threshold: float) -> list[JsonObject]:
     return sorted(out, key=lambda f: -f["score"])
 
 
-def _contrast(picture: Any, box: FloatArray) -> float:
+def _contrast(picture: Picture, box: FloatArray) -> float:
     x1, y1, x2, y2 = (max(0, round(float(v))) for v in box)
     return float(cv2.cvtColor(picture[y1:y2, x1:x2], cv2.COLOR_BGR2GRAY).std())
 

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
+from matplotlib.axes import Axes
 
 from benchmarks.drawing import drawing
 from benchmarks.experiment import ROOT, Data, Experiment, Result, machine, table
@@ -21,7 +21,7 @@ from benchmarks.timing.looped import RATE, SIZE, base_clip, cut_out, looped
 from benchmarks.timing.notes import read_sections
 from sample_videos import SHIPPED
 from tsr_engine.io.video import open_video
-from tsr_engine.json_shapes import JsonObject
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 
@@ -114,7 +114,7 @@ def _across(name: str, what: str, values: Mapping[str, float]) -> list[list[str]
     return [[name, *(key for key, _ in ordered)], [what, *(f"{value:.1f}" for _, value in ordered)]]
 
 
-def _verdict(figures: Any) -> str:
+def _verdict(figures: JsonMapping) -> str:
     """How memory and rate at the end stand to those at the beginning."""
     words = []
     for kind, title in (("real", "Everything"), ("repeated", "After detection")):
@@ -156,7 +156,7 @@ def _plot(result: Result, path: Path) -> None:
         _power(sizes, pixels, list(f["sizes"].values()), "pixels of the picture", f["sizes_exponent"])
 
 
-def _power(axes: Any, x: list[float], y: list[float], label: str, power: float) -> None:
+def _power(axes: Axes, x: list[float], y: list[float], label: str, power: float) -> None:
     axes.plot(x, y, "o")
     along = np.geomspace(min(x), max(x), 20)
     middle = np.exp(np.mean(np.log(y)) - power * np.mean(np.log(x)))

@@ -30,7 +30,7 @@ class Cache:
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
 
-    def get(self, made_from: Iterable[Any], make: Callable[[], Any]) -> Any:
+    def get(self, made_from: Iterable[object], make: Callable[[], object]) -> Any:
         """The record of what something was made from; made now where there is none.
 
         Args:

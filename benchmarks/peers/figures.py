@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -11,7 +10,8 @@ from scipy.optimize import linear_sum_assignment
 from benchmarks.peers.multi import load
 from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.track_table import TrackTable
+from tsr_engine.records import FloatArray
+from tsr_engine.track_table import BoolArray, IntArray, TrackTable
 
 __all__ = ["NAMES", "sequence", "trackeval_figures"]
 
@@ -81,7 +81,7 @@ def trackeval_figures(sequences: Iterable[JsonObject], names: Sequence[str] = NA
     return figures
 
 
-def _excused(truth: TrackTable, here: Any, wanted: Any, boxes: Any) -> Any:
+def _excused(truth: TrackTable, here: IntArray, wanted: BoolArray, boxes: FloatArray) -> BoolArray:
     """Which boxes of a frame are explained by truth that does not count."""
     out = np.zeros(len(boxes), dtype=bool)
     if not len(boxes) or not len(here):

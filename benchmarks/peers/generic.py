@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import cv2
 import numpy as np
@@ -24,7 +23,7 @@ GENERIC = ("MIL", "KCF", "CSRT", *WITH_WEIGHTS)
 class OpenCvTracker:
     """One of OpenCV's trackers; boxes go in and come out in whole px, as its interface has it."""
 
-    def __init__(self, tracker: Any) -> None:
+    def __init__(self, tracker: cv2.Tracker) -> None:
         self._tracker = tracker
 
     def start(self, picture: Picture, box: FloatArray) -> None:

@@ -12,12 +12,13 @@ import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import metadata
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from benchmarks.peers.seen import Seen
-from tsr_engine.records import Detections
+from tsr_engine.records import Detections, FloatArray
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["LEAST", "PACKAGE", "PEERS", "Missing", "Peer", "confidence", "load", "rows_of", "version"]
@@ -74,7 +75,7 @@ class Peer:
             raise Missing(f"{self.class_name} of {PACKAGE} {version(PACKAGE)} takes other settings: {error}.") from None
 
 
-def load(package: str) -> Any:
+def load(package: str) -> ModuleType:
     """Import a package that is not part of the product.
 
     Raises:
@@ -114,7 +115,7 @@ def rows_of(peer: Peer, seen: Seen, settings: Mapping[str, float]) -> tuple[Trac
     """
     tracker = peer.make(1.0 / seen.interval, settings)
     boxes_of = load("supervision").Detections
-    rows: list[tuple[int, int, Any, int, float, str]] = []
+    rows: list[tuple[int, int, FloatArray, int, float, str]] = []
     seconds = 0.0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -69,7 +69,7 @@ _WARM = Event()
 """Set once a video has gone through in this process: kernels that are compiled or loaded meanwhile are in no time."""
 
 
-def _plain(rows: TrackTable) -> list[list[Any]]:
+def _plain(rows: TrackTable) -> list[list[object]]:
     columns = (rows.frame, rows.track, rows.boxes, rows.class_id, rows.score)
     return [list(row) for row in zip(*(column.tolist() for column in columns), rows.source_words(), strict=True)]
 

@@ -41,7 +41,7 @@ class UnwatchedPage:
         self._socket = socket
         self._numbers = itertools.count(1)
 
-    def send(self, method: str, **params: Any) -> JsonObject:
+    def send(self, method: str, **params: object) -> JsonObject:
         """One command of the debugging protocol.
 
         Raises:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
+from tsr_engine.records import FloatArray
 from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.mining import Changed, read_picture, searched_picture
 from tsr_engine.training.patches import PATCH
@@ -139,7 +140,7 @@ def train_colour_mser(
     return ColourMser(colours, proposals, svm, calibration), record
 
 
-def proposal_recall(boxes: np.ndarray[Any, Any], truth: np.ndarray[Any, Any]) -> int:
+def proposal_recall(boxes: FloatArray, truth: FloatArray) -> int:
     """How many true boxes (m, 4) some proposal (n, 4) covers with an IoU of 0.5."""
     return int((iou(truth, boxes).max(axis=1) >= 0.5).sum()) if len(truth) and len(boxes) else 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -27,18 +28,18 @@ def systems_code() -> str:
     return digest_of(folder, [folder / f"{name}.py" for name in _DETECTING])
 
 
-def plain_detections(found: Detections) -> list[list[Any]]:
+def plain_detections(found: Detections) -> list[object]:
     """Detections as values that JSON can hold, exact."""
     return [found.boxes.tolist(), found.raw_scores.tolist(), found.prior.tolist(), found.scores.tolist()]
 
 
-def read_detections(record: list[list[Any]]) -> Detections:
+def read_detections(record: Sequence[object]) -> Detections:
     """What :func:`plain_detections` gave."""
     boxes, raw, prior, scores = (np.array(column, dtype=np.float64) for column in record)
     return Detections(boxes.reshape(-1, 4), raw, prior, scores)
 
 
-def plain_seen(seen: Seen) -> list[Any]:
+def plain_seen(seen: Seen) -> list[object]:
     """A frame as values that JSON can hold, exact."""
     return [seen.ordinal, seen.seconds, list(seen.size), list(seen.shift), plain_detections(seen.detections)]
 

@@ -11,10 +11,12 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.deep.yolo import name_of
 from benchmarks.experiment import ROOT, Skip
@@ -41,7 +43,7 @@ class Networks:
     about: JsonMapping
 
 
-def runtime() -> Any:
+def runtime() -> ModuleType:
     """The module `onnxruntime`.
 
     Raises:
@@ -56,7 +58,7 @@ def _need(package: str) -> None:
         raise Skip(f"the package `{package}` is not installed here; `pip install -e '.[bench]'` brings it.")
 
 
-def session(onnxruntime: Any, network: Path | bytes) -> Any:
+def session(onnxruntime: ModuleType, network: Path | bytes) -> Any:
     """A session of one thread."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
@@ -65,7 +67,7 @@ def session(onnxruntime: Any, network: Path | bytes) -> Any:
     return onnxruntime.InferenceSession(given, options, providers=["CPUExecutionProvider"])
 
 
-def yolo_networks(onnxruntime: Any, folder: Path) -> Networks:
+def yolo_networks(onnxruntime: ModuleType, folder: Path) -> Networks:
     """YOLO11n with random weights at both input sizes, exported into a folder if it does not hold them.
 
     Raises:
@@ -97,7 +99,7 @@ def _export(folder: Path) -> None:
     )
 
 
-def deep_networks(onnxruntime: Any) -> dict[str, Contender]:
+def deep_networks(onnxruntime: ModuleType) -> dict[str, Contender]:
     """The small deep detector at 736x576, by onnxruntime and by the engine's own plug-in.
 
     Raises:
@@ -119,9 +121,9 @@ def deep_networks(onnxruntime: Any) -> dict[str, Contender]:
 def _answer(network: Any, size: tuple[int, int]) -> Contender:
     """Runs on the picture enlarged to the input; the tensor is made once a picture and not timed again."""
     name = network.get_inputs()[0].name
-    kept: dict[int, Any] = {}
+    kept: dict[int, NDArray[np.float32]] = {}
 
-    def prepare(picture: Picture) -> Any:
+    def prepare(picture: Picture) -> NDArray[np.float32]:
         tensor = kept.get(id(picture))
         if tensor is None:
             kept.clear()

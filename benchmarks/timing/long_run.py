@@ -19,14 +19,14 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TextIO
 
 import cv2
 import numpy as np
 
 from benchmarks.memory import memory
 from benchmarks.timing.looped import RATE
-from tsr_engine.evidence import EvidenceReader, EvidenceWriter, FramePixels, RunHeader, VideoIdentity
+from tsr_engine.evidence import EvidenceReader, EvidenceWriter, FramePixels, RunHeader, RunState, VideoIdentity
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.video import open_video, video_sha256
 from tsr_engine.json_shapes import JsonObject
@@ -42,7 +42,7 @@ from tsr_engine.pipeline import (
     replay_regions,
 )
 from tsr_engine.records import Detections, Picture
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.live import Progress, RunRequest, track_video
 from tsr_engine.tracking.camera_shift import CameraShift
 
 __all__ = ["NOTES", "SHOWN", "Seen", "look_once", "note_writer", "repeated"]
@@ -135,7 +135,7 @@ def repeated(
     begun = (folder / RUN_FILE).is_file()
     writer = EvidenceWriter.resume(folder, header) if begun else EvidenceWriter.create(folder, header)
     first = 0 if writer.last_frame is None else writer.last_frame + 1
-    state: Any = "interrupted"
+    state: RunState = "interrupted"
     try:
         core = TrackingCore(params, components.parts, width, height, interval=1 / RATE)
         if first:
@@ -163,7 +163,7 @@ def repeated(
     return done
 
 
-def note_writer(lines: Any, seconds: float) -> Callable[[int], bool]:
+def note_writer(lines: TextIO, seconds: float) -> Callable[[int], bool]:
     """Writes a note every `STEP` frames; says whether there is time left."""
     began, cpu = time.monotonic(), time.process_time()
 
@@ -207,7 +207,7 @@ def main() -> None:
             return
         enough = False
 
-        def after(progress: Any) -> None:
+        def after(progress: Progress) -> None:
             nonlocal enough
             enough = not note(progress.done)
 

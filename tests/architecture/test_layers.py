@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -63,6 +64,18 @@ def test_every_public_thing_says_what_it_is(trees: dict[Path, ast.Module]) -> No
     for path, tree in trees.items():
         silent += [f"{name_of(path)}: {n.name}" for n in public_definitions(tree) if not ast.get_docstring(n)]
     assert silent == []
+
+
+def test_any_stays_rare() -> None:
+    """``Any`` turns mypy off; it is for libraries without types, and for the values of JSON and of SQLite's rows."""
+    paths = [*SOURCES, *(ROOT / "benchmarks").rglob("*.py")]
+    found = [
+        f"{name_of(path)}:{number}"
+        for path in paths
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
+        if re.search(r"\bAny\b", line) and "import " not in line
+    ]
+    assert len(found) < 150, found
 
 
 def test_dunder_all_names_exist(trees: dict[Path, ast.Module]) -> None:

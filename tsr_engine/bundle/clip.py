@@ -11,16 +11,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import av
 import numpy as np
+from av.container import InputContainer
 
 from tsr_engine.bundle.layout import CLIP_STEM
 from tsr_engine.errors import TsrError, UsageError, VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
-from tsr_engine.io.video import Video, open_video
+from tsr_engine.io.video import Frame, Video, open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_packets import UnfitPackets, check_kind, copy_packets, incomplete, timed_packets, times_of
 from tsr_engine.io.video_probe import open_container, reason
@@ -174,7 +174,7 @@ def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits
     return place, offset
 
 
-def _packets(container: Any, stream: Any, wanted: list[int]) -> list[Any]:
+def _packets(container: InputContainer, stream: av.VideoStream, wanted: list[int]) -> list[av.Packet]:
     """Packets in decoding order, from the one that shows the first wanted picture until all are there."""
     for place in (wanted[0], None):
         if place is None:
@@ -187,8 +187,8 @@ def _packets(container: Any, stream: Any, wanted: list[int]) -> list[Any]:
     raise UnfitPackets("its key frame has no packet of its own")
 
 
-def _from_here(container: Any, stream: Any, wanted: list[int]) -> list[Any]:
-    chosen: list[Any] = []
+def _from_here(container: InputContainer, stream: av.VideoStream, wanted: list[int]) -> list[av.Packet]:
+    chosen: list[av.Packet] = []
     missing = set(wanted)
     size = 0
     for packet in timed_packets(container, stream):
@@ -214,7 +214,7 @@ def _store(video: Video, start: int, stop: int, folder: Path) -> Path:
     """The upright pictures without loss, each by itself."""
     place = folder / f"{CLIP_STEM}.mkv"
     with av.open(str(place), "w", format="matroska", options={"fflags": "+bitexact"}) as out:
-        stream: Any = out.add_stream("ffv1", rate=video.rate.limit_denominator(100_000))
+        stream = out.add_stream("ffv1", rate=video.rate.limit_denominator(100_000))
         stream.width, stream.height, stream.pix_fmt = video.width, video.height, "bgr0"
         stream.codec_context.time_base = Fraction(1, _TICKS)
         stream.codec_context.sample_aspect_ratio = video.pixel_ratio
@@ -227,7 +227,7 @@ def _store(video: Video, start: int, stop: int, folder: Path) -> Path:
     return place
 
 
-def _encoded(stream: Any, frames: Iterator[Any]) -> Iterator[Any]:
+def _encoded(stream: av.VideoStream, frames: Iterator[Frame]) -> Iterator[av.Packet]:
     first: Fraction | None = None
     last = -1
     for frame in frames:

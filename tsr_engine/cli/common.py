@@ -73,7 +73,7 @@ def say(sentence: str) -> None:
         pass
 
 
-def print_json(value: Any) -> None:
+def print_json(value: object) -> None:
     """Standard JSON (no NaN) on stdout."""
     typer.echo(json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False))
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json as json_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,6 +26,11 @@ from tsr_engine.cli.common import (
 from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
 from tsr_engine.json_shapes import JsonObject
+
+if TYPE_CHECKING:
+    from tsr_engine.detection.other_shapes import OtherShapes
+    from tsr_engine.pipeline import Components
+    from tsr_engine.records import Detections, Picture
 
 __all__ = ["detect"]
 
@@ -106,7 +111,7 @@ def detect(
         raise InputError(refused)
 
 
-def detections_of(components: Any, picture: Any, others: Any = None) -> list[JsonObject]:
+def detections_of(components: Components, picture: Picture, others: OtherShapes | None = None) -> list[JsonObject]:
     """The detections of one picture with their classes, as JSON's own types; ``others`` finds signs of no class."""
     from tsr_engine.recognition.crops import cut
 
@@ -125,7 +130,7 @@ def detections_of(components: Any, picture: Any, others: Any = None) -> list[Jso
     return rows
 
 
-def _places(detections: Any) -> list[JsonObject]:
+def _places(detections: Detections) -> list[JsonObject]:
     """Boxes and scores of detections."""
     rows = []
     for box, score, raw in zip(detections.boxes, detections.scores, detections.raw_scores, strict=True):

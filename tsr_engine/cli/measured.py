@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-from tsr_engine.cli.common import (
-    say,
-)
+from tsr_engine.cli.common import say
 from tsr_engine.errors import UsageError
+
+if TYPE_CHECKING:
+    from tsr_engine.io.gtsdb import Scene
+    from tsr_engine.io.gtsrb import CropItem
+    from tsr_engine.params import Params
+    from tsr_engine.track_table import TrackTable
 
 __all__ = ["check_out", "chosen_crops", "held_out_scenes", "track_alone", "write_figures"]
 
 
-def held_out_scenes(scenes: list[Any], models: Path | None) -> list[Any]:
+def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
     """The scenes that training kept for its report."""
     from tsr_engine.io.models import load_component
     from tsr_engine.training.offline import split_scenes
@@ -28,7 +32,7 @@ def held_out_scenes(scenes: list[Any], models: Path | None) -> list[Any]:
     return split_scenes(scenes, component.seed or 0)[2]
 
 
-def chosen_crops(source: Path, held_out: float | None, seed: int) -> list[Any]:
+def chosen_crops(source: Path, held_out: float | None, seed: int) -> list[CropItem]:
     """The crops of a source, or the held-out part of its tracks."""
     from tsr_engine.io.gtsrb import read_items, split_by_track
 
@@ -40,7 +44,7 @@ def chosen_crops(source: Path, held_out: float | None, seed: int) -> list[Any]:
     return split_by_track([item for item in items if item.track is not None], held_out, seed)[1]
 
 
-def track_alone(video: Path, params: Any, models: Path | None, title: str) -> tuple[int, Any]:
+def track_alone(video: Path, params: Params, models: Path | None, title: str) -> tuple[int, TrackTable]:
     """Frames of a video and its result rows, without writing anything."""
     import tempfile
 
@@ -72,7 +76,7 @@ def check_out(out: Path | None) -> None:
     refuse_unwritable(out)
 
 
-def write_figures(out: Path | None, name: str, content: Any) -> None:
+def write_figures(out: Path | None, name: str, content: object) -> None:
     """One JSON file of figures, if a folder was named."""
     if out is None:
         return

@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -25,6 +26,7 @@ from tsr_engine.errors import EvidenceError, UsageError
 from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
+    from tsr_engine.params import Params
     from tsr_engine.runs.replay import ReplayReport
 
 __all__ = ["ParameterCommand", "replay"]
@@ -135,13 +137,13 @@ _KEPT = ("use_camera_shift", "shift_scale", "foe_x", "foe_y", "coast_foe_y")
 """Parameters of tracking that belong to the run's shifts and its camera."""
 
 
-def _over(run: Any, preset: Any) -> Any:
+def _over(run: Params, preset: Params) -> Params:
     """A preset, but with the run's own parameters for its camera and the steps that a replay does not repeat."""
     tracking = preset.tracking.model_copy(update={name: getattr(run.tracking, name) for name in _KEPT})
     return preset.model_copy(update={"detector": run.detector, "tracking": tracking})
 
 
-def _check(stopped: Any) -> None:
+def _check(stopped: Callable[[], bool]) -> None:
     if stopped():
         raise KeyboardInterrupt
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -29,6 +29,9 @@ from tsr_engine.counted import counted
 from tsr_engine.io.video_kinds import KINDS
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
+    from tsr_engine.pipeline import TrackSummary
     from tsr_engine.runs.live import RunReport
 
 __all__ = ["track"]
@@ -155,7 +158,7 @@ def print_report(report: RunReport, timing: bool) -> None:
         console.print(stage_table(report))
 
 
-def track_table(tracks: list[Any], names: Sequence[str]) -> Any:
+def track_table(tracks: Sequence[TrackSummary], names: Sequence[str]) -> Table:
     """A table with one row a track; ``names`` are those of the classes."""
     from rich.table import Table
 
@@ -179,7 +182,7 @@ def track_table(tracks: list[Any], names: Sequence[str]) -> Any:
     return table
 
 
-def stage_table(report: RunReport) -> Any:
+def stage_table(report: RunReport) -> Table:
     """A table of the stages: frames, median and 95th percentile in ms."""
     from rich.table import Table
 

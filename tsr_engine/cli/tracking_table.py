@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tsr_engine.cli.common import out_console
 from tsr_engine.json_shapes import JsonObject
 
@@ -46,7 +44,7 @@ def print_summaries(summaries: JsonObject, details: JsonObject) -> None:
         console.print(f"{name}, signs found by video: {listed}", soft_wrap=True)
 
 
-def _format(value: Any, kind: str) -> str:
+def _format(value: float | None, kind: str) -> str:
     if value is None:
         return "-"
     if kind == "%":

@@ -7,13 +7,16 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tsr_engine.cli.common import JsonOption, out_console, print_json
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.json_shapes import JsonObject
+
+if TYPE_CHECKING:
+    from tsr_engine.training.retrain import Report
 
 __all__ = ["PARTS", "app"]
 
@@ -290,7 +293,7 @@ def _refine(
     _print_refined(out, report)
 
 
-def _print_refined(out: Path, report: Any) -> None:
+def _print_refined(out: Path, report: Report) -> None:
     from rich.table import Table
 
     console = out_console()
@@ -312,5 +315,5 @@ def _print_refined(out: Path, report: Any) -> None:
         console.print(f"worse: {sentence}", soft_wrap=True)
 
 
-def _shown(show: Callable[[int, int, str], Any]) -> Callable[[str, int, int], None]:
+def _shown(show: Callable[[int, int, str], None]) -> Callable[[str, int, int], None]:
     return lambda stage, done, total: show(done, total, stage)

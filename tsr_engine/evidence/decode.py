@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from tsr_engine.evidence.pixels import decode_pixels
 from tsr_engine.records import (
     Detections,
     Event,
+    EventKind,
     FloatArray,
     FrameEvidence,
     GateVerdict,
@@ -41,7 +42,7 @@ class EventRow(NamedTuple):
     frame: int
     row: int
     track_id: int
-    kind: Any
+    kind: EventKind
     text: str
     facts: str
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.evidence.pixels import encode_pixels
-from tsr_engine.records import FrameEvidence, TrackFrame
+from tsr_engine.records import FloatArray, FrameEvidence, TrackFrame
 
 Row = tuple[Any, ...]
 """One row of a table as SQLite takes and gives it; the schema says what is in it."""
@@ -156,12 +156,12 @@ def _add_track(rows: Rows, k: int, position: int, track: TrackFrame) -> None:
         )
 
 
-def _floats(box: Any) -> list[float]:
+def _floats(box: FloatArray) -> list[float]:
     values: list[float] = np.asarray(box, dtype=np.float64).tolist()
     return values
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     """NumPy scalars among an event's values, for JSON."""
     if isinstance(value, np.generic):
         return value.item()

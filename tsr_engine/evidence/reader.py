@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.decode import EventRow, StoredFrame, event_of, frame_of, region_of, track_of
@@ -205,7 +205,7 @@ class EvidenceReader:
         limit = 2**62 if before is None else before
         return self._value("SELECT max(frame) FROM frames WHERE alive = 0 AND frame < ?", (limit,))
 
-    def query(self, sql: str, values: Sequence[Any] = ()) -> list[Row]:
+    def query(self, sql: str, values: Sequence[object] = ()) -> list[Row]:
         """Rows of any question in SQL to the tables of ``docs/evidence.md``; the store cannot be changed through it.
 
         Raises:

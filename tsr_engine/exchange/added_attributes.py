@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
@@ -106,7 +105,7 @@ def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
     return out
 
 
-def _asked(known: Attribute | None, said: Attribute | None, name: str, columns: list[list[Any]]) -> Attribute | None:
+def _asked(known: Attribute | None, said: Attribute | None, name: str, columns: list[list[object]]) -> Attribute | None:
     """The attribute that holds all answers; None: it can be none."""
     attribute = known or said
     if attribute is None:
@@ -125,7 +124,7 @@ def _asked(known: Attribute | None, said: Attribute | None, name: str, columns: 
         return attribute
 
 
-def _kind(columns: list[list[Any]]) -> AttributeKind:
+def _kind(columns: list[list[object]]) -> AttributeKind:
     values = [value for column in columns for value in column]
     if all(isinstance(value, bool) or str(value).casefold() in ("true", "false") for value in values):
         return "checkbox"
@@ -134,13 +133,13 @@ def _kind(columns: list[list[Any]]) -> AttributeKind:
     return "text"
 
 
-def _plain(value: Any) -> str:
+def _plain(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return f"{value:.12g}" if isinstance(value, int | float) else str(value).strip()
 
 
-def _answer(attribute: Attribute, value: Any) -> AttributeValue:
+def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
     """A value as the attribute takes it.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
 from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped, Track
@@ -77,7 +77,7 @@ def attributes_text(values: Mapping[str, AttributeValue]) -> str:
     return json.dumps(dict(values), ensure_ascii=False, separators=(",", ":")) if values else ""
 
 
-def attributes_in(value: Any, file: str, where: int | str | None) -> dict[str, AttributeValue]:
+def attributes_in(value: object, file: str, where: int | str | None) -> dict[str, AttributeValue]:
     """Attributes of a JSON object, or of a cell that holds one.
 
     Raises:

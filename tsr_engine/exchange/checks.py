@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from tsr_engine.exchange.added_attributes import attributed
 from tsr_engine.exchange.additions import Declared
@@ -51,7 +50,7 @@ class ImportValidator:
         self._tracks: dict[str, TrackRows] = {}
         self._skipped: list[Skipped] = []
         self._repaired: list[str] = []
-        self._counts: dict[str, list[Any]] = {}
+        self._counts: dict[str, tuple[int, str, int | str | None]] = {}
         self._again: dict[str, int] = {}
 
     def __len__(self) -> int:
@@ -84,8 +83,8 @@ class ImportValidator:
 
     def count(self, what: str, file: str, line: int | str | None = None) -> None:
         """Tell of one more repair of a kind: ``what`` is said once, with the number and the first place."""
-        entry = self._counts.setdefault(what, [0, file, line])
-        entry[0] += 1
+        count, at, place = self._counts.get(what, (0, file, line))
+        self._counts[what] = (count + 1, at, place)
 
     def skip(self, what: str, reason: str) -> None:
         """Tell what was left out and why."""

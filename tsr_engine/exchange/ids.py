@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Final
+from typing import Final, TypeGuard
 
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["id_of", "real_of", "track_of", "whole_of"]
+__all__ = ["id_of", "is_number", "real_of", "track_of", "whole_of"]
 
 _WHOLE: Final = re.compile(r"(0|-?[1-9][0-9]{0,17})(?:\.0+)?")
 
@@ -16,7 +16,12 @@ _NO_TRACK: Final = frozenset({"", "nan", "none", "null"})
 """What tables hold where there is no id."""
 
 
-def id_of(value: Any) -> int | str | None:
+def is_number(value: object) -> TypeGuard[float]:
+    """Whether JSON has a number there; ``true`` is none."""
+    return type(value) in (int, float)
+
+
+def id_of(value: object) -> int | str | None:
     """An id, a whole number as ``int`` however it is written; None: it can be none, such as 11.5."""
     if type(value) is int:
         return value
@@ -28,7 +33,7 @@ def id_of(value: Any) -> int | str | None:
     return None
 
 
-def track_of(value: Any, what: str, file: str, where: str) -> int | str | None:
+def track_of(value: object, what: str, file: str, where: str) -> int | str | None:
     """The id of a track; None: the file says that there is none.
 
     Raises:
@@ -42,7 +47,7 @@ def track_of(value: Any, what: str, file: str, where: str) -> int | str | None:
     return None if found == -1 else found
 
 
-def whole_of(value: Any, what: str, file: str, where: str) -> int:
+def whole_of(value: object, what: str, file: str, where: str) -> int:
     """A whole number.
 
     Raises:
@@ -54,7 +59,7 @@ def whole_of(value: Any, what: str, file: str, where: str) -> int:
     raise refuse(file, where, f"{what} must be a whole number. Got {str(value)[:40]!r}.")
 
 
-def real_of(value: Any, what: str, file: str, where: str, *, in_text: bool = False) -> float:
+def real_of(value: object, what: str, file: str, where: str, *, in_text: bool = False) -> float:
     """A number; may be infinite.
 
     Args:
@@ -72,7 +77,7 @@ def real_of(value: Any, what: str, file: str, where: str, *, in_text: bool = Fal
             return real_number(value)
         except ValueError:
             pass
-    if type(value) not in (int, float):
+    if not is_number(value):
         got = "null or NaN" if value is None else repr(str(value)[:40])
         raise refuse(file, where, f"{what} must be a finite number. Got {got}.")
     try:

@@ -14,6 +14,8 @@ from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["OPENED", "heads", "members"]
 
+Member = tuple[str, int | None, Any]
+"""Key, place in its list, and value; see ``members``."""
 OPENED = 0
 """The place that is informed when a list begins; its elements count from 1."""
 _CHUNK = 4 << 20
@@ -21,9 +23,7 @@ _AFTER = frozenset(" \t\n\r,:]}")
 _SPACE = re.compile(r"[ \t\n\r]*")
 
 
-def members(
-    path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES
-) -> Iterator[tuple[str, int | None, Any]]:
+def members(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES) -> Iterator[Member]:
     """The members of the object in a file, or the elements of the list.
 
     Yields ``(key, None, value)`` for a value that is no list; for a list first ``(key, 0, None)``, then ``(key, n,
@@ -72,7 +72,7 @@ def heads(path: Path, wanted: Collection[str]) -> JsonObject:
     return found
 
 
-def _object(text: _Text) -> Iterator[tuple[str, int | None, Any]]:
+def _object(text: _Text) -> Iterator[Member]:
     text.skip("{")
     seen: set[str] = set()
     if text.peek() == "}":
@@ -93,7 +93,7 @@ def _object(text: _Text) -> Iterator[tuple[str, int | None, Any]]:
         text.skip(",")
 
 
-def _value(text: _Text, key: str) -> Iterator[tuple[str, int | None, Any]]:
+def _value(text: _Text, key: str) -> Iterator[Member]:
     if text.peek() != "[":
         yield key, None, text.take()
         return

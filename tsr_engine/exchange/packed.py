@@ -7,7 +7,7 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +86,7 @@ def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
             column: np.asarray(file[column], _TYPES[column]) for column in (*_ALWAYS, *_SOMETIMES)
         }
         has = {column: np.asarray(file[f"has_{column}"], np.bool_).tolist() for column in _SOMETIMES}
-    take: dict[str, Callable[[int], Any]] = {column: _taker(values) for column, values in columns.items()}
+    take = {column: _taker(values) for column, values in columns.items()}
 
     def one(at: int, uid: str, label: int, count: int, state: str, source: str, notes: list[tuple[int, str]]) -> Track:
         arrays: JsonObject = {column: take[column](count) for column in _ALWAYS}
@@ -116,7 +116,7 @@ def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
     return dataset
 
 
-def _answers(values: Any, count: int, name: str) -> NDArray[np.object_]:
+def _answers(values: object, count: int, name: str) -> NDArray[np.object_]:
     """Answers by frame, held to what an answer can be."""
     out = np.full(count, None, object)
     if not isinstance(values, list) or len(values) != count:

@@ -12,7 +12,6 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 from tsr_engine.exchange.subject import is_video
 from tsr_engine.io.plain_numbers import real_number
@@ -172,7 +171,7 @@ def class_in(values: Iterable[str]) -> str:
     return next((value for value in given if not _is_number(value)), given[0] if given else "")
 
 
-def edges_of(value: Any, *, sized: bool) -> tuple[float, float, float, float] | None:
+def edges_of(value: object, *, sized: bool) -> tuple[float, float, float, float] | None:
     """The edges of a box that is a list or object, or the text of one; None: it is no box.
 
     Args:
@@ -232,7 +231,7 @@ def _float(value: float | str) -> float:
         return math.inf
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     if isinstance(value, str):
         try:
             real_number(value.strip())

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 from xml.etree.ElementTree import ParseError
+from xml.parsers.expat import XMLParserType
 from xml.sax.saxutils import escape, quoteattr
 
 from defusedxml.common import DefusedXmlException
@@ -90,9 +90,9 @@ class _Builder:
         self._file = file
         self.done: list[Node] = []
         self.root = ""
-        self.expat: Any = None
+        self.expat: XMLParserType
 
-    def take_over(self, expat: Any) -> None:
+    def take_over(self, expat: XMLParserType) -> None:
         """Be called by the parser itself: the layer of ElementTree in between doubles the time.
 
         The three functions see names, not attributes: an export of an hour's drive has six million elements.

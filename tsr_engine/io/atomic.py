@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any, BinaryIO, TextIO, cast
+from typing import BinaryIO, TextIO
 
 from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.storage_problems import TOO_LARGE, full_because, storage_problem
@@ -33,8 +33,8 @@ def atomic_text(path: Path) -> Iterator[TextIO]:
     Raises:
         StorageError: the folder cannot be written or the disk is full.
     """
-    with _atomic(path, "w", encoding="utf-8", newline="") as stream:
-        yield cast(TextIO, stream)
+    with _atomic(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
+        yield stream
 
 
 @contextmanager
@@ -44,18 +44,17 @@ def atomic_bytes(path: Path) -> Iterator[BinaryIO]:
     Raises:
         StorageError: the folder cannot be written or the disk is full.
     """
-    with _atomic(path, "wb") as stream:
-        yield cast(BinaryIO, stream)
+    with _atomic(path) as part, part.open("wb") as stream:
+        yield stream
 
 
 @contextmanager
-def _atomic(path: Path, mode: str, **options: Any) -> Iterator[IO[Any]]:
+def _atomic(path: Path) -> Iterator[Path]:
     path = output_place(path)
     try:
         part = UnfinishedFile(path)
         try:
-            with part.path.open(mode, **options) as stream:
-                yield stream
+            yield part.path
             part.settle()
         finally:
             part.drop()

@@ -44,7 +44,7 @@ class Orientation:
     flip_y: bool = False
 
     @classmethod
-    def of(cls, frame: Any) -> Orientation:
+    def of(cls, frame: av.VideoFrame) -> Orientation:
         """The orientation that a frame's display matrix names, to the nearest quarter turn.
 
         The matrix maps stored to displayed pixels, ``x' = a x + c y + tx``, ``y' = b x + d y + ty``, in rows
@@ -81,7 +81,7 @@ class Decoded:
     stamp: int
     key: bool
     corrupt: bool
-    raw: Any
+    raw: av.VideoFrame
 
 
 def mark_damage(pictures: Iterator[Decoded]) -> Iterator[Decoded]:
@@ -110,7 +110,7 @@ def _shared(group: list[Decoded]) -> list[Decoded]:
     return [picture if picture.key else replace(picture, corrupt=True) for picture in group]
 
 
-def _stays_for_no_time(packet: Any, kind: Kind) -> bool:
+def _stays_for_no_time(packet: av.Packet, kind: Kind) -> bool:
     """Whether an animation says that a picture is shown for no time; players then show it for a while of their own."""
     if not kind.layered or not packet.size:
         return False
@@ -154,7 +154,7 @@ class Decoder:
     def _begin(self, count: int = 0) -> None:
         self.packets, self.discarded, self.untimed, self.failed = count, 0, 0, 0
         self._lost = self._begun = self._shown = False
-        self._held: Any = None
+        self._held: av.Packet | None = None
         self._holed: set[int] = set()
 
     def close(self) -> None:
@@ -222,7 +222,7 @@ class Decoder:
                     ticks = NO_TIME if ticks is None else int(ticks)
                     yield stamp, ticks, bool(packet.is_keyframe), position, int(packet.size)
 
-    def _stamp(self, packet: Any) -> int | None:
+    def _stamp(self, packet: av.Packet) -> int | None:
         """What a picture is known by; of a packet that has just been read."""
         if self.kind.address == "count":
             return self.packets - 1
@@ -254,13 +254,13 @@ class Decoder:
                     self._shown = True
                     yield Decoded(raw.pts, key, corrupt, raw)
 
-    def _stamped(self) -> Iterator[Any]:
+    def _stamped(self) -> Iterator[av.Packet]:
         """The packets with their stamps. Those of a transport stream that miss bytes by its counters are noted.
 
         What the demuxer says of one packet is about the next few too. It says so of whole ones where files were joined.
         """
         counted = self.kind.demuxer == "mpegts"
-        waiting: deque[Any] = deque()
+        waiting: deque[Any] = deque()  # None behind the last packet
         holed = excused = 0
         for packet in chain(self._packets(), [None] * _REACH):
             if packet is not None:
@@ -278,13 +278,13 @@ class Decoder:
                 self._holed.add(int(first.pts))
             yield first
 
-    def _begins_anew(self, last: Any, packet: Any) -> bool:
+    def _begins_anew(self, last: av.Packet, packet: av.Packet) -> bool:
         """Whether decoding times run back from one packet to the next by more than damage would explain."""
         if last.dts is None or packet.dts is None:
             return False
         return bool((last.dts - packet.dts) * self.time_base > LEAP)
 
-    def _packets(self) -> Iterator[Any]:
+    def _packets(self) -> Iterator[av.Packet]:
         failures = 0
         if self._held is not None:
             held, self._held = self._held, None
@@ -304,7 +304,7 @@ class Decoder:
                 return
         yield av.Packet()
 
-    def _decode(self, packet: Any) -> list[Any]:
+    def _decode(self, packet: av.Packet) -> list[av.VideoFrame]:
         try:
             return list(self.stream.codec_context.decode(packet if packet.size else None))
         except EOFError:

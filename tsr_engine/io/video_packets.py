@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import IO, Literal
 
 import av
 import numpy as np
+from av.container import InputContainer
 from numpy.typing import NDArray
 
 from tsr_engine.io.video_kinds import Kind
@@ -27,7 +28,7 @@ def check_kind(kind: Kind) -> None:
         raise UnfitPackets(f"packets of {kind.name} files are not copied")
 
 
-def timed_packets(container: Any, stream: Any) -> Iterator[Any]:
+def timed_packets(container: InputContainer, stream: av.VideoStream) -> Iterator[av.Packet]:
     """The packets that hold something, in decoding order.
 
     Raises:
@@ -45,7 +46,7 @@ def incomplete(missing: int) -> UnfitPackets:
     return UnfitPackets(f"{missing} of its frames have no packet of their own")
 
 
-def times_of(packets: Sequence[Any]) -> IntArray:
+def times_of(packets: Sequence[av.Packet]) -> IntArray:
     """Presentation times of packets, ascending, in ticks of their stream, shape (n,).
 
     Raises:
@@ -59,8 +60,8 @@ def times_of(packets: Sequence[Any]) -> IntArray:
 
 def copy_packets(
     target: Path | IO[bytes],
-    stream: Any,
-    packets: Sequence[Any],
+    stream: av.VideoStream,
+    packets: Sequence[av.Packet],
     pts: IntArray,
     form: Literal["mp4", "matroska"],
     options: Mapping[str, str] | None = None,

@@ -6,9 +6,9 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import av
+from av.container import InputContainer
 
 from tsr_engine.errors import VideoError
 from tsr_engine.io.opened_file import OpenedFile, VideoSource, open_source, unreadable
@@ -62,7 +62,7 @@ def check_file(file: Path | OpenedFile) -> Kind:
 
 
 @contextmanager
-def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Any, Any, Kind]]:
+def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[InputContainer, av.VideoStream, Kind]]:
     """Check an open file, open it for demuxing with a position of its own, and find its video stream.
 
     The demuxer is the one of the file's kind and confined to local files. The pixel limit also reaches the decoders
@@ -83,9 +83,11 @@ def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Any,
         "max_pixels": _decoder_limit(limits),
     }
     try:
-        container: Any
+        container: InputContainer
         if kind.demuxer == "webp":
-            container = WebpFile(file.stream, lambda width, height: check_size(path, width, height, limits))
+            container = WebpFile(  # type: ignore[assignment]  # it has what is used of a container
+                file.stream, lambda width, height: check_size(path, width, height, limits)
+            )
         else:
             container = av.open(
                 f"file:{file.name_again}",
@@ -134,7 +136,7 @@ def _decoder_limit(limits: VideoLimits) -> str:
     return str(2 * limits.max_pixels + 2**16)
 
 
-def video_streams(container: Any) -> list[Any]:
+def video_streams(container: InputContainer) -> list[av.VideoStream]:
     """The video streams of an open file, the one that is read first.
 
     That is the first one that can be decoded. Cover art, a stream of one attached picture, is none.
@@ -143,7 +145,7 @@ def video_streams(container: Any) -> list[Any]:
     return sorted(streams, key=lambda stream: stream.codec_context is None)
 
 
-def _video_stream(container: Any, path: Path) -> Any:
+def _video_stream(container: InputContainer, path: Path) -> av.VideoStream:
     streams = video_streams(container)
     if not streams:
         kind = "only sound" if container.streams.audio else "no streams that can be read"

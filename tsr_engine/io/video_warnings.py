@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
+import av
 import numpy as np
 
 from tsr_engine.counted import counted
@@ -285,7 +285,7 @@ def _frame_of(table: FrameTable, stamp: int) -> int:
     return int(np.argmax(table.stamps == stamp))
 
 
-def _about(stream: Any) -> str:
+def _about(stream: av.VideoStream) -> str:
     context = stream.codec_context
     return "one that cannot be decoded" if context is None else f"{context.width}x{context.height} {context.codec.name}"
 

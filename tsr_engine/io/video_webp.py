@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from types import SimpleNamespace
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import av
 import numpy as np
@@ -62,7 +62,7 @@ class WebpFile:
 
         self._bytes = stream()
         try:
-            self._picture: Any = Image.open(self._bytes, formats=["WEBP"])
+            self._picture = Image.open(self._bytes, formats=["WEBP"])
         except BaseException:
             self._bytes.close()
             raise
@@ -79,7 +79,7 @@ class WebpFile:
         self._picture.close()
         self._bytes.close()
 
-    def _stream(self) -> Any:
+    def _stream(self) -> SimpleNamespace:
         ends = [packet.pts or 0 for packet in self._packets[:1] + self._packets[-1:]]
         steps = len(self._packets) - 1
         rate = Fraction(1000 * steps, ends[1] - ends[0]) if steps and ends[1] > ends[0] else Fraction(25)
@@ -95,16 +95,16 @@ class WebpFile:
             disposition=av.stream.Disposition(0),
         )
 
-    def seek(self, offset: int, **_: Any) -> None:
+    def seek(self, offset: int, **_: object) -> None:
         """There is no place to start from but the first picture, where ``demux`` begins anyway."""
 
-    def demux(self, _: Any) -> Iterator[_Packet]:
+    def demux(self, _: object) -> Iterator[_Packet]:
         """All pictures in order, then an empty packet."""
         for packet in self._packets:
             yield _Packet(**{name: getattr(packet, name) for name in _Packet.__slots__})
         yield _Packet(None, 0, None, None, len(self._packets))
 
-    def decode(self, packet: _Packet | None) -> list[Any]:
+    def decode(self, packet: _Packet | None) -> list[av.VideoFrame]:
         """The picture of a packet as it looks with those before it.
 
         Raises:
@@ -119,13 +119,13 @@ class WebpFile:
         return [frame]
 
 
-class _Streams(list[Any]):
-    def __init__(self, stream: Any) -> None:
+class _Streams(list[SimpleNamespace]):
+    def __init__(self, stream: SimpleNamespace) -> None:
         super().__init__([stream])
-        self.video, self.audio = [stream], list[Any]()
+        self.video, self.audio = [stream], list[SimpleNamespace]()
 
 
-def _pictures(file: Any) -> Iterator[_Packet]:
+def _pictures(file: BinaryIO) -> Iterator[_Packet]:
     """The ``ANMF`` chunks (WebP container specification) with the times at which they are shown."""
     file.seek(12)
     time = number = 0

@@ -5,10 +5,10 @@ from __future__ import annotations
 import errno
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import av
 import numpy as np
+from av.container import OutputContainer
 from av.video.reformatter import ColorRange, Colorspace
 
 from tsr_engine.errors import ExportError, StorageError, UsageError
@@ -85,13 +85,11 @@ class VideoWriter:
             self._sink = _Sink(self._part.path)
         except OSError as error:
             raise self._storage_error(error) from None
-        self._container: Any = av.open(self._sink, mode="w", format="mp4")
+        self._container: OutputContainer | None = av.open(self._sink, mode="w", format="mp4")
         options = {"crf": str(crf), "preset": preset}
         if keys is not None:
             options |= {"g": str(keys), "bf": "0", "x264-params": f"keyint={keys}:scenecut=0"}
-        self._stream: Any = self._container.add_stream(
-            "libx264", rate=self.rate.limit_denominator(100_000), options=options
-        )
+        self._stream = self._container.add_stream("libx264", rate=self.rate.limit_denominator(100_000), options=options)
         self._stream.width, self._stream.height = width + width % 2, height + height % 2
         self._stream.pix_fmt = "yuv420p"
         self._stream.codec_context.time_base = Fraction(1, _TICKS)
@@ -137,7 +135,7 @@ class VideoWriter:
             picture = np.pad(picture, ((0, self.height % 2), (0, self.width % 2), (0, 0)), mode="edge")
         frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="bgr24")
         frame.pts, frame.time_base = tick, Fraction(1, _TICKS)
-        self._mux(frame)
+        self._mux(self._container, frame)
         self._last_tick = tick
         self.frames += 1
 
@@ -172,7 +170,7 @@ class VideoWriter:
         if not self.frames:
             self.abort()
             return
-        self._mux(None)
+        self._mux(self._container, None)
         try:
             self._container.close()
             self._sink.finish()
@@ -195,9 +193,9 @@ class VideoWriter:
             self._sink.close()
             self._part.drop()
 
-    def _mux(self, frame: Any) -> None:
+    def _mux(self, container: OutputContainer, frame: av.VideoFrame | None) -> None:
         try:
-            self._container.mux(self._stream.encode(frame))
+            container.mux(self._stream.encode(frame))
             if self._sink.error is not None:
                 raise self._sink.error
         except (av.FFmpegError, OSError) as error:

@@ -7,7 +7,7 @@ import json
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from pydantic import ValidationError
 
@@ -72,7 +72,7 @@ def parse_set(text: str | bytes, where: str) -> LabelSet:
         raise InputError(f"{where} is not a label set: {place or 'the set'}: {problem}.") from None
 
 
-def _once(pairs: list[tuple[str, Any]]) -> JsonObject:
+def _once(pairs: list[tuple[str, object]]) -> JsonObject:
     """The object of some members; a member that stands there twice would lose one of two values."""
     found = dict(pairs)
     if len(found) != len(pairs):

@@ -6,7 +6,6 @@ Leaf names are unique over all sections, so ``tau=20`` and ``gate.tau=20`` mean 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -57,7 +56,7 @@ class Params(Section):
             raise UsageError(f"There is no preset '{name}'. Choose one of: {', '.join(sorted(PRESETS))}.")
         return cls().with_settings(PRESETS[name].items())
 
-    def with_settings(self, settings: Iterable[tuple[str, Any]]) -> Params:
+    def with_settings(self, settings: Iterable[tuple[str, object]]) -> Params:
         """A copy with some parameters changed.
 
         Args:
@@ -107,12 +106,12 @@ class Params(Section):
                 yield section, leaf
 
 
-def _has_switch(value: Any) -> bool:
+def _has_switch(value: object) -> bool:
     """Whether a value is or holds true or false, which pydantic would take for 1 and 0."""
     return any(isinstance(part, bool) for part in (value if isinstance(value, list | tuple) else (value,)))
 
 
-def _parse(value: Any) -> Any:
+def _parse(value: object) -> object:
     """Text of the command line to a value that pydantic validates: ``none`` and comma lists are understood."""
     if not isinstance(value, str):
         return value

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args, get_origin
+from typing import Literal, get_args, get_origin
+
+from pydantic.fields import FieldInfo
 
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
@@ -35,7 +37,7 @@ def parameter_rows(preset: str = "default") -> list[JsonObject]:
     return rows
 
 
-def _range(field: Any) -> str:
+def _range(field: FieldInfo) -> str:
     """The allowed values of a field: choices, or an interval such as ``[0, 1]`` or ``(0, inf)``."""
     choices = _choices(field.annotation)
     if choices:
@@ -55,9 +57,9 @@ def _range(field: Any) -> str:
     return f"{'(' if low_open else '['}{low}, {high}{')' if high_open else ']'}"
 
 
-def _choices(annotation: Any) -> list[str]:
+def _choices(annotation: object) -> list[str]:
     if annotation is bool:
         return ["true", "false"]
-    if get_origin(annotation) is not None and get_origin(annotation).__name__ == "Literal":
+    if get_origin(annotation) is Literal:
         return [str(value) for value in get_args(annotation)]
     return []

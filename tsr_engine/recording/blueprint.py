@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from tsr_engine.recording.layers import EVENTS, FRAME_TIMELINE, LAYERS, VIDEO, track_entity
 
 if TYPE_CHECKING:
-    from rerun.blueprint import Blueprint
+    from rerun.blueprint import Blueprint, StateTimelineView, TimeSeriesView
 
 __all__ = ["PLOTTED", "Opening", "make_blueprint"]
 
@@ -100,14 +100,14 @@ def _selection(focus: tuple[int, int] | None) -> Any:
     return AbsoluteTimeRange(min=focus[0], max=focus[1])
 
 
-def _states(opening: Opening) -> Any:
+def _states(opening: Opening) -> StateTimelineView:
     import rerun.blueprint as rrb
 
     contents = [f"+ /{track_entity(track, 'state')}" for track in opening.tracks[:_MOST_TRACKS]]
     return rrb.StateTimelineView(origin="/", contents=contents, name="Track states")
 
 
-def _plots(opening: Opening) -> list[Any]:
+def _plots(opening: Opening) -> list[TimeSeriesView]:
     """A plot for each kind of value that the recording has; its lines end left of the legend."""
     import rerun as rr
     import rerun.blueprint as rrb

@@ -11,10 +11,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from io import BytesIO
-from typing import Any, Final
+from typing import Final
 
 import av
 import numpy as np
+from av.container import InputContainer
 from numpy.typing import NDArray
 
 from tsr_engine.errors import UsageError
@@ -140,13 +141,13 @@ def _check_size(path: VideoSource, size: int) -> None:
         )
 
 
-def _orientation(container: Any, stream: Any) -> Orientation:
+def _orientation(container: InputContainer, stream: av.VideoStream) -> Orientation:
     with suppress(av.FFmpegError, OSError, StopIteration):
         return Orientation.of(next(iter(container.decode(stream))))
     return Orientation()
 
 
-def _choose(container: Any, stream: Any, wanted: Ints) -> list[Any]:
+def _choose(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
     """Packets in decoding order from the last key frame before the first wanted picture to the last one needed."""
     base = Fraction(stream.time_base)
     for back in _EARLIER:
@@ -164,11 +165,11 @@ def _choose(container: Any, stream: Any, wanted: Ints) -> list[Any]:
     return chosen
 
 
-def _from_here(container: Any, stream: Any, wanted: Ints) -> list[Any]:
+def _from_here(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
     """The packets from the last key frame before the first wanted picture on; none where this place lies too late."""
-    chosen: list[Any] = []
+    chosen: list[av.Packet] = []
     missing = set(wanted.tolist())
-    key: Any = None
+    key: av.Packet | None = None
     for packet in timed_packets(container, stream):
         if packet.is_keyframe:
             key = packet

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any, Final
+from typing import Final
 
 import av
 import cv2
 from av.codec.context import Flags
+from av.container import OutputContainer
 
 __all__ = ["GROUP", "GroupEncoder"]
 
@@ -52,7 +53,9 @@ _AVX2, _AVX_512F = 11, 13
 class GroupEncoder:
     """Encodes a known number of pictures into a stream of a file."""
 
-    def __init__(self, out: Any, picture: Any, time_base: Fraction, count: int, budget: float, threads: int) -> None:
+    def __init__(
+        self, out: OutputContainer, picture: av.VideoFrame, time_base: Fraction, count: int, budget: float, threads: int
+    ) -> None:
         """Open a stream.
 
         Args:
@@ -66,9 +69,9 @@ class GroupEncoder:
         self._out, self._threads, self._time_base = out, threads, time_base
         self._left, self._rest = count, budget * _AIM
         self._quantiser = _FIRST
-        self._waiting: list[Any] = []
+        self._waiting: list[av.VideoFrame] = []
         self._started = False
-        self._stream: Any = out.add_stream("libx264", rate=30)
+        self._stream = out.add_stream("libx264", rate=30)
         self._configure(self._stream.codec_context, picture)
         self._stream.time_base = time_base
         self._begin(picture)
@@ -78,7 +81,7 @@ class GroupEncoder:
         """Width and height, px."""
         return self._stream.width, self._stream.height
 
-    def put(self, picture: Any) -> None:
+    def put(self, picture: av.VideoFrame) -> None:
         """The next picture, in YUV 4:2:0."""
         if self._started:
             self._encode(picture)
@@ -103,16 +106,16 @@ class GroupEncoder:
             self._encode(one)
         self._waiting.clear()
 
-    def _begin(self, picture: Any) -> None:
+    def _begin(self, picture: av.VideoFrame) -> None:
         """A new group."""
         self._share = max(self._rest / self._left, 1.0) * GROUP
         self._sizes: list[int] = []
         self._taken = 0
-        self._encoder: Any = av.CodecContext.create("libx264", "w")
+        self._encoder = av.CodecContext.create("libx264", "w")
         self._configure(self._encoder, picture)
         self._encoder.flags |= Flags.global_header
 
-    def _encode(self, picture: Any) -> None:
+    def _encode(self, picture: av.VideoFrame) -> None:
         used, last = sum(self._sizes), self._left + self._taken <= GROUP
         foreseen = _whole(self._sizes) if last and self._sizes else used
         most = _MOST * self._share
@@ -131,14 +134,14 @@ class GroupEncoder:
         step = max(math.ceil(_HALVES * math.log2(_whole(sizes) / share)), -_FINER)
         self._quantiser = min(max(self._quantiser + step, _FINEST), _COARSEST)
 
-    def _mux(self, packets: list[Any]) -> None:
+    def _mux(self, packets: list[av.Packet]) -> None:
         for packet in packets:
             self._sizes.append(packet.size)
             self._rest -= packet.size
             packet.stream = self._stream
             self._out.mux(packet)
 
-    def _configure(self, context: Any, picture: Any) -> None:
+    def _configure(self, context: av.VideoCodecContext, picture: av.VideoFrame) -> None:
         context.width, context.height, context.pix_fmt = picture.width, picture.height, "yuv420p"
         context.time_base, context.framerate = self._time_base, Fraction(30)
         context.options = {**_OPTIONS, **_instructions(), "qp": str(self._quantiser), "threads": str(self._threads)}

@@ -6,9 +6,10 @@ The SDK takes more than a second to import, so it is imported when a recording i
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Iterable
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from tsr_engine.recording.layers import (
 )
 
 if TYPE_CHECKING:
+    from rerun import AsComponents, ComponentColumn
     from rerun.blueprint import Blueprint
 
 __all__ = ["Sink", "load_sdk", "video_stamps"]
@@ -149,10 +151,10 @@ class Sink:
             texts = [textwrap.fill(text, _LOG_WIDTH, break_on_hyphens=False) for text in moments.text]
             self._columns(entity, frames, moments.frame, rr.TextLog.columns(text=texts, level=levels))
 
-    def _static(self, entity: str, content: Any) -> None:
+    def _static(self, entity: str, content: AsComponents) -> None:
         self._recording.log(entity, content, static=True)
 
-    def _columns(self, entity: str, frames: Frames, at: Ints, columns: Any) -> None:
+    def _columns(self, entity: str, frames: Frames, at: Ints, columns: Iterable[ComponentColumn]) -> None:
         rr = self._rr
         indexes = [
             rr.TimeColumn(FRAME_TIMELINE, sequence=at),

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from fractions import Fraction
 from io import BytesIO
-from typing import Any, Final
+from typing import Final
 
 import av
 import numpy as np
@@ -44,7 +44,7 @@ def allowance(count: int, width: int, height: int) -> int:
     return int(FRAME_BYTES * max(count, USUAL_FRAMES) * width * height / _USUAL)
 
 
-def encode_packets(stream: Any, packets: Sequence[Any], wanted: Ints, budget: int) -> bytes | None:
+def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted: Ints, budget: int) -> bytes | None:
     """Some pictures of a stream as H.264 in an MP4 file of a given size, each at its own presentation time.
 
     The fast way: pictures go from the decoder to the encoder as they are, and both work at the same time.
@@ -82,7 +82,7 @@ def encode_packets(stream: Any, packets: Sequence[Any], wanted: Ints, budget: in
     return target.getvalue()
 
 
-def _decoded(context: Any, packets: Sequence[Any], threads: int) -> Iterator[Any]:
+def _decoded(context: av.VideoCodecContext, packets: Sequence[av.Packet], threads: int) -> Iterator[av.VideoFrame]:
     """All pictures of some packets, in the order in which they are shown.
 
     They are decoded beside whoever takes them. The decoder's own threads alone run dry whenever the taker is slow for
@@ -91,10 +91,10 @@ def _decoded(context: Any, packets: Sequence[Any], threads: int) -> Iterator[Any
     The loop filter is left out: a quarter of the decoder's time, for edges of blocks that the encoder mostly takes away
     again. Only H.264, H.265 and VP9 know the option.
     """
-    decoder: Any = av.CodecContext.create(context.codec.name, "r")
+    decoder = av.CodecContext.create(context.codec.name, "r")
     decoder.extradata, decoder.thread_type, decoder.thread_count = context.extradata, "AUTO", threads
     decoder.options = _FAST
-    ahead: deque[Future[list[Any]]] = deque()
+    ahead: deque[Future[list[av.VideoFrame]]] = deque()
     with ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-decode") as pool:
         for packet in (*packets, None):
             ahead.append(pool.submit(decoder.decode, packet))
@@ -125,7 +125,7 @@ def encode_frames(
         open_video(path, limits=limits, table=table) as video,
         av.open(target, "w", format="mp4", options={"use_editlist": "0"}) as out,
     ):
-        stream: Any = out.add_stream("libx264", rate=30, options=_options(frames, video.width, video.height))
+        stream = out.add_stream("libx264", rate=30, options=_options(frames, video.width, video.height))
         stream.width, stream.height = video.width + video.width % 2, video.height + video.height % 2
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = stream.time_base = _MICROSECONDS

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
-from typing import Any
+from typing import TextIO
 
 from tsr_engine.errors import ExportError, StorageError, UsageError
 from tsr_engine.evidence import RESULT_HEADER, ResultRow, refuse_run_files
@@ -59,7 +59,7 @@ class RunOutputs:
         self._video = video
         self._names = tuple(names)
         self._results = ResultStream()
-        self._rows: Any = None
+        self._rows: TextIO | None = None
         self._annotated: VideoWriter | None = None
 
     def open(self, stack: ExitStack) -> None:

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.log_odds import LogOdds
@@ -188,7 +188,7 @@ def _centres(scenes: Sequence[Scene], size: tuple[int, ...]) -> FloatArray:
 
 def _labelled(
     found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]],
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+) -> tuple[NDArray[np.generic], ...]:
     """Held-out detections as rows: (scene number, box) float32, raw score float32, label int8."""
     boxes, scores, labels = [], [], []
     for number, (box, raw, truth, _) in enumerate(found):

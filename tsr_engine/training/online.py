@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, TypedDict
+from typing import Final
 
 import numpy as np
 
@@ -16,17 +16,10 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.online.features import describe
 from tsr_engine.records import FloatArray
 
-__all__ = ["OfflineSamples", "train_online"]
+__all__ = ["train_online"]
 
 TRIES: Final = 1000
 """Windows that are drawn for one negative sample before it is given up; a scene with any room needs a few."""
-
-
-class OfflineSamples(TypedDict):
-    """Descriptors and labels."""
-
-    X: FloatArray
-    y: FloatArray
 
 
 def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) -> Component:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.evaluation.classification import predict_items
-from tsr_engine.io.gtsdb import read_gtsdb
-from tsr_engine.io.gtsrb import read_items, split_by_track
+from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.io.gtsrb import CropItem, read_items, split_by_track
 from tsr_engine.io.models import Component
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recognition.classifier import SignClassifier
@@ -75,14 +74,14 @@ def public_figures(
         yield "gtsrb", _crops(new, chosen, progress), _crops(old, chosen, progress)
 
 
-def _scenes(parts: Mapping[str, Component], scenes: Any, progress: Progress) -> JsonObject:
+def _scenes(parts: Mapping[str, Component], scenes: Sequence[Scene], progress: Progress) -> JsonObject:
     model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
     return detection_figures(
         detect_scenes(model, scenes, lambda stage, done, of: progress(f"GTSDB: {stage}", done, of))
     )
 
 
-def _crops(parts: Mapping[str, Component], items: Any, progress: Progress) -> JsonObject:
+def _crops(parts: Mapping[str, Component], items: Sequence[CropItem], progress: Progress) -> JsonObject:
     classifier = SignClassifier.from_component(parts["classifier"])
     true: list[int] = []
     read: list[int] = []

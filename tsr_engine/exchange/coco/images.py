@@ -118,7 +118,7 @@ def no_list(file: str, key: str) -> ImportFormatError:
     return refuse(file, None, f"must have {key}, a list of objects. Export as COCO again.")
 
 
-def _key_of(value: Any, file: str, where: str) -> int | str:
+def _key_of(value: object, file: str, where: str) -> int | str:
     """An id that must be there.
 
     Raises:

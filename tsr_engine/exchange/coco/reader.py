@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
 from tsr_engine.exchange.checks import ImportValidator
@@ -23,6 +23,8 @@ from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["read_coco"]
+
+_T = TypeVar("_T")
 
 _TRUE = (True, 1, "true", "True", "1")
 _OWN = frozenset(
@@ -70,7 +72,7 @@ class _Annotations:
         self._head = head
         self._validator = validator
         self._loose = loose
-        self._seen: set[Any] = set()
+        self._seen: set[int | str] = set()
 
     def read(self) -> None:
         """Take all annotations, one in memory at a time."""
@@ -126,7 +128,7 @@ class _Annotations:
                 notes=notes_from_text(str(ours.get("note", "")), image.frame),
             )
 
-    def _edges(self, box: Any, turn: Any, scale: tuple[float, float], where: str) -> Edges:
+    def _edges(self, box: object, turn: object, scale: tuple[float, float], where: str) -> Edges:
         """Edges in px of the video; a turned box becomes the upright one around it."""
         edges = _edges(box, self._name, where)
         if turn:
@@ -221,10 +223,10 @@ class _Results:
         )
 
 
-def _merged(tables: list[dict[Any, Any]]) -> dict[Any, Any]:
+def _merged(tables: list[dict[object, _T]]) -> dict[object, _T]:
     """One table of several files; an id that means two things is in none."""
-    out: dict[Any, Any] = {}
-    twice: set[Any] = set()
+    out: dict[object, _T] = {}
+    twice: set[object] = set()
     for table in tables:
         for key, value in table.items():
             if out.setdefault(key, value) != value:
@@ -232,14 +234,14 @@ def _merged(tables: list[dict[Any, Any]]) -> dict[Any, Any]:
     return {key: value for key, value in out.items() if key not in twice}
 
 
-def _look_up(table: dict[Any, Any], key: Any, kind: str, file: str, where: str) -> Any:
+def _look_up(table: dict[object, _T], key: object, kind: str, file: str, where: str) -> _T:
     found = id_of(key)
     if found is None or found not in table:
         raise refuse(file, where, f"{kind}_id {str(key)[:40]!r} is the id of no {kind}, or of several. Correct it.")
     return table[found]
 
 
-def _edges(box: Any, file: str, where: str) -> Edges:
+def _edges(box: object, file: str, where: str) -> Edges:
     if not isinstance(box, list) or len(box) != 4:
         raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     x, y, width, height = (real_of(side, "bbox", file, where) for side in box)

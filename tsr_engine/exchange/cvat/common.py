@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -129,7 +128,7 @@ def _attribute(node: Node) -> Attribute | None:
     if name in OWN_NAMES:
         return None
     values = tuple(value for line in node.value("values").split("\n") if (value := line.strip()))
-    default: Any = node.value("default_value").strip() or None
+    default = node.value("default_value").strip() or None
     about: JsonObject = {"name": restored(name), "mutable": node.value("mutable").strip().lower() == "true"}
     if kind in ("select", "radio"):
         about |= {"kind": "select", "values": tuple(dict.fromkeys(values)), "default": default}

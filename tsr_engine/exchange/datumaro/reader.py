@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
 from tsr_engine.exchange.checks import ImportValidator
@@ -164,7 +163,9 @@ def _annotation(
     return True
 
 
-def _edges(box: Any, turn: Any, scale: tuple[float, float], validator: ImportValidator, file: str, where: str) -> Edges:
+def _edges(
+    box: object, turn: object, scale: tuple[float, float], validator: ImportValidator, file: str, where: str
+) -> Edges:
     """Edges in px of the video; a turned box becomes the upright one around it."""
     if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
         raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.label_files.collected import Collector, FileLabels
@@ -52,9 +52,8 @@ def write_cvat_labels(labels: LabelSet) -> str:
     return json.dumps(content, ensure_ascii=False, indent=2) + "\n"
 
 
-def _take(found: Any, where: str, taken: Collector) -> None:
-    name = found.get("name") if isinstance(found, dict) else None
-    if not isinstance(name, str):
+def _take(found: object, where: str, taken: Collector) -> None:
+    if not isinstance(found, dict) or not isinstance(name := found.get("name"), str):
         raise refuse(taken.file, where, "must be an object with a name. Copy it from CVAT again.")
     kind, colour, listed = found.get("type", "any"), found.get("color"), found.get("attributes") or []
     if kind not in _BOXES:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -71,14 +70,14 @@ def results(track: Track, labels: ClassMap) -> list[JsonObject]:
     return found
 
 
-def answers_of(regions: Iterable[Any]) -> dict[str, dict[str, AttributeValue]]:
+def answers_of(regions: Iterable[object]) -> dict[str, dict[str, AttributeValue]]:
     """What controls say of regions, by the region's id, then by the name of the control."""
     found: dict[str, dict[str, AttributeValue]] = {}
     for region in regions:
-        value = region.get("value") if isinstance(region, dict) else None
-        if not isinstance(value, Mapping) or not isinstance(region.get("id"), str):
+        if not isinstance(region, dict) or not isinstance(region.get("id"), str):
             continue
-        answer = _answer(str(region.get("type", "")), value)
+        value = region.get("value")
+        answer = _answer(str(region.get("type", "")), value) if isinstance(value, Mapping) else None
         if answer is not None and isinstance(region.get("from_name"), str):
             found.setdefault(region["id"], {})[restored(region["from_name"])] = answer
     return found

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
 
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import UNSAID
+from tsr_engine.exchange.ids import is_number
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.json_shapes import JsonMapping, JsonObject
@@ -15,18 +15,18 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 __all__ = ["Times", "as_list", "drawn_on", "is_rectangle", "read_region"]
 
 
-def drawn_on(region: Any) -> str:
+def drawn_on(region: object) -> str:
     """Name of what a region is drawn on; empty: it does not say."""
     name = region.get("to_name") if isinstance(region, dict) else None
     return name if isinstance(name, str) else ""
 
 
-def is_rectangle(region: Any) -> bool:
+def is_rectangle(region: object) -> bool:
     """Whether it is a box that moves through a video."""
     return isinstance(region, dict) and region.get("type") == "videorectangle"
 
 
-def as_list(value: Any) -> list[Any]:
+def as_list(value: object) -> list[object]:
     """The value if it is a list, else none."""
     return value if isinstance(value, list) else []
 
@@ -44,9 +44,9 @@ class Times:
         self._first = ""
         self._early = 0
 
-    def look(self, frame: int, time: Any, spot: str) -> None:
+    def look(self, frame: int, time: object, spot: str) -> None:
         """One key frame: its time is that of its number from 1, or of its ordinal."""
-        if type(time) not in (int, float):
+        if not is_number(time):
             return
         self._seen += 1
         self._early += abs(time * self._rate - frame) < 0.25
@@ -55,7 +55,7 @@ class Times:
             self._wrong.append(spot)
             self._first = self._first or f"frame {frame + 1} is at {time:g} s"
 
-    def settle(self, fps: Any) -> None:
+    def settle(self, fps: object) -> None:
         """Tell of what contradicts.
 
         Raises:
@@ -76,13 +76,13 @@ class Times:
             self._validator.count(
                 "Key frames were taken by their number; their time is that of another", self._file, spot
             )
-        if type(fps) in (int, float) and abs(fps - self._rate) > 0.01 * self._rate:
+        if is_number(fps) and abs(fps - self._rate) > 0.01 * self._rate:
             self._validator.repair(f"{self._file}, {self._where}: says {fps:g} frames/s, {video.name} has {rate}.")
 
 
 def read_region(
     region: JsonObject,
-    labels: list[Any],
+    labels: list[object],
     said: JsonMapping,
     times: Times,
     validator: ImportValidator,
@@ -156,10 +156,10 @@ def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -
     return x, y, x + width, y + height
 
 
-def _check_count(count: Any, validator: ImportValidator, file: str, where: str) -> None:
+def _check_count(count: object, validator: ImportValidator, file: str, where: str) -> None:
     video = validator.target.video
     # Label Studio rounds the duration, so it may be off by one.
-    if type(count) in (int, float) and abs(count - video.frames) > 1:
+    if is_number(count) and abs(count - video.frames) > 1:
         raise refuse(
             file,
             where,
@@ -182,7 +182,7 @@ def _meta(region: JsonObject) -> dict[str, list[str]]:
 
 def _number(key: JsonObject, name: str, file: str, where: str) -> float:
     value = key.get(name)
-    if type(value) not in (int, float):
+    if not is_number(value):
         raise refuse(file, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
     try:
         return float(value)  # type: ignore[arg-type]

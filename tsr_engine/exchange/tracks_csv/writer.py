@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv.reader import read_tracks_csv, sniff_tracks_csv
 from tsr_engine.track_table import NO_CLASS
+
+if TYPE_CHECKING:
+    from _csv import Writer
 
 __all__ = ["FORMAT", "file_names"]
 
@@ -68,7 +71,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     }
 
 
-def _write_rows(table: Any, rows: FrameRows, labels: Mapping[int, str], layout: str, guard: bool) -> None:
+def _write_rows(table: Writer, rows: FrameRows, labels: Mapping[int, str], layout: str, guard: bool) -> None:
     ids = track_numbers(info.uid for info in rows.tracks)
     number = [ids[info.uid] for info in rows.tracks]
     # The short layouts are what other commands read and compare; the full one gives back what went in.

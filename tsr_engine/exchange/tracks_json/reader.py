@@ -6,7 +6,6 @@ import math
 import re
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from tsr_engine.counted import counted
 from tsr_engine.exchange.attributes import attributes_in
@@ -14,6 +13,7 @@ from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import REJECTED, UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
+from tsr_engine.exchange.ids import is_number
 from tsr_engine.exchange.json_stream import heads
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
@@ -99,7 +99,7 @@ class _File:
                 self._look(entry.value, None if entry.ordered else entry.frame)
         self._origin.decide(self._name, documented=documented)
 
-    def _look(self, value: Any, around: int | None) -> None:
+    def _look(self, value: object, around: int | None) -> None:
         """The frame numbers of an entry and of what is in it."""
         number = _frame_of(value)
         number = around if number is None else number
@@ -113,8 +113,8 @@ class _File:
             self._look(each, None)
 
     def _entry(self, entry: Entry) -> None:
-        value, where = entry.value, entry.where
-        self._object(value, where)
+        where = entry.where
+        value = self._object(entry.value, where)
         number, inner = _frame_of(value), inner_of(value)
         if number is None and entry.frame is not None:
             self._ordered |= entry.ordered
@@ -124,8 +124,7 @@ class _File:
         elif inner is not None and number is not None:
             for place, each in enumerate(inner, start=1):
                 spot = f"{where}, box {place}"
-                self._object(each, spot)
-                self._box({"frame": number, **each}, spot, None)
+                self._box({"frame": number, **self._object(each, spot)}, spot, None)
         else:
             self._box({**value, "frame": number}, where, None)
 
@@ -139,7 +138,7 @@ class _File:
         video = found.get("video")
         if isinstance(video, str):
             video = {"name": video}
-        if type(found.get("width")) in (int, float) and type(found.get("height")) in (int, float):
+        if is_number(found.get("width")) and is_number(found.get("height")):
             video = {"width": found["width"], "height": found["height"], **(video if isinstance(video, dict) else {})}
         if isinstance(video, dict) and isinstance(video.get("name"), str):
             digest, ours = video.get("sha256"), self._validator.target.video.sha256
@@ -159,9 +158,10 @@ class _File:
                 raise refuse(self._name, "classes", "must be a list of names. Correct it.")
             self._classes = classes
 
-    def _object(self, entry: Any, where: str) -> None:
+    def _object(self, entry: object, where: str) -> JsonObject:
         if not isinstance(entry, dict):
             raise refuse(self._name, where, f"must be an object. Got {str(entry)[:40]!r}.")
+        return entry
 
     def _track(self, track: JsonMapping, where: str, *, rejected: bool) -> None:
         uid = self._id(track, where)
@@ -175,8 +175,8 @@ class _File:
         if not isinstance(boxes, list):
             raise refuse(self._name, where, "boxes must be a list. Correct it.")
         for number, box in enumerate(boxes, start=1):
-            self._object(box, f"{where}, box {number}")
-            self._box(box, f"{where}, box {number}", (uid, label))
+            spot = f"{where}, box {number}"
+            self._box(self._object(box, spot), spot, (uid, label))
         if boxes and uid in self._validator:
             self._validator.describe(
                 uid,
@@ -200,8 +200,8 @@ class _File:
         if not self._own:
             box = {normal(name): value for name, value in box.items()}
         number = first_of(box, NAMES["frame"])
-        others = [name for name in NAMES["frame"] if type(box.get(name)) in (int, float) and box[name] != number]
-        if type(number) in (int, float) and others:
+        others = [name for name in NAMES["frame"] if is_number(box.get(name)) and box[name] != number]
+        if is_number(number) and others:
             raise refuse(self._name, where, f"says frame {number} and {others[0]} {box[others[0]]}. Keep one of them.")
         if type(number) not in (int, float, str):
             raise refuse(
@@ -286,11 +286,11 @@ class _File:
             raise refuse(self._name, where, f"{name} must be true or false. Got {str(value)[:40]!r}.")
         return bool(value)
 
-    def _number(self, value: Any, name: str, where: str) -> float:
+    def _number(self, value: object, name: str, where: str) -> float:
         try:
             if isinstance(value, str):
                 return real_number(value)
-            if type(value) in (int, float):
+            if is_number(value):
                 return float(value)
         except ValueError:
             pass
@@ -299,13 +299,13 @@ class _File:
         raise refuse(self._name, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
 
 
-def _video_of(value: Any) -> str:
+def _video_of(value: object) -> str:
     """What an entry says of its video; empty: nothing."""
     found = first_of(value, NAMES["video"]) if isinstance(value, dict) else None
     return str(found).strip() if isinstance(found, (str, int)) else ""
 
 
-def _frame_of(value: Any) -> Any:
+def _frame_of(value: object) -> object:
     """What an entry says of its frame; None: nothing."""
     if not isinstance(value, dict):
         return None

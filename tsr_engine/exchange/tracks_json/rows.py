@@ -42,7 +42,7 @@ class Entry:
 
     kind: str
     where: str
-    value: Any
+    value: object
     frame: int | None = None
     ordered: bool = False
 
@@ -84,14 +84,14 @@ def first_of(entry: JsonMapping, names: Sequence[str]) -> Any:
     return None
 
 
-def inner_of(value: Any) -> list[Any] | None:
+def inner_of(value: object) -> list[object] | None:
     """The boxes that an entry about a frame or a track has; None: it has none of its own."""
     if not isinstance(value, dict):
         return None
     return next((value[name] for name in _INNER if isinstance(value.get(name), list)), None)
 
 
-def _list_of(value: Any) -> list[Any] | None:
+def _list_of(value: object) -> list[object] | None:
     if isinstance(value, str):
         try:
             value = json.loads(value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import yaml
 
@@ -18,7 +18,7 @@ MAX_YAML_BYTES: Final = 1 << 20
 """Largest file that is read; 30,000 names take less."""
 _UNPRINTABLE = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 _SURROGATE = re.compile("[\ud800-\udfff]")
-_LOADER: Final[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """Both are safe: no tag of a file makes an object. The one in C is there in every wheel and quicker."""
 _PLAIN: Final = "tag:yaml.org,2002:"
 _NUMBER = re.compile(r"\d{1,6}")

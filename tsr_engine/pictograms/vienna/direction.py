@@ -11,7 +11,6 @@ import numpy as np
 from tsr_engine.pictograms import arrows, facilities, people, roads, vehicles
 from tsr_engine.pictograms.canvas import Canvas, Colour, arc, rounded
 from tsr_engine.pictograms.figures import arrow
-from tsr_engine.pictograms.glyphs import write
 from tsr_engine.pictograms.palette import BLACK, BLUE, BROWN, GREEN, RED, WHITE, YELLOW
 from tsr_engine.pictograms.paths import path
 from tsr_engine.pictograms.plates import PLAIN, SQUARE, UPRIGHT, Symbol, board
@@ -92,10 +91,6 @@ def _exit_route(canvas: Canvas) -> None:
 
 def _shield(text: str, ground: Colour, ink: Colour, width: float) -> Canvas:
     return board((width, 0.5), fitted(text, width * 1.6, 0.56), 1.0, ground=ground, rim=ink, colours={BLACK: ink})
-
-
-def _diversion(canvas: Canvas) -> None:
-    write(canvas, "U", 0.5, -0.3, 0, BLACK)
 
 
 def _striped(turn_left: bool, size: tuple[float, float], scale: float) -> Canvas:
