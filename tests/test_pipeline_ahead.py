@@ -18,8 +18,9 @@ from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.cores import usable_cores
 from tsr_engine.params import Params
 from tsr_engine.pipeline import detected_ahead, load_components
-from tsr_engine.records import Detections, Picture
+from tsr_engine.records import Detections
 from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.replay import ReplayReport, replay
 
 FRAMES = 40
 
@@ -30,10 +31,6 @@ class Numbered:
 
     ordinal: int
 
-    @property
-    def picture(self) -> Picture:
-        return np.full((1, 1, 3), self.ordinal, np.uint8)
-
 
 def numbered(count: int, taken: list[int]) -> Iterator[tuple[Numbered, float]]:
     for k in range(count):
@@ -41,11 +38,10 @@ def numbered(count: int, taken: list[int]) -> Iterator[tuple[Numbered, float]]:
         yield Numbered(k), float(k)
 
 
-def score_of(picture: Picture) -> Detections:
+def score_of(frame: Numbered) -> Detections:
     """Detections whose score is the frame's number; even frames take longer than odd ones."""
-    number = int(picture[0, 0, 0])
-    time.sleep(0.01 if number % 2 == 0 else 0)
-    score = np.array([float(number)])
+    time.sleep(0.01 if frame.ordinal % 2 == 0 else 0)
+    score = np.array([float(frame.ordinal)])
     return Detections(np.array([[0.0, 0.0, 1.0, 1.0]]), score, score, score)
 
 
@@ -65,9 +61,9 @@ def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
 def test_several_are_detected_at_a_time() -> None:
     both = threading.Barrier(2, timeout=30)
 
-    def detect(picture: Picture) -> Detections:
+    def detect(frame: Numbered) -> Detections:
         both.wait()
-        return score_of(picture)
+        return score_of(frame)
 
     assert len(list(detected_ahead(numbered(6, []), detect, 2))) == 6
 
@@ -75,9 +71,9 @@ def test_several_are_detected_at_a_time() -> None:
 def test_frames_that_nobody_wants_are_not_detected() -> None:
     seen: list[int] = []
 
-    def detect(picture: Picture) -> Detections:
-        seen.append(int(picture[0, 0, 0]))
-        return score_of(picture)
+    def detect(frame: Numbered) -> Detections:
+        seen.append(frame.ordinal)
+        return score_of(frame)
 
     rows = list(detected_ahead(numbered(8, []), detect, 2, lambda frame: frame.ordinal >= 5))
     assert [row[2] is None for row in rows] == [True] * 5 + [False] * 3
@@ -86,10 +82,10 @@ def test_frames_that_nobody_wants_are_not_detected() -> None:
 
 @pytest.mark.parametrize("cores", [1, 3])
 def test_a_failure_comes_after_the_frames_before_it(cores: int) -> None:
-    def detect(picture: Picture) -> Detections:
-        if picture[0, 0, 0] == 7:
+    def detect(frame: Numbered) -> Detections:
+        if frame.ordinal == 7:
             raise ValueError("seven")
-        return score_of(picture)
+        return score_of(frame)
 
     done = []
     with pytest.raises(ValueError, match="seven"):
@@ -136,8 +132,9 @@ def test_a_run_on_several_cores_goes_on_after_a_stop(tmp_path: Path) -> None:
     assert_same_run(tmp_path / "whole", tmp_path / "parts")
 
 
-def test_the_shipped_models_find_the_same_on_several_cores(tmp_path: Path) -> None:
-    params = Params().with_settings([("coast_foe_y", 0.5)])
+@pytest.mark.parametrize("preset", ["default", "realtime"])
+def test_the_shipped_models_find_the_same_on_several_cores(preset: str, tmp_path: Path) -> None:
+    params = Params.preset(preset).with_settings([("coast_foe_y", 0.5)])
     parts = load_components(params)
     for cores in (1, 3):
         request = RunRequest(SHIPPED[0].video, params, tmp_path / str(cores), stop=24, cores=cores)
@@ -145,3 +142,24 @@ def test_the_shipped_models_find_the_same_on_several_cores(tmp_path: Path) -> No
     assert_same_run(tmp_path / "1", tmp_path / "3")
     with EvidenceReader(tmp_path / "3") as reader:
         assert sum(len(frame.detections) for frame in reader.frames()) > 0
+
+
+def test_a_scan_in_turn_goes_on_and_replays_as_it_was(tmp_path: Path) -> None:
+    params = Params.preset("realtime").with_settings([("coast_foe_y", 0.5)])
+    parts, asked = load_components(params), 0
+
+    def stop() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 19
+
+    whole = RunRequest(SHIPPED[0].video, params, tmp_path / "whole", start=1, stop=25)
+    track_video(whole, parts)
+    halved = replace(whole, evidence=tmp_path / "halved")
+    assert track_video(halved, parts, stop=stop).interrupted
+    track_video(halved, parts)
+    assert_same_run(tmp_path / "whole", tmp_path / "halved")
+    report = ReplayReport()
+    frames = list(replay(tmp_path / "whole", params, parts, report=report))
+    assert any(frame.tracks for frame in frames)
+    assert report.identical == len(frames) == 24

@@ -20,7 +20,7 @@ from tests.pipeline_bench import (
 )
 from tsr_engine.evidence import FramePixels
 from tsr_engine.pipeline import FrameInput, Models, TrackingCore
-from tsr_engine.records import Detections, Sample
+from tsr_engine.records import Detections, FloatArray, Sample
 
 __all__ = ["plain_gate"]
 
@@ -203,3 +203,30 @@ def test_two_cores_do_not_share_anything() -> None:
     a.step(detection(80.0))
     frame = b.step(detection(80.0))
     assert [track.track_id for track in frame.tracks] == [1]
+
+
+def test_detections_are_completed_where_signs_are_expected() -> None:
+    bench = Bench()
+    asked: list[FloatArray] = []
+
+    def revisit(expected: FloatArray) -> Detections:
+        asked.append(expected)
+        return detection(80.0)
+
+    frame = bench.core.step(FrameInput(5, 0.2, NONE, (0.0, 0.0), FramePixels(PICTURE), revisit))
+    (track,) = frame.tracks
+    assert track.source == "detected"
+    assert track.prediction is not None
+    assert np.array_equal(asked, [track.prediction.box[None]])
+    assert len(frame.detections) == 1, "evidence holds what a replay needs"
+
+
+def test_nothing_is_completed_while_nothing_is_expected() -> None:
+    bench = Bench()
+    core = TrackingCore(bench.core.params, bench.core._models, WIDTH, HEIGHT, interval=0.04)
+
+    def revisit(expected: FloatArray) -> Detections:
+        raise AssertionError
+
+    frame = core.step(FrameInput(0, 0.0, NONE, (0.0, 0.0), FramePixels(PICTURE), revisit))
+    assert not frame.tracks

@@ -76,6 +76,11 @@ class Detections:
         """The detections that a NumPy index or mask selects, in its order."""
         return Detections(self.boxes[index], self.raw_scores[index], self.prior[index], self.scores[index])
 
+    def joined(self, more: Detections) -> Detections:
+        """These and then those of ``more``."""
+        names = ("boxes", "raw_scores", "prior", "scores")
+        return Detections(*(np.concatenate([getattr(self, name), getattr(more, name)]) for name in names))
+
 
 @dataclass(frozen=True, slots=True)
 class Prediction:

@@ -18,7 +18,7 @@ def test_parameters_are_those_of_the_engine() -> None:
         assert parameter.description
         fixed = section == "detector" or f"{section}.{name}" in FIXED
         assert parameter.replayable is not fixed
-        assert parameter.presets == ({"paper": _plain(PRESETS["paper"][name])} if name in PRESETS["paper"] else {})
+        assert parameter.presets == {preset: _plain(own[name]) for preset, own in PRESETS.items() if name in own}
     tau = found["gate", "tau"]
     assert (tau.type, tau.low, tau.high) == ("number", 0.0, 1e6)
     assert found["tracking", "motion"].choices == ["paper", "constant_velocity", "looming"]

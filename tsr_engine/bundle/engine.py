@@ -11,7 +11,7 @@ from tsr_engine.errors import VideoError
 from tsr_engine.evidence import FramePixels
 from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, FrameInput, TrackingCore
+from tsr_engine.pipeline import Components, FrameInput, TrackingCore, VideoDetector
 from tsr_engine.records import FrameEvidence
 from tsr_engine.tracking.camera_shift import CameraShift
 
@@ -71,15 +71,16 @@ def run_engine(
             interval=facts.run.interval,
             first_id=facts.frames.first_id,
         )
-        tracking = params.tracking
+        detector, tracking = VideoDetector(components.detector), params.tracking
         shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
         pictures = video.frames(bundle.frames[0].clip, bundle.frames[-1].clip + 1)
         for wanted, frame in zip(bundle.frames, pictures, strict=False):
             decoding.other += picture_digest(frame.picture) != wanted.digest
-            detections = components.detector.detect(frame.picture)
+            detections = detector.detect(wanted.ordinal, frame.picture)
             moved = shift.step(frame.picture) if tracking.use_camera_shift else (0.0, 0.0)
             pixels = FramePixels(frame.picture)
-            yield core.step(FrameInput(wanted.ordinal, wanted.seconds, detections, moved, pixels))
+            revisit = detector.revisit(frame.picture, detections)
+            yield core.step(FrameInput(wanted.ordinal, wanted.seconds, detections, moved, pixels, revisit))
             decoding.frames += 1
             progress(decoding.frames, len(bundle.frames))
     if decoding.frames != len(bundle.frames):

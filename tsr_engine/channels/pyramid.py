@@ -27,6 +27,9 @@ from tsr_engine.channels.scratch import Scratch
 from tsr_engine.channels.smooth import replicate, smooth
 from tsr_engine.records import Picture
 
+Band = tuple[float, float]
+"""First and last picture row, px."""
+
 
 @dataclass(frozen=True, slots=True)
 class PyramidPlan:
@@ -50,6 +53,18 @@ class PyramidPlan:
                 f"per_octave must be a multiple of computed_per_octave. Got {self.per_octave} and "
                 f"{self.computed_per_octave} instead."
             )
+
+    def families(self, count: int) -> Iterator[tuple[int, list[int]]]:
+        """Of ``count`` scales each computed one, with all that are nearest to it; ties go to the finer one.
+
+        The finer one holds more detail.
+        """
+        step = self.per_octave // self.computed_per_octave
+        last = (count - 1) // step * step
+        for near in range(0, last + 1, step):
+            low = near - (step - 1) // 2
+            high = near + step // 2 if near < last else count - 1
+            yield near, list(range(max(0, low), min(high, count - 1) + 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +104,7 @@ def build_pyramid(
     picture: Picture,
     scales: Sequence[float] | NDArray[np.float64],
     plan: PyramidPlan,
-    bands: Sequence[tuple[float, float]] | None = None,
+    bands: Sequence[Band | None] | None = None,
     chain: int = 0,
     chains: int = 1,
     border: int = 0,
@@ -102,8 +117,8 @@ def build_pyramid(
         scales: descending scales as of :func:`level_scales`; every ``per_octave // computed_per_octave``-th is
             computed, from the first on.
         plan: see :class:`PyramidPlan`.
-        bands: per scale the first and last picture row, px, that is needed; unset: all rows. A computed level covers
-            the bands of all levels that are approximated from it.
+        bands: per scale the first and last picture row, px, that is needed, or None if the level is not; unset: all
+            rows of all levels. A computed level covers the bands of all levels that are approximated from it.
         chain: which part of the work is wanted when several cores share it.
         chains: number of parts: each of the largest computed levels is one, with the levels approximated from it; the
             last part is all the others.
@@ -112,20 +127,19 @@ def build_pyramid(
             owns its cells.
     """
     lambdas = np.asarray(plan.lambdas)
-    step = plan.per_octave // plan.computed_per_octave
     pictures = _Halves(picture, float(scales[0]) if len(scales) else 1.0, scratch or Scratch())
-    for number, (near, members) in enumerate(_families(len(scales), step)):
-        if min(number, chains - 1) != chain:
+    wanted: Sequence[Band | None] = [(0.0, float(picture.shape[0]))] * len(scales) if bands is None else bands
+    for number, (near, members) in enumerate(plan.families(len(scales))):
+        needed = {i: band for i in members if (band := wanted[i]) is not None}
+        if min(number, chains - 1) != chain or not needed:
             continue
-        band = (0.0, float(picture.shape[0]))
-        if bands is not None:
-            band = (min(bands[i][0] for i in members), max(bands[i][1] for i in members))
+        band = (min(b[0] for b in needed.values()), max(b[1] for b in needed.values()))
         source = _computed(pictures, near, float(scales[near]), plan, band, border, scratch or Scratch())
         if source is None:
             return
         height, width = source.cells.shape[1] - 2 * border, source.cells.shape[2] - 2 * border
-        packed = pack(source.cells, border, scratch) if len(members) > 1 else []
-        for index in members:
+        packed = pack(source.cells, border, scratch) if len(needed) > 1 else []
+        for index in needed:
             if index == near:
                 yield source
                 continue
@@ -143,15 +157,6 @@ def build_pyramid(
                 False,
                 ratio**-lambdas,
             )
-
-
-def _families(count: int, step: int) -> Iterator[tuple[int, list[int]]]:
-    """Computed levels with all levels that are nearest to them; ties go to the finer one, which holds more detail."""
-    last = (count - 1) // step * step
-    for near in range(0, last + 1, step):
-        low = near - (step - 1) // 2
-        high = near + step // 2 if near < last else count - 1
-        yield near, list(range(max(0, low), min(high, count - 1) + 1))
 
 
 class _Halves:
@@ -206,7 +211,7 @@ def _computed(
     index: int,
     scale: float,
     plan: PyramidPlan,
-    band: tuple[float, float],
+    band: Band,
     border: int,
     scratch: Scratch,
 ) -> Level | None:

@@ -46,7 +46,9 @@ SetOption = Annotated[
     list[str],
     typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter; may be repeated. The names are below."),
 ]
-PresetOption = Annotated[str, typer.Option("--preset", metavar="default|paper", help="Parameters to start from.")]
+PresetOption = Annotated[
+    str, typer.Option("--preset", metavar="default|realtime|paper", help="Parameters to start from.")
+]
 ModelsOption = Annotated[
     Path | None,
     typer.Option("--models", metavar="DIR", help="Folder of models; unset: those shipped with the package."),

@@ -42,7 +42,8 @@ def replay(
     settings: SetOption = [],  # noqa: B006 - typer copies it
     csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write one row a track and frame.")] = None,
     preset: Annotated[
-        str | None, typer.Option("--preset", metavar="default|paper", help="Start from a preset, not from the run.")
+        str | None,
+        typer.Option("--preset", metavar="default|realtime|paper", help="Start from a preset, not from the run."),
     ] = None,
     models: ModelsOption = None,
     other_models: Annotated[

@@ -6,7 +6,7 @@ a class of sign, calibration to log-odds, outline of what is likely to be one, p
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from threading import local
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import check_picture
-from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
+from tsr_engine.channels.pyramid import Band, Level, PyramidPlan, build_pyramid, level_scales
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.merging import merge
@@ -26,9 +26,10 @@ from tsr_engine.detection.refine.box_refinement import BoxRefinement
 from tsr_engine.detection.refine.sign_verifier import SignVerifier
 from tsr_engine.detection.refine.stage import RefineStage
 from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
+from tsr_engine.detection.schedule import bands_in_turn, rows_of
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
-from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side
+from tsr_engine.geometry.boxes import LEAST_SIDE, clip, iou, shorter_side
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import TrainedPart
@@ -38,6 +39,10 @@ LEVEL_LIMIT = 2000
 """Most candidates that one level hands on."""
 NODES_LIMIT = 400
 """Prepared levels that are remembered: enough for several picture sizes."""
+_SAME_PLACE = 0.5
+"""A detection that overlaps an expected box by this IoU is the expected one."""
+_OVERLAP = 0.75
+"""Strips of a scan in turn overlap by this share of the window on each side: half a window and the filters' reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,10 +207,41 @@ class AcfDetector:
         """The same on the calling thread alone, for callers that have a picture for each core."""
         return self._detected(picture, None)
 
-    def _detected(self, picture: Picture, pool: ThreadPoolExecutor | None) -> Detections:
+    def detect_in_turn(self, picture: Picture, frame: int) -> Detections:
+        """Detections in the part of a video's picture that is searched in frame number ``frame``.
+
+        In ``scan_turns`` frames everything is searched once; :meth:`revisit` adds the signs that are known already.
+        Runs on the calling thread alone.
+        """
+        return self._detected(picture, None, frame)
+
+    def revisit(self, picture: Picture, found: Detections, expected: FloatArray) -> Detections:
+        """Detections, and those of signs that are expected at places where nothing was found.
+
+        Such a place gets the steps after the scan, so that its score and box are those of a scanned window there.
+
+        Args:
+            picture: BGR, uint8.
+            found: in this picture, of :meth:`detect_in_turn`.
+            expected: boxes as detections are drawn, shape (n, 4).
+        """
+        size = np.tile(expected[:, 2:] - expected[:, :2], 2)
+        outside = np.concatenate([-expected[:, :2], expected[:, 2:] - picture.shape[1::-1]], axis=1)
+        searched = (outside <= self.params.beyond_edge * size).all(axis=1)
+        places = expected[searched & (iou(expected, found.boxes) < _SAME_PLACE).all(axis=1)]
+        if not len(places):
+            return found
+        more = self._judged(picture, self.box_inset.undo(places), np.zeros(len(places)))
+        return self._best(found.joined(more))
+
+    def _detected(self, picture: Picture, pool: ThreadPoolExecutor | None, frame: int | None = None) -> Detections:
         check_picture(picture)
+        return self._best(self._judged(picture, *self._candidates(picture, pool, frame)))
+
+    def _judged(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> Detections:
+        """What candidates (n, 4) with cascade scores (n,) are, in their order; several may lie on one sign."""
         height, width = picture.shape[:2]
-        refined, raw = self.model.look(picture, *self._candidates(picture, pool))
+        refined, raw = self.model.look(picture, boxes, cascade)
         likely = raw >= self.params.keep_score
         refined = self.model.box_refinement.refine(picture, refined[likely], self.params.refine_passes)
         refined = self.box_inset.apply(refined)
@@ -213,17 +249,23 @@ class AcfDetector:
         sane = shorter_side(refined) >= LEAST_SIDE
         refined, raw = refined[sane], raw[sane]
         prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(refined, width, height)
-        final = with_prior(raw, prior, self.prior_weight)
-        kept = suppress(refined, final, self.params.final_overlap)
-        return Detections(refined[kept], raw[kept], prior[kept], final[kept])
+        return Detections(refined, raw, prior, with_prior(raw, prior, self.prior_weight))
+
+    def _best(self, found: Detections) -> Detections:
+        """One detection a sign, best final score first."""
+        return found.select(suppress(found.boxes, found.scores, self.params.final_overlap))
 
     def candidates(self, picture: Picture) -> tuple[FloatArray, FloatArray]:
         """Boxes (n, 4) and scores (n,) that the cascade leaves, best first; see :func:`merging.merge`."""
         return self._candidates(picture, self._pool)
 
-    def _candidates(self, picture: Picture, pool: ThreadPoolExecutor | None) -> tuple[FloatArray, FloatArray]:
+    def _candidates(
+        self, picture: Picture, pool: ThreadPoolExecutor | None, frame: int | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         scales, bands = self.search(picture.shape[1], picture.shape[0])
-        if pool is None:
+        if frame is not None and self.params.scan_turns > 1 and len(scales):
+            boxes, scores = self._scan_in_turn(picture, scales, bands, frame)
+        elif pool is None:
             boxes, scores = self._scan(picture, scales, bands, 0, 1)
         else:
             other = pool.submit(self._scan, picture, scales, bands, 1, 2)
@@ -232,7 +274,18 @@ class AcfDetector:
             boxes, scores = np.concatenate([boxes, more_boxes]), np.concatenate([scores, more_scores])
         return merge(boxes, scores, self.params.first_overlap, self.params.refine_limit, self.nested)
 
-    def search(self, width: int, height: int) -> tuple[FloatArray, list[tuple[float, float]]]:
+    def _scan_in_turn(
+        self, picture: Picture, scales: FloatArray, bands: list[Band], frame: int
+    ) -> tuple[FloatArray, FloatArray]:
+        _, smallest = next(self.model.plan.families(len(scales)))
+        reach = [_OVERLAP * self.model.window.side / scale for scale in scales]
+        searched = bands_in_turn(bands, smallest, reach, frame, self.params.scan_turns)
+        first, last = rows_of(searched, picture.shape[0])
+        within = [None if band is None else (band[0] - first, band[1] - first) for band in searched]
+        boxes, scores = self._scan(picture[first:last], scales, within, 0, 1)
+        return boxes + np.array([0, first, 0, first]), scores
+
+    def search(self, width: int, height: int) -> tuple[FloatArray, list[Band]]:
         """Scales that are searched in a picture of width x height px, and for each the band of rows in px.
 
         A small sign is far away, and what is far away is near the horizon.
@@ -266,7 +319,7 @@ class AcfDetector:
         return scratch
 
     def _scan(
-        self, picture: Picture, scales: FloatArray, bands: list[tuple[float, float]], chain: int, chains: int
+        self, picture: Picture, scales: FloatArray, bands: Sequence[Band | None], chain: int, chains: int
     ) -> tuple[FloatArray, FloatArray]:
         window = self.window
         boxes, scores = [np.zeros((0, 4))], [np.zeros(0)]

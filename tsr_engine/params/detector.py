@@ -36,6 +36,13 @@ class DetectorParams(Section):
     )
     inset_height: float = Field(0.94, ge=0.5, le=2, description="likewise for their height")
     inset_rise: float = Field(0.01, ge=-0.2, le=0.2, description="boxes are moved up by this share of their height")
+    scan_turns: int = Field(
+        1,
+        ge=1,
+        le=12,
+        description="frames of a video over which the scan of a picture is spread: a new sign is found up to so many "
+        "frames less one later; signs that are followed are detected in each (1: each frame is scanned whole)",
+    )
     second_core: bool = Field(True, description="use a second core for the scan when there is one")
 
 

@@ -1,4 +1,4 @@
-"""The two presets that ship: ``default`` measures best, ``paper`` follows the text.
+"""The presets that ship: ``default`` measures best, ``realtime`` finds new signs later, ``paper`` follows the text.
 
 A preset is a list of departures from the field defaults; ``default`` therefore is empty.
 """
@@ -10,6 +10,7 @@ from types import MappingProxyType
 PRESETS: MappingProxyType[str, MappingProxyType[str, object]] = MappingProxyType(
     {
         "default": MappingProxyType({}),
+        "realtime": MappingProxyType({"scan_turns": 3}),
         "paper": MappingProxyType(
             {
                 "inset_width": 1.0,

@@ -11,6 +11,7 @@ from tsr_engine.pipeline.components import (
     load_other_shapes,
 )
 from tsr_engine.pipeline.core import TrackingCore
+from tsr_engine.pipeline.detecting import VideoDetector
 from tsr_engine.pipeline.frame import FrameInput
 from tsr_engine.pipeline.replay_regions import replay_regions
 from tsr_engine.pipeline.results import ResultStream, TrackSummary
@@ -30,6 +31,7 @@ __all__ = [
     "ResultStream",
     "TrackSummary",
     "TrackingCore",
+    "VideoDetector",
     "detected_ahead",
     "input_of",
     "load_classifier",

@@ -11,26 +11,21 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
-from tsr_engine.records import Detections, Picture
+from tsr_engine.records import Detections
 
 __all__ = ["Detected", "detected_ahead"]
 
 
-class _Pictured(Protocol):
-    @property
-    def picture(self) -> Picture: ...
-
-
-F = TypeVar("F", bound=_Pictured)
+F = TypeVar("F")
 Detected = tuple[Detections, float]
 """Detections of a frame, and the seconds that they took."""
 
 
 def detected_ahead(
     frames: Iterator[tuple[F, float]],
-    detect: Callable[[Picture], Detections],
+    detect: Callable[[F], Detections],
     cores: int,
     wanted: Callable[[F], bool] = lambda _: True,
 ) -> Iterator[tuple[F, float, Detected | None]]:
@@ -38,7 +33,7 @@ def detected_ahead(
 
     Args:
         frames: frames, each with a number that is passed on.
-        detect: detections of a picture; called by ``cores`` threads at a time, or by the caller's own if it is one.
+        detect: detections of a frame; called by ``cores`` threads at a time, or by the caller's own if it is one.
         cores: threads that detect, >= 1. At most ``cores + 1`` frames wait or are worked on besides the one yielded.
         wanted: whether a frame is detected; the others come with None.
 
@@ -53,7 +48,7 @@ def detected_ahead(
         if not wanted(frame):
             return None
         began = time.perf_counter()
-        return detect(frame.picture), time.perf_counter() - began
+        return detect(frame), time.perf_counter() - began
 
     if cores == 1:
         for frame, number in frames:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -85,6 +85,12 @@ class TrackingCore:
         events: list[Event] = []
         with _timed(seconds, "track"):
             predictions = self._tracker.predict(self._advance(frame.seconds), frame.shift)
+        if frame.revisit is not None and predictions:
+            with _timed(seconds, "revisit"):
+                expected = [p.box for p in predictions.values() if self._visible(p.box)]
+                found = frame.revisit(np.array(expected).reshape(-1, 4))
+            frame = replace(frame, detections=found, revisit=None)
+        with _timed(seconds, "track"):
             matches = self._tracker.associate(frame.detections)
         for track_id, prediction in predictions.items():
             row = matches.get(track_id)

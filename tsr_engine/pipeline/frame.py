@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from tsr_engine.protocols import PixelSource
-from tsr_engine.records import Detections
+from tsr_engine.records import Detections, FloatArray
 
-__all__ = ["FrameInput"]
+__all__ = ["FrameInput", "Revisit"]
+
+Revisit = Callable[[FloatArray], Detections]
+"""From boxes, shape (n, 4), where signs are expected to the frame's detections, these included."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +24,8 @@ class FrameInput:
         detections: offline detections, best first.
         shift: global camera shift since the previous frame, px.
         pixels: the frame's pixels; everything the core looks at comes from here.
+        revisit: completes the detections where the scan is spread over several frames; None: they are complete, as
+            stored ones are.
     """
 
     ordinal: int
@@ -27,3 +33,4 @@ class FrameInput:
     detections: Detections
     shift: tuple[float, float]
     pixels: PixelSource
+    revisit: Revisit | None = None

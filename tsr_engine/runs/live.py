@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 
-from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.errors import InputError, StorageError, VideoError
 from tsr_engine.evidence import (
     FramePixels,
@@ -30,10 +29,11 @@ from tsr_engine.pipeline import (
     Detected,
     FrameInput,
     TrackingCore,
+    VideoDetector,
     detected_ahead,
     replay_regions,
 )
-from tsr_engine.records import Detections, FrameEvidence, Picture
+from tsr_engine.records import FrameEvidence
 from tsr_engine.runs.calibration import aimed
 from tsr_engine.runs.outputs import RunOutputs, refuse_outputs
 from tsr_engine.runs.report import Progress, RunReport, RunRequest
@@ -117,6 +117,7 @@ class _Run:
     ) -> None:
         self.request = request
         self.components = components
+        self.detector = VideoDetector(components.detector, alone=request.cores > 1)
         self.video = video
         self.progress = progress
         self.stop = stop
@@ -211,7 +212,12 @@ class _Run:
         total = self._total()
         frames = self.video.frames(first, request.stop)
         decoded = read_ahead(lambda: _timed_frames(frames), AHEAD)
-        source = detected_ahead(decoded, self._detect(), request.cores, lambda f: last is None or f.ordinal > last)
+        source = detected_ahead(
+            decoded,
+            lambda f: self.detector.detect(f.ordinal, f.picture),
+            request.cores,
+            lambda f: last is None or f.ordinal > last,
+        )
         try:
             for frame, decode_seconds, detected in source:
                 if self.stop():
@@ -235,13 +241,6 @@ class _Run:
         if not self.report.frames and not self.report.interrupted:
             raise InputError(f"{request.video} has no frame {request.start}. Choose a smaller start of --frames.")
 
-    def _detect(self) -> Callable[[Picture], Detections]:
-        """The detector's call for one core or for many."""
-        detector = self.components.detector
-        if self.request.cores > 1 and isinstance(detector, AcfDetector):
-            return detector.detect_alone
-        return detector.detect
-
     def _one_frame(
         self, core: TrackingCore, shift: CameraShift, frame: Frame, decode_seconds: float, detected: Detected
     ) -> FrameEvidence:
@@ -253,7 +252,8 @@ class _Run:
         t2 = clock()
         seconds["shift"] = t2 - t1
         pixels = FramePixels(frame.picture)
-        evidence = core.step(FrameInput(frame.ordinal, frame.seconds, detections, moved, pixels))
+        revisit = self.detector.revisit(frame.picture, detections)
+        evidence = core.step(FrameInput(frame.ordinal, frame.seconds, detections, moved, pixels, revisit))
         seconds |= evidence.timings
         t3 = clock()
         if self.evidence is not None:

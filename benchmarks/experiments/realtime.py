@@ -1,0 +1,249 @@
+"""The preset ``realtime`` beside ``default``: time a frame at three sizes, and what it costs in signs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiments.clips import clip_groups, read_clips
+from benchmarks.experiments.looming_clips import EACH, read_looming
+from benchmarks.experiments.remembered import Memory
+from benchmarks.experiments.tracked import Videos
+from sample_videos import SHIPPED
+from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
+from tsr_engine.evaluation.tracking_rows import read_results
+from tsr_engine.io.video import open_video
+from tsr_engine.io.video_writer import VideoWriter
+from tsr_engine.json_shapes import JsonMapping, JsonObject
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, VideoDetector, load_components
+from tsr_engine.runs.live import Progress, RunRequest, track_video
+from tsr_engine.track_table import TrackTable
+
+__all__ = ["EXPERIMENT", "first_sights"]
+
+SIZES = {"1280x720": 30, "1920x1080": 30, "3840x2160": 10}
+"""Frames a second that are wanted on two cores."""
+FRAMES = 84
+"""Of the drive, that is timed."""
+STARTING = 12
+"""Of them, not counted: code is compiled and the decoder fills its queue."""
+RATE = 25
+PASSING = 3.7
+"""What passing a frame between two cores costs, ms (docs/scale.md)."""
+PRESETS = ("default", "realtime")
+
+
+def _run(data: Data) -> Result:
+    figures: JsonObject = {"times": _times(data.scratch / "realtime"), "price": {}}
+    groups: dict[str, Videos] = {}
+    if data.clips is not None and data.clips.is_dir():
+        clips = read_clips(data.clips)
+        groups |= {f"clips {g}": {n: clips[n] for n in names} for g, names in clip_groups(list(clips)).items()}
+    if data.looming is not None and data.looming.is_dir():
+        groups["approaches"] = read_looming(data.looming, each=EACH).videos
+    for group, videos in groups.items():
+        figures["price"][group] = _price(videos, data.scratch / "realtime")
+    return Result(
+        "realtime",
+        data=f"Time: the first {FRAMES} frames of the sample drive `{SHIPPED[0].video.stem}`, enlarged; CPU time of "
+        "the whole process, median over frames. Price: "
+        + ("; ".join(f"{name}: {len(videos)} videos" for name, videos in groups.items()) or "no annotated videos given")
+        + ".",
+        figures=figures,
+        settings={"scan_turns": Params.preset("realtime").detector.scan_turns},
+        machine=machine(),
+    )
+
+
+def _times(folder: Path) -> JsonObject:
+    """CPU ms a frame by size and preset."""
+    folder.mkdir(parents=True, exist_ok=True)
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        found: JsonObject = {}
+        for size in SIZES:
+            video = _enlarged(folder, size)
+            found[size] = {preset: _time(video, Params.preset(preset)) for preset in PRESETS}
+        return found
+    finally:
+        cv2.setNumThreads(threads)
+
+
+def _enlarged(folder: Path, size: str) -> Path:
+    """The sample drive in another size; made once."""
+    width, height = (int(v) for v in size.split("x"))
+    path = folder / f"{size}.mp4"
+    if not path.is_file():
+        with VideoWriter(path, width, height, Fraction(RATE)) as writer, open_video(SHIPPED[0].video) as video:
+            for frame in video.frames(0, FRAMES):
+                writer.write(np.asarray(cv2.resize(frame.picture, (width, height), interpolation=cv2.INTER_CUBIC)))
+    return path
+
+
+def _time(video: Path, params: Params) -> JsonObject:
+    """Median CPU ms a frame: of the whole engine, of detection and of decoding alone."""
+    params = params.with_settings([("second_core", False), ("coast_foe_y", 0.5)])
+    components = load_components(params)
+    whole = list(_whole(video, params, components))
+    detector, detection, decoding = VideoDetector(components.detector, alone=True), [], []
+    with open_video(video) as opened:
+        frames, before = opened.frames(0, None), time.process_time()
+        for frame in frames:
+            decoding.append(time.process_time() - before)
+            began = time.thread_time()
+            detector.detect(frame.ordinal, frame.picture)
+            detection.append(time.thread_time() - began)
+            before = time.process_time()
+    mean = {
+        name: 1e3 * _steady(seconds[STARTING:], params.detector.scan_turns)
+        for name, seconds in (("whole", whole), ("detection", detection), ("decoding", decoding))
+    }
+    return {name: round(ms, 2) for name, ms in mean.items()}
+
+
+def _steady(seconds: list[float], turns: int) -> float:
+    """Mean over the frames of a turn of the median over turns: frames of a turn differ by what is searched in them."""
+    return float(np.mean([np.median(seconds[k::turns]) for k in range(turns)]))
+
+
+def _whole(video: Path, params: Params, components: Components) -> Iterator[float]:
+    """CPU seconds of the process for each frame of a run."""
+    ticks = [time.process_time()]
+
+    def after(_: Progress) -> None:
+        ticks.append(time.process_time())
+
+    track_video(RunRequest(video, params), components, progress=after)
+    yield from np.diff(ticks).tolist()
+
+
+def _price(videos: Videos, folder: Path) -> JsonObject:
+    """What each preset finds of the signs of some videos."""
+    reports: dict[str, list[VideoReport]] = {}
+    sights: dict[str, dict[tuple[str, int], tuple[int, float]]] = {}
+    for name in PRESETS:
+        params = Params.preset(name)
+        components = load_components(params)
+        for title, (video, truth) in videos.items():
+            rows, frames, size = _tracked(title, video, truth, params, components, folder)
+            reports.setdefault(name, []).append(evaluate_video(title, truth, rows, frames, size=size))
+            seen = first_sights(truth, rows, frames, size)
+            sights.setdefault(name, {}).update({(title, sign): sight for sign, sight in seen.items()})
+    before = sights["default"]
+    return {name: summarise(found).as_dict() | _later(before, sights[name]) for name, found in reports.items()}
+
+
+def _tracked(
+    title: str, video: Path, truth: TrackTable, params: Params, components: Components, folder: Path
+) -> tuple[TrackTable, int, tuple[int, int]]:
+    """Result rows of a run, number of frames and size of the pictures; rows of an earlier call are read again."""
+    path = folder / f"{Memory.key(title, video, truth, params, components.models)}.csv"
+    if not path.is_file():
+        folder.mkdir(parents=True, exist_ok=True)
+        track_video(RunRequest(video, params, csv=path), components)
+    with open_video(video) as opened:
+        return read_results(path), len(opened.table), (opened.width, opened.height)
+
+
+def first_sights(
+    truth: TrackTable, results: TrackTable, frames: int, size: tuple[int, int]
+) -> dict[int, tuple[int, float]]:
+    """Sign -> first frame in which a track lies on it, and the sign's width there, px."""
+    matched = evaluate_video("", truth, results, frames, min_width=1.0, size=size).matched
+    first: dict[int, int] = {}
+    for frame, sign in matched:
+        first[sign] = min(frame, first.get(sign, frame))
+    width = truth.boxes[:, 2] - truth.boxes[:, 0]
+    return {
+        sign: (frame, float(width[(truth.frame == frame) & (truth.track == sign)][0])) for sign, frame in first.items()
+    }
+
+
+def _later(
+    before: Mapping[tuple[str, int], tuple[int, float]], now: Mapping[tuple[str, int], tuple[int, float]]
+) -> JsonObject:
+    """How much later signs are seen first than by ``default``."""
+    both = sorted(before.keys() & now.keys())
+    late = np.array([now[sign][0] - before[sign][0] for sign in both])
+    widths = np.array([now[sign][1] for sign in both])
+    return {
+        "first_seen_width": None if not both else round(float(np.median(widths)), 1),
+        "later_mean": None if not both else round(float(late.mean()), 2),
+        "later_most": None if not both else int(late.max()),
+        "lost": [[video, sign] for video, sign in sorted(before.keys() - now.keys())],
+        "won": [[video, sign] for video, sign in sorted(now.keys() - before.keys())],
+    }
+
+
+def frames_a_second(times: JsonMapping) -> float:
+    """Frames a second on two cores by the model of docs/scale.md: what takes the frames in order is on one of them."""
+    in_order = times["whole"] - times["detection"] - times["decoding"]
+    return 1e3 / (max(times["whole"] / 2, in_order) + PASSING)
+
+
+def _tell(result: Result) -> str:
+    head = ["CPU ms a frame", "preset", "decoding", "detection", "the rest, in order", "whole engine"]
+    rows = [[*head, "frames/s of two cores", "wanted"]]
+    for size, presets in result.figures["times"].items():
+        for preset, ms in presets.items():
+            rate, rest = frames_a_second(ms), ms["whole"] - ms["detection"] - ms["decoding"]
+            rows.append([
+                size, preset, f"{ms['decoding']:.1f}", f"{ms['detection']:.1f}", f"{rest:.1f}", f"{ms['whole']:.1f}",
+                f"{rate:.0f}", f"{SIZES[size]} ({'met' if rate >= SIZES[size] else '**missed**'})",
+            ])  # fmt: skip
+    text = (
+        table(rows)
+        + "\n*Frames/s of two cores* is computed from the CPU times: half of the whole, or the part that takes frames "
+        "in order if that is longer. It is what an otherwise idle machine reaches at best. *Realtime* searches the "
+        f"smallest signs in {result.settings['scan_turns'] - 1} strips, a frame each, and all larger ones in one frame "
+        "more; signs that have a track are detected in each frame.\n"
+    )
+    return text + "".join(_tell_price(group, found) for group, found in result.figures["price"].items())
+
+
+def _tell_price(group: str, found: JsonMapping) -> str:
+    head = ["", "signs found", "false tracks", "coverage", "ids per sign", "mean Eq. 7", "right class"]
+    rows = [[*head, "first seen at, median px", "later than `default`, frames: mean, most"]]
+    notes = []
+    for name, f in found.items():
+        rows.append([
+            name, f"{f['signs_detected']} of {f['signs']}", str(f["false_tracks"]), _share(f["coverage"]),
+            _number(f["ids_per_sign"], 2), _number(f["mean_error"], 4), str(f["signs_classified"]),
+            _number(f["first_seen_width"], 1), f"{_number(f['later_mean'], 2)}, {f['later_most']}",
+        ])  # fmt: skip
+        for how in ("lost", "won"):
+            notes += [f"- {name}: {how} sign {sign} of {video}.\n" for video, sign in f[how]]
+    return f"\n**{group[0].upper()}{group[1:]}**\n\n" + table(rows) + ("\n" + "".join(notes) if notes else "")
+
+
+def _share(value: float | None) -> str:
+    return "-" if value is None else f"{100 * value:.1f} %"
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"
+
+
+def _headline(result: Result) -> str:
+    return "; ".join(
+        f"{size}: whole engine {presets['realtime']['whole']:.0f} ms ({presets['default']['whole']:.0f} with `default`)"
+        for size, presets in result.figures["times"].items()
+    )
+
+
+EXPERIMENT = Experiment(
+    "realtime",
+    "Real time",
+    "How many frames a second does the preset `realtime` do, and what does it cost in signs?",
+    _run,
+    _tell,
+    headline=_headline,
+)

@@ -1,0 +1,42 @@
+"""The offline detector, asked frame by frame of a video."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tsr_engine.detection.acf import AcfDetector
+from tsr_engine.pipeline.frame import Revisit
+from tsr_engine.protocols import OfflineDetector
+from tsr_engine.records import Detections, Picture
+
+__all__ = ["VideoDetector"]
+
+
+@dataclass(frozen=True, slots=True)
+class VideoDetector:
+    """What a run asks of its detector.
+
+    Attributes:
+        detector: any.
+        alone: frames are detected on several threads, so each is detected on one.
+    """
+
+    detector: OfflineDetector
+    alone: bool = False
+
+    def detect(self, ordinal: int, picture: Picture) -> Detections:
+        """Detections of a frame, without memory: in any order, and on any thread if ``alone``."""
+        detector = self.detector
+        if isinstance(detector, AcfDetector):
+            if detector.params.scan_turns > 1:
+                return detector.detect_in_turn(picture, ordinal)
+            if self.alone:
+                return detector.detect_alone(picture)
+        return detector.detect(picture)
+
+    def revisit(self, picture: Picture, found: Detections) -> Revisit | None:
+        """What completes a frame's detections once the core knows where it expects signs; None if they are complete."""
+        detector = self.detector
+        if not isinstance(detector, AcfDetector) or detector.params.scan_turns == 1:
+            return None
+        return lambda expected: detector.revisit(picture, found, expected)
