@@ -36,8 +36,8 @@ def _run(data: Data) -> Result:
     return Result(
         "teaching",
         data=f"GTSRB training set, split by physical sign: {len(apart)} signs are reported on. The base has been "
-        f"trained on the others as the shipped classifier was, but without any sign, drawing or mirror image of {len(HIDDEN)} "
-        f"labels: {', '.join(keys[number].replace('-', ' ') for number in HIDDEN)}.",
+        f"trained on the others as the shipped classifier was, but without any sign, drawing or mirror image of "
+        f"{len(HIDDEN)} labels: {', '.join(keys[number].replace('-', ' ') for number in HIDDEN)}.",
         figures=teach(_base(rest, held, data), rest, held, data.seed),
         settings={"seed": data.seed, "draws": DRAWS},
         machine=machine(),
