@@ -17,13 +17,12 @@ from tsr_engine.training.classifier_jitter import LoadedCrop, load_crop, plain_v
 from tsr_engine.training.memory import crop_memory
 from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop, refine_classifier, with_labels
 
-__all__ = ["DRAWS", "HIDDEN", "TAUGHT_FROM", "base_classifier", "figures_of", "taught_crops", "teach"]
+__all__ = ["FRAMES", "HIDDEN", "TAUGHT_FROM", "base_classifier", "figures_of", "taught_crops", "teach"]
 
 HIDDEN: Final = (4, 10, 12, 17, 18, 25, 35, 38)
 """Two of each family: red rings, signs of their own face, warnings, blue discs; each with 27 tracks or more."""
-TAUGHT_FROM: Final = (1, 5, 20)
-DRAWS: Final = 3
-"""Choices of the taught tracks."""
+TAUGHT_FROM: Final = {1: 3, 5: 3, 20: 1}
+"""Tracks of each label -> how often they are chosen; choices of many tracks differ little."""
 FRAMES: Final = 12
 """Frames of a taught track, spread over its growth, as a retraining takes them."""
 
@@ -63,7 +62,7 @@ def teach(
         seed: of the draws.
 
     Returns:
-        By number of tracks, see :func:`figures_of`; means over ``DRAWS``.
+        By number of tracks, see :func:`figures_of`; means over the choices of the taught tracks.
     """
     known = [item for item in items if item.class_id not in HIDDEN]
     moment, _, _ = crop_memory(known, base, np.random.default_rng([seed, 11]), _silent, HIDDEN)
@@ -75,9 +74,9 @@ def teach(
     truth = np.array([column.get(class_id, class_id) for class_id, _ in tracks])
     old = len(base.bias)
     found = {"0": figures_of(base.margins_of(features), base.temperature, signs, truth, old)}
-    for count in TAUGHT_FROM:
+    for count, draws in TAUGHT_FROM.items():
         each = []
-        for draw in range(DRAWS):
+        for draw in range(draws):
             crops = taught_crops(items, count, column, np.random.default_rng([seed, draw, count]))
             weights, bias = refine_classifier(
                 grown, crops, moment, len(tracks_of(known)), ClassifierRefinement(), seed, _silent

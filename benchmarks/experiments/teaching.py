@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.peers.cache import code
-from benchmarks.teaching_labels import DRAWS, HIDDEN, base_classifier, teach
+from benchmarks.teaching_labels import FRAMES, HIDDEN, TAUGHT_FROM, base_classifier, teach
 from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items
 from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.json_shapes import JsonMapping
@@ -39,7 +39,7 @@ def _run(data: Data) -> Result:
         f"trained on the others as the shipped classifier was, but without any sign, drawing or mirror image of "
         f"{len(HIDDEN)} labels: {', '.join(keys[number].replace('-', ' ') for number in HIDDEN)}.",
         figures=teach(_base(rest, held, data), rest, held, data.seed),
-        settings={"seed": data.seed, "draws": DRAWS},
+        settings={"seed": data.seed, "choices": {str(count): draws for count, draws in TAUGHT_FROM.items()}},
         machine=machine(),
     )
 
@@ -79,8 +79,9 @@ def _verdict(f: JsonMapping) -> str:
             f"{MOST_LOST}: {'met' if tracks <= MOST_LOST else 'missed'}) and {single:.2f} of single crops."
         )
     return (
-        f"{' '.join(said)} Labels are taught as a retraining does it, 12 frames a track, and a track is read by the "
-        f"sum of its frames' probabilities; means over {DRAWS} choices of the taught tracks."
+        f"{' '.join(said)} Labels are taught as a retraining does it, {FRAMES} frames a track, and a track is read by "
+        "the sum of its frames' probabilities. Figures are means over "
+        f"{', '.join(f'{draws} for {count}' for count, draws in TAUGHT_FROM.items())} choices of the taught tracks."
     )
 
 
