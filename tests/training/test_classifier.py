@@ -201,6 +201,7 @@ class TestViews:
         generator = np.random.default_rng(0)
         assert {jittered_view(self.crop(38), generator)[1] for _ in range(40)} == {38, 39}
         assert {jittered_view(self.crop(2), generator)[1] for _ in range(40)} == {2}
+        assert {jittered_view(self.crop(38), generator, unseen=(39,))[1] for _ in range(40)} == {38}
 
     def test_large_signs_are_reduced(self, tmp_path: Path) -> None:
         path = tmp_path / "00000_00000.png"

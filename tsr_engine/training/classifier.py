@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -162,11 +163,19 @@ def load_all(items: Sequence[CropItem], report: Progress, stage: str) -> list[Lo
 
 
 def fit_arrays(
-    crops: Sequence[LoadedCrop], settings: ClassifierSettings, seed: int, report: Progress, stage: str
+    crops: Sequence[LoadedCrop],
+    settings: ClassifierSettings,
+    seed: int,
+    report: Progress,
+    stage: str,
+    unseen: Container[int] = (),
 ) -> dict[str, NDArray[Any]]:
-    """Train the weights; matrices come back as float16, which is how they are stored and used."""
+    """Train the weights; matrices come back as float16, which is how they are stored and used.
+
+    No drawing, no mirror image and no turned one shows a class of ``unseen``; ``crops`` must have none of them.
+    """
     network = Network(settings.network, seed)
-    views = _views(crops, settings, settings.steps, np.random.default_rng([seed, 1]))
+    views = _views(crops, settings, settings.steps, np.random.default_rng([seed, 1]), unseen)
     return descend(network, views, settings.steps, report, stage)
 
 
@@ -203,7 +212,11 @@ def descend(
 
 
 def _views(
-    crops: Sequence[LoadedCrop], settings: ClassifierSettings, steps: int, generator: np.random.Generator
+    crops: Sequence[LoadedCrop],
+    settings: ClassifierSettings,
+    steps: int,
+    generator: np.random.Generator,
+    unseen: Container[int] = (),
 ) -> Iterator[tuple[NDArray[np.float32], NDArray[np.int64]]]:
     """Endless batches of descriptors and labels: new views, and between them views drawn from the latest ones."""
     classes = np.array([crop.class_id for crop in crops])
@@ -211,6 +224,7 @@ def _views(
     chance = counts[classes] ** (settings.balance - 1)
     chance /= chance.sum()
     drawn = drawn_crops(settings.drawn_crops, generator) if settings.drawn > 0 else []
+    drawn = [crop for crop in drawn if crop.class_id not in unseen]
     inset = inset_crops(crops, settings.inset_crops, generator) if settings.inset > 0 else []
     for share, others in ((settings.drawn, drawn), (settings.inset, inset)):
         if others:
@@ -219,6 +233,7 @@ def _views(
     yield from shown_views(
         crops, chance, settings.batch, settings.showings, generator,
         lambda made: _strength(made * settings.showings / steps, settings),
+        partial(jittered_view, unseen=unseen),
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ Every view is drawn from a ``numpy.random.Generator``: same generator state, sam
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -128,13 +128,16 @@ def _shake(box: FloatArray, draw: Iterator[float]) -> tuple[float, float, float,
     return cx - width / 2, cy - height / 2, cx + width / 2, cy + height / 2
 
 
-def jittered_view(crop: LoadedCrop, generator: np.random.Generator, strength: float = 1.0) -> tuple[Picture, int]:
+def jittered_view(
+    crop: LoadedCrop, generator: np.random.Generator, strength: float = 1.0, unseen: Container[int] = ()
+) -> tuple[Picture, int]:
     """A random view of a crop and its class, which a mirror image may have changed.
 
     Args:
         crop: the picture.
         generator: source of the draw.
         strength: in [0, 1]: scales the box errors and how often distance, blur and compression strike.
+        unseen: classes that no mirror image and no turned one may show.
     """
     # The root draws large errors more often than small ones: those are the views that are still misread.
     amount = 1.15 * strength * math.sqrt(generator.random())
@@ -154,9 +157,9 @@ def jittered_view(crop: LoadedCrop, generator: np.random.Generator, strength: fl
     )
     patch, class_id = disturbed(_warp(crop.pixels, matrix), generator, strength), crop.class_id
     mirror, turn = (generator.random(2) < 0.5).tolist()
-    if mirror and class_id in _MIRRORED:
+    if mirror and class_id in _MIRRORED and _MIRRORED[class_id] not in unseen:
         patch, class_id = patch[:, ::-1], _MIRRORED[class_id]
-    if turn and class_id in _TURNED:
+    if turn and class_id in _TURNED and _TURNED[class_id] not in unseen:
         patch, class_id = patch[::-1, ::-1], _TURNED[class_id]
     return np.ascontiguousarray(patch), class_id
 

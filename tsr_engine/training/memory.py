@@ -8,7 +8,7 @@ classifier, and serves all versions that descend from them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -30,7 +30,7 @@ from tsr_engine.training.classifier_jitter import jittered_view, load_crop, plai
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import PATCH, jitter, window_features
 
-__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "look_at", "refined_at", "stacked"]
+__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "crop_memory", "look_at", "refined_at", "stacked"]
 
 COMPONENT: Final = "memory"
 SIGNS: Final = 360
@@ -149,7 +149,7 @@ def build_memory(
     """
     rng = np.random.default_rng([seed, 11])
     signs, others = _windows(scenes, model, rng, progress)
-    moment, features, classes = _crop_memory(crops, classifier, rng, progress)
+    moment, features, classes = crop_memory(crops, classifier, rng, progress)
     arrays: dict[str, NDArray[np.generic]] = {
         **signs.to_arrays("signs"),
         **others.to_arrays("others"),
@@ -187,10 +187,22 @@ def _windows(
     )
 
 
-def _crop_memory(
-    crops: Sequence[CropItem], classifier: SignClassifier, rng: np.random.Generator, progress: Progress
+def crop_memory(
+    crops: Sequence[CropItem],
+    classifier: SignClassifier,
+    rng: np.random.Generator,
+    progress: Progress,
+    unseen: Container[int] = (),
 ) -> tuple[FloatArray, NDArray[np.float32], NDArray[np.int64]]:
-    """Mean of ``x x^T`` over views of crops, classes alike, ``x`` = features and 1; and remembered features."""
+    """Mean of ``x x^T`` over views of crops, classes alike, ``x`` = features and 1; and remembered features.
+
+    Args:
+        crops: items of GTSRB tracks.
+        classifier: reads them.
+        rng: of all draws.
+        progress: told stage, number done, number in all.
+        unseen: classes that no view may show, see ``jittered_view``.
+    """
     by_class: dict[int, list[CropItem]] = {}
     for _, items in sorted(tracks_of(crops).items()):
         for item in (items[i] for i in rng.choice(len(items), min(3, len(items)), replace=False)):
@@ -201,7 +213,7 @@ def _crop_memory(
     for number, (class_id, items) in enumerate(sorted(by_class.items())):
         progress("crops to remember", number, CLASS_COUNT)
         loaded = [load_crop(items[i]) for i in rng.permutation(len(items))[:60]]
-        views = [jittered_view(crop, rng, 0.5) for crop in loaded]
+        views = [jittered_view(crop, rng, 0.5, unseen) for crop in loaded]
         of_views = _features(classifier, [view for view, _ in views])
         rows = np.concatenate([of_views, np.ones((len(of_views), 1))], axis=1)
         moment += rows.T @ rows / (len(rows) * len(by_class))

@@ -1,0 +1,70 @@
+"""The experiment on taught labels: what it teaches, what it counts, and what the report says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks import teaching_labels
+from benchmarks.experiment import Result
+from benchmarks.experiments.teaching import EXPERIMENT
+from benchmarks.teaching_labels import FRAMES, HIDDEN, base_classifier, figures_of, taught_crops
+from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.training.classifier import ClassifierSettings
+
+
+@pytest.fixture
+def items(tmp_path: Path) -> list[CropItem]:
+    """Two tracks of 30 frames of each of three classes, one of them hidden."""
+    path = tmp_path / "00000_00000.png"
+    cv2.imwrite(str(path), np.random.default_rng(0).integers(0, 256, (24, 24, 3)).astype(np.uint8))
+    return [
+        CropItem(path, (2, 2, 22, 22), class_id, (class_id, track), frame)
+        for class_id in (1, HIDDEN[0], 39)
+        for track in range(2)
+        for frame in range(30)
+    ]
+
+
+def test_so_many_tracks_of_each_hidden_label_are_taught(items: list[CropItem]) -> None:
+    crops = taught_crops(items, 1, {HIDDEN[0]: 43}, np.random.default_rng(0))
+    assert [crop.crop.class_id for crop in crops] == [43] * FRAMES
+    assert len({crop.sign for crop in crops}) == 1
+    both = taught_crops(items, 5, {HIDDEN[0]: 43}, np.random.default_rng(0))
+    assert len({crop.sign for crop in both}) == 2
+
+
+def test_the_base_learns_from_other_labels_alone(items: list[CropItem], monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+
+    def fit(crops, settings, seed, report, stage, unseen):  # type: ignore[no-untyped-def]
+        seen.append(({crop.class_id for crop in crops}, unseen))
+        raise StopIteration
+
+    monkeypatch.setattr(teaching_labels, "fit_arrays", fit)
+    with pytest.raises(StopIteration):
+        base_classifier(items, items, 0, ClassifierSettings(steps=1))
+    assert seen == [({1, 39}, HIDDEN)]
+
+
+def test_old_and_new_labels_are_counted_apart() -> None:
+    margins = np.array([[5, 0, 0], [0, 4, 0], [0, 0, 5], [5, 0, 0], [0, 5, 0]], np.float32)
+    signs, truth = np.array([0, 0, 1, 1, 2]), np.array([0, 2, 1])
+    found = figures_of(margins, 1.0, signs, truth, 2)
+    assert found["old_single"] == pytest.approx(2 / 3)
+    assert found["new_single"] == 0.5
+    assert found["old_tracks"] == 1.0, "the surer frame counts more"
+    assert found["new_tracks"] == found["worst_label"] == 0.0
+
+
+def test_the_report_says_which_bars_are_met() -> None:
+    one = {"old_single": 0.99, "new_single": 0.9, "old_tracks": 0.997, "new_tracks": 0.95, "worst_label": 0.8}
+    figures = {"0": {**one, "new_tracks": 0.0}, "1": one, "5": one, "20": {**one, "old_tracks": 0.99}}
+    told = EXPERIMENT.tell(Result("teaching", figures=figures))
+    assert "From 5 tracks 0.950 of the new labels' tracks are read right (bar 0.90: met)" in told
+    assert "(bar 0.97: missed)" in told
+    assert "The other labels lose 0.70 points of tracks (bar 0.2: missed)" in told
+    assert told.index("| 5 |") < told.index("| 20 |")
