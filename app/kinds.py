@@ -23,7 +23,7 @@ def _recording() -> Task:
 
 
 def _sdk() -> None:
-    from tsr_engine.recording.sink import load_sdk
+    from tsr_engine.recording.write import load_sdk
 
     load_sdk()
 

@@ -7,6 +7,7 @@
 
 from tsr_engine.recording.content import BoxRows
 from tsr_engine.recording.layers import LAYERS
-from tsr_engine.recording.write import RecordingReport, RecordingRequest, write_recording
+from tsr_engine.recording.request import RecordingReport, RecordingRequest
+from tsr_engine.recording.write import write_recording
 
 __all__ = ["LAYERS", "BoxRows", "RecordingReport", "RecordingRequest", "write_recording"]

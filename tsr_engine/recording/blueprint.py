@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
+
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.encodings import AbsoluteTimeRange
 
 from tsr_engine.recording.layers import EVENTS, FRAME_TIMELINE, LAYERS, VIDEO, track_entity
-
-if TYPE_CHECKING:
-    from rerun.blueprint import Blueprint, StateTimelineView, TimeSeriesView
 
 __all__ = ["PLOTTED", "Opening", "make_blueprint"]
 
@@ -53,10 +54,8 @@ class Opening:
     frames: tuple[int, int]
 
 
-def make_blueprint(opening: Opening) -> Blueprint:
+def make_blueprint(opening: Opening) -> rrb.Blueprint:
     """The picture with its layers above, events beside it, time lines below; time stands still at the start."""
-    import rerun.blueprint as rrb
-
     picture = rrb.Spatial2DView(
         origin=VIDEO,
         name="Picture",
@@ -95,23 +94,16 @@ def make_blueprint(opening: Opening) -> Blueprint:
 def _selection(focus: tuple[int, int] | None) -> Any:
     if focus is None:
         return None
-    from rerun.encodings import AbsoluteTimeRange
-
     return AbsoluteTimeRange(min=focus[0], max=focus[1])
 
 
-def _states(opening: Opening) -> StateTimelineView:
-    import rerun.blueprint as rrb
-
+def _states(opening: Opening) -> rrb.StateTimelineView:
     contents = [f"+ /{track_entity(track, 'state')}" for track in opening.tracks[:_MOST_TRACKS]]
     return rrb.StateTimelineView(origin="/", contents=contents, name="Track states")
 
 
-def _plots(opening: Opening) -> list[TimeSeriesView]:
+def _plots(opening: Opening) -> list[rrb.TimeSeriesView]:
     """A plot for each kind of value that the recording has; its lines end left of the legend."""
-    import rerun as rr
-    import rerun.blueprint as rrb
-
     first, stop = opening.frames
     room = round((stop - first) * _LEGEND / (1 - _LEGEND))
     span = rr.TimeRange(

@@ -1,18 +1,18 @@
 """The one place that talks to the Rerun SDK: columns in, the bytes of a ``.rrd`` file out.
 
-The SDK takes more than a second to import, so it is imported when a recording is made.
+The SDK takes more than a second to import, so this module is imported when a recording is made.
 """
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable
-from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING
 
 import numpy as np
+import rerun as rr
 from numpy.typing import NDArray
+from rerun.blueprint import Blueprint
 
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recording.content import BoxRows, Frames, Moments, Series
@@ -24,14 +24,9 @@ from tsr_engine.recording.layers import (
     Rgb,
 )
 
-if TYPE_CHECKING:
-    from rerun import AsComponents, ComponentColumn
-    from rerun.blueprint import Blueprint
-
-__all__ = ["Sink", "load_sdk", "video_stamps"]
+__all__ = ["Sink", "video_stamps"]
 
 Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 _LOG_WIDTH = 44
 """Letters of a line in the event log."""
@@ -39,16 +34,8 @@ _LEVELS = {"rejected": "WARN", "missed": "WARN", "died": "INFO", "relabelled": "
 _STATES = {"detected": 0x56B4E9FF, "predicted": 0xF0E442FF, "relocalised": 0xE69F00FF}
 
 
-def load_sdk() -> None:
-    """Import the SDK now; where that fails, whoever needs it next is informed why."""
-    with suppress(ImportError):
-        import rerun.blueprint  # noqa: F401
-
-
 def video_stamps(data: bytes) -> Ints:
     """Presentation times in ns of all pictures of an MP4 file as the viewer reads them."""
-    import rerun as rr
-
     stamps = rr.AssetVideo(contents=data, media_type="video/mp4").read_frame_timestamps_nanos()
     return np.asarray(stamps, np.int64)
 
@@ -60,9 +47,6 @@ class Sink:
     """
 
     def __init__(self, application_id: str, recording_id: str, blueprint: Blueprint) -> None:
-        import rerun as rr
-
-        self._rr = rr
         self._strict = rr.strict_mode()
         rr.set_strict_mode(True)  # otherwise data of a wrong shape is dropped with a warning
         self._recording = rr.RecordingStream(application_id, recording_id=recording_id)
@@ -77,7 +61,7 @@ class Sink:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._rr.set_strict_mode(self._strict)
+        rr.set_strict_mode(self._strict)
         self._recording.disconnect()
 
     def take(self) -> bytes:
@@ -87,7 +71,7 @@ class Sink:
     @property
     def sdk_version(self) -> str:
         """Version of the SDK; a viewer of the same one shows the recording."""
-        return str(self._rr.__version__)
+        return str(rr.__version__)
 
     def name(self, title: str) -> None:
         """Name the recording for people."""
@@ -95,26 +79,24 @@ class Sink:
 
     def properties(self, name: str, values: dict[str, str]) -> None:
         """Facts about the recording."""
-        content = self._rr.AnyValues(**values)  # type: ignore[arg-type]
+        content = rr.AnyValues(**values)  # type: ignore[arg-type]
         self._recording.send_property(name, content)
 
     def document(self, entity: str, markdown: str) -> None:
         """A page of text."""
-        self._static(entity, self._rr.TextDocument(markdown, media_type="text/markdown"))
+        self._static(entity, rr.TextDocument(markdown, media_type="text/markdown"))
 
     def classes(self, infos: list[tuple[int, str, Rgb]]) -> None:
         """Numbers, names and colours of the labels, for everything below the picture."""
-        self._static(VIDEO, self._rr.AnnotationContext(infos))
+        self._static(VIDEO, rr.AnnotationContext(infos))
 
     def video(self, entity: str, data: bytes, frames: Frames, nanos: Ints) -> None:
         """The clip, and which of its pictures each frame shows."""
-        rr = self._rr
         self._static(entity, rr.AssetVideo(contents=data, media_type="video/mp4"))
         self._columns(entity, frames, frames.ordinal, rr.VideoFrameReference.columns_nanos(nanos))
 
     def boxes(self, layer: Layer, frames: Frames, rows: BoxRows, labelled: bool) -> None:
         """Boxes of a layer; a frame without any is said to be empty. Unlabelled ones tell theirs to the pointer."""
-        rr = self._rr
         boxes = rows.table.boxes
         centres, halves = (boxes[:, :2] + boxes[:, 2:]) / 2, (boxes[:, 2:] - boxes[:, :2]) / 2
         counts = rows.counts(frames)
@@ -128,7 +110,6 @@ class Sink:
 
     def scalars(self, entity: str, frames: Frames, series: Series, title: str, colours: list[Rgb]) -> None:
         """Values over time; with a title that the lines are named after, or none that a plot shows at first."""
-        rr = self._rr
         columns = rr.Scalars.columns(scalars=series.values.ravel())
         self._columns(entity, frames, series.at, columns.partition([series.values.shape[1]] * len(series.at)))
         if title:
@@ -137,25 +118,22 @@ class Sink:
 
     def states(self, entity: str, frames: Frames, at: Ints, states: tuple[str, ...]) -> None:
         """States of a track, where they change."""
-        rr = self._rr
         self._columns(entity, frames, at, rr.StateChange.columns(state=list(states)))
         colours = np.array(list(_STATES.values()), np.uint32)
         self._static(entity, rr.StateConfiguration(values=list(_STATES), colors=colours))
 
     def log_entries(self, entity: str, frames: Frames, moments: Moments) -> None:
         """The event log."""
-        rr = self._rr
         if len(moments.frame):
             levels = [_LEVELS.get(kind, "INFO") for kind in moments.kind]
             # the viewer's log wraps nothing by itself
             texts = [textwrap.fill(text, _LOG_WIDTH, break_on_hyphens=False) for text in moments.text]
             self._columns(entity, frames, moments.frame, rr.TextLog.columns(text=texts, level=levels))
 
-    def _static(self, entity: str, content: AsComponents) -> None:
+    def _static(self, entity: str, content: rr.AsComponents) -> None:
         self._recording.log(entity, content, static=True)
 
-    def _columns(self, entity: str, frames: Frames, at: Ints, columns: Iterable[ComponentColumn]) -> None:
-        rr = self._rr
+    def _columns(self, entity: str, frames: Frames, at: Ints, columns: Iterable[rr.ComponentColumn]) -> None:
         indexes = [
             rr.TimeColumn(FRAME_TIMELINE, sequence=at),
             rr.TimeColumn(TIME_TIMELINE, duration=frames.seconds_at(at)),

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import configparser
-import io
 import math
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.beside import is_called, is_wrapper, stated_by_manifest
+from tsr_engine.exchange.beside import is_wrapper, stated_by_manifest
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
@@ -21,12 +17,11 @@ from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.mot.columns import Columns, Row, Rows, columns_of
-from tsr_engine.exchange.mot.extras import NAMES, Extras
-from tsr_engine.exchange.names import safe_stem
+from tsr_engine.exchange.mot.extras import Extras
+from tsr_engine.exchange.mot.sequences import SequenceFiles, class_names, find_sequences, picture_scale
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import read_text, refuse
 from tsr_engine.exchange.sidecar import ATTRIBUTES, read_rows, real
-from tsr_engine.exchange.subject import name_similarity
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.labels.model import AttributeValue
 
@@ -34,24 +29,9 @@ __all__ = ["SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
 
 SIDE = "tracks.csv"
 SIDE_COLUMNS = ("id", "uid", "state", "source", "note")
-_SEQUENCE = "seqinfo.ini"
 _WIDTHS = (7, 9, 10)
-_SUBSETS = ("train", "val", "test")
-_SAYS_NOTHING = re.compile(
-    "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
-    re.I,
-)
-"""Words in names of files and folders that are about no video."""
 _BOX = range(2, 6)
 """Columns of the box, from 0."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Sequence:
-    """Where the parts of a sequence lie; ``root`` has ``seqinfo.ini``."""
-
-    root: Path
-    rows: Path
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +58,7 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     counting = _Counting(
         FrameOrigin(validator, 1, sure=_is_ours(path)), int(origin == "1"), None if first == "auto" else int(first)
     )
-    found = _sequences(path, validator)
+    found = find_sequences(path, validator)
     loose = LooseBoxes(validator, path.name)
     for sequence in found:
         _read_sequence(sequence, path, counting, validator, loose)
@@ -90,57 +70,13 @@ def _is_ours(path: Path) -> bool:
     return bool(stated_by_manifest(path if path.is_dir() else path.parent, "first_frame"))
 
 
-def _sequences(path: Path, validator: ImportValidator) -> list[_Sequence]:
-    video = validator.target.video
-    if path.is_file():
-        if not _SAYS_NOTHING.search(path.stem):
-            _tell_name(path.stem, path.parent, path.name, validator)
-        root = path.parent.parent if path.parent.name in ("gt", "det") else path.parent
-        return [_Sequence(root, path)]
-    for part in ("gt/gt.txt", "det/det.txt", "gt.txt", "det.txt"):
-        if (path / part).is_file():
-            wrapper = validator.target.wrapper
-            if not _SAYS_NOTHING.search(wrapper):
-                _tell_name(wrapper, path, wrapper, validator)
-            return [_Sequence(path, path / part)]
-    parts = sorted(path.rglob("gt/gt.txt"))
-    if not parts:
-        raise refuse(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
-    names = {part: part.parent.parent.name for part in parts}
-    own = [part for part in parts if name_similarity(names[part], video) or is_called(path, video, names[part])] or [
-        part for part in parts if part.parent.parent.parent == path and names[part] in _SUBSETS
-    ]
-    if not own and len(parts) == 1:
-        own = parts
-        if not _SAYS_NOTHING.search(names[parts[0]]):
-            _tell_name(names[parts[0]], path, path.name, validator)
-    if not own:
-        raise ImportFormatError(
-            f"{path.name}: has {len(parts)} sequences ({', '.join(list(names.values())[:5])}), none called "
-            f"{safe_stem(video.name)}. Import the folder of one of them."
-        )
-    others = [name for part, name in names.items() if part not in own]
-    if others:
-        validator.skip(
-            f"{path.name}: {len(others)} sequences", f"They are not about {video.name}: {', '.join(others[:8])}."
-        )
-    return [_Sequence(part.parent.parent, part) for part in own]
-
-
-def _tell_name(name: str, folder: Path, file: str, validator: ImportValidator) -> None:
-    """Tell of a sequence that is called after another video."""
-    video = validator.target.video
-    if name and not name_similarity(name, video) and not is_called(folder, video, name):
-        validator.repair(f"{file}: speaks of {name[:80]}. It was taken to be about {video.name}.")
-
-
 def _read_sequence(
-    sequence: _Sequence, path: Path, counting: _Counting, validator: ImportValidator, loose: LooseBoxes
+    sequence: SequenceFiles, path: Path, counting: _Counting, validator: ImportValidator, loose: LooseBoxes
 ) -> None:
     inside = path if path.is_dir() else path.parent
     file = sequence.rows.relative_to(inside).as_posix()
-    scale = _about(sequence.root / _SEQUENCE, path, validator)
-    names = _names(sequence)
+    scale = picture_scale(sequence, path, validator)
+    names = class_names(sequence)
     rows: list[tuple[int, Row]] = []
     broken: dict[int, list[str]] = {}
     for line, cells in _rows(sequence.rows, file):
@@ -199,7 +135,7 @@ def _zero_is_an_id(rows: Rows) -> bool:
 
 
 def _columns(
-    rows: Rows, sequence: _Sequence, names: list[str] | None, file: str, validator: ImportValidator
+    rows: Rows, sequence: SequenceFiles, names: list[str] | None, file: str, validator: ImportValidator
 ) -> Columns:
     said = validator.target.switches.get("columns", "auto")
     truth = sequence.rows.name == "gt.txt" or sequence.rows.parent.name == "gt"
@@ -247,16 +183,6 @@ def _real(cell: str, at: int, file: str, line: int) -> float:
         raise refuse(file, line, f"column {at + 1} must be a number. Got {cell.strip()[:40]!r}.") from None
 
 
-def _names(sequence: _Sequence) -> list[str] | None:
-    for place in (sequence.rows.parent / NAMES, sequence.root / "gt" / NAMES, sequence.root / NAMES):
-        if place.is_file():
-            names = [line.strip() for line in read_text(place, limit=1 << 24).splitlines()]
-            while names and not names[-1]:
-                names.pop()
-            return names
-    return None
-
-
 def _described(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]]:
     """Name, state, source, notes and attributes of each track id, from the file beside."""
     out: dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]] = {}
@@ -273,30 +199,6 @@ def _described(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, Attr
         said = attributes_in(cells.get(ATTRIBUTES), path.name, line)
         out[int(number)] = (cells["uid"], cells["state"], cells["source"] or "imported", cells["note"], said)
     return out
-
-
-def _about(path: Path, folder: Path, validator: ImportValidator) -> tuple[float, float]:
-    """What ``seqinfo.ini`` says of the sequence, if there is one: its name, length and size; gives the scale."""
-    if not path.is_file():
-        return 1.0, 1.0
-    parser = configparser.ConfigParser(interpolation=None)
-    try:
-        parser.read_file(io.StringIO(read_text(path, limit=1 << 20)))
-        reported = parser["Sequence"] if parser.has_section("Sequence") else {}
-        length, rate, width, height = (
-            real_number(reported[name]) if reported.get(name) else math.nan
-            for name in ("seqLength", "frameRate", "imWidth", "imHeight")
-        )
-    except (configparser.Error, ValueError) as error:
-        first = str(error).splitlines()[0]
-        raise refuse(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
-    video = validator.target.video
-    _tell_name(reported.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, validator)
-    if math.isfinite(length) and length != video.frames:
-        validator.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
-    if video.rate is not None and abs(rate - float(video.rate)) > 1:
-        validator.repair(f"{path.name}: its sequence has {rate:g} frames/s, {video.name} has {float(video.rate):g}.")
-    return validator.scale(width, height, path.name) if width == width and height == height else (1.0, 1.0)
 
 
 def sniff_mot(path: Path) -> bool:

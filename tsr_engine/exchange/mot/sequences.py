@@ -1,0 +1,128 @@
+"""Which files of a folder are the sequence of a video, what it is called, and what is said about it beside the rows."""
+
+from __future__ import annotations
+
+import configparser
+import io
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.beside import is_called
+from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.mot.extras import NAMES
+from tsr_engine.exchange.names import safe_stem
+from tsr_engine.exchange.reading import read_text, refuse
+from tsr_engine.exchange.subject import name_similarity
+from tsr_engine.io.plain_numbers import real_number
+
+__all__ = ["SequenceFiles", "class_names", "find_sequences", "picture_scale"]
+
+_SEQUENCE = "seqinfo.ini"
+_SUBSETS = ("train", "val", "test")
+_SAYS_NOTHING = re.compile(
+    "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
+    re.I,
+)
+"""Words in names of files and folders that are about no video."""
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceFiles:
+    """Where the parts of a sequence lie; ``root`` has ``seqinfo.ini``."""
+
+    root: Path
+    rows: Path
+
+
+def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles]:
+    """The sequences of a folder, or of a file of rows, that are about the video; the others are reported.
+
+    Raises:
+        ImportFormatError: there is none, or none of several has the video's name.
+    """
+    video = validator.target.video
+    if path.is_file():
+        if not _SAYS_NOTHING.search(path.stem):
+            _tell_name(path.stem, path.parent, path.name, validator)
+        root = path.parent.parent if path.parent.name in ("gt", "det") else path.parent
+        return [SequenceFiles(root, path)]
+    for part in ("gt/gt.txt", "det/det.txt", "gt.txt", "det.txt"):
+        if (path / part).is_file():
+            wrapper = validator.target.wrapper
+            if not _SAYS_NOTHING.search(wrapper):
+                _tell_name(wrapper, path, wrapper, validator)
+            return [SequenceFiles(path, path / part)]
+    parts = sorted(path.rglob("gt/gt.txt"))
+    if not parts:
+        raise refuse(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
+    names = {part: part.parent.parent.name for part in parts}
+    own = [part for part in parts if name_similarity(names[part], video) or is_called(path, video, names[part])] or [
+        part for part in parts if part.parent.parent.parent == path and names[part] in _SUBSETS
+    ]
+    if not own and len(parts) == 1:
+        own = parts
+        if not _SAYS_NOTHING.search(names[parts[0]]):
+            _tell_name(names[parts[0]], path, path.name, validator)
+    if not own:
+        raise ImportFormatError(
+            f"{path.name}: has {len(parts)} sequences ({', '.join(list(names.values())[:5])}), none called "
+            f"{safe_stem(video.name)}. Import the folder of one of them."
+        )
+    others = [name for part, name in names.items() if part not in own]
+    if others:
+        validator.skip(
+            f"{path.name}: {len(others)} sequences", f"They are not about {video.name}: {', '.join(others[:8])}."
+        )
+    return [SequenceFiles(part.parent.parent, part) for part in own]
+
+
+def _tell_name(name: str, folder: Path, file: str, validator: ImportValidator) -> None:
+    """Tell of a sequence that is called after another video."""
+    video = validator.target.video
+    if name and not name_similarity(name, video) and not is_called(folder, video, name):
+        validator.repair(f"{file}: speaks of {name[:80]}. It was taken to be about {video.name}.")
+
+
+def class_names(sequence: SequenceFiles) -> list[str] | None:
+    """Names of the classes from the file beside the rows; None: there is none."""
+    for place in (sequence.rows.parent / NAMES, sequence.root / "gt" / NAMES, sequence.root / NAMES):
+        if place.is_file():
+            names = [line.strip() for line in read_text(place, limit=1 << 24).splitlines()]
+            while names and not names[-1]:
+                names.pop()
+            return names
+    return None
+
+
+def picture_scale(sequence: SequenceFiles, folder: Path, validator: ImportValidator) -> tuple[float, float]:
+    """Factors from the sequence's pictures to those of the video, by ``seqinfo.ini`` if there is one.
+
+    Where its name, length or rate are not those of the video, that is reported.
+
+    Raises:
+        ImportFormatError: the file cannot be read, or the pictures have another size.
+    """
+    path = sequence.root / _SEQUENCE
+    if not path.is_file():
+        return 1.0, 1.0
+    parser = configparser.ConfigParser(interpolation=None)
+    try:
+        parser.read_file(io.StringIO(read_text(path, limit=1 << 20)))
+        reported = parser["Sequence"] if parser.has_section("Sequence") else {}
+        length, rate, width, height = (
+            real_number(reported[name]) if reported.get(name) else math.nan
+            for name in ("seqLength", "frameRate", "imWidth", "imHeight")
+        )
+    except (configparser.Error, ValueError) as error:
+        first = str(error).splitlines()[0]
+        raise refuse(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
+    video = validator.target.video
+    _tell_name(reported.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, validator)
+    if math.isfinite(length) and length != video.frames:
+        validator.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
+    if video.rate is not None and abs(rate - float(video.rate)) > 1:
+        validator.repair(f"{path.name}: its sequence has {rate:g} frames/s, {video.name} has {float(video.rate):g}.")
+    return validator.scale(width, height, path.name) if width == width and height == height else (1.0, 1.0)

@@ -1,0 +1,94 @@
+"""What a recording shows, put into the file that the Rerun viewer reads. Imports the SDK: see ``write.load_sdk``."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from tsr_engine.recording.about import about_text
+from tsr_engine.recording.blueprint import PLOTTED, Opening, make_blueprint
+from tsr_engine.recording.clip import Clip
+from tsr_engine.recording.content import Lines, Series
+from tsr_engine.recording.gathered import Gathered
+from tsr_engine.recording.layers import EVENTS, LAYERS, TAU_COLOUR, TRACK_COLOURS, VIDEO, Rgb, track_entity
+from tsr_engine.recording.sink import Sink
+from tsr_engine.recording.stored import LEADING
+
+__all__ = ["log", "log_picture", "open_sink"]
+
+
+def open_sink(content: Gathered, application_id: str, recording_id: str) -> Sink:
+    """Open a recording; it holds nothing yet but its views."""
+    request, frames = content.request, content.frames
+    values = frozenset((one.track_id, value) for one in content.lines for value in one.values)
+    focus = request.focus_frame
+    opening = Opening(
+        frames.width,
+        frames.height,
+        tuple(content.layers),
+        [one.track_id for one in content.lines],
+        values,
+        None if focus is None or not frames.first <= focus < frames.first + len(frames) else (focus, focus),
+        (frames.first, frames.first + len(frames)),
+    )
+    return Sink(application_id, recording_id, make_blueprint(opening))
+
+
+def log(content: Gathered, sink: Sink) -> None:
+    """Log everything that needs no picture."""
+    frames = content.frames
+    sink.name(content.title())
+    sink.classes(content.classes.infos)
+    corrected = content.layers.get("corrected")
+    for name, rows in content.layers.items():
+        # a result lies under its corrected box, where two labels cannot be read
+        covered = name == "results" and corrected is not None and len(corrected) > 0
+        sink.boxes(LAYERS[name], frames, rows, LAYERS[name].labelled and not covered)
+    if np.isfinite(content.tau) and content.tau > 0:
+        every = np.full((len(frames), 1), content.tau)
+        sink.scalars("gate/tau", frames, Series(frames.ordinal, every, ("tau",)), "gate", [TAU_COLOUR])
+        sink.scalars(
+            "gate/log10_tau", frames, Series(frames.ordinal, np.log10(every), ("log10 tau",)), "gate", [TAU_COLOUR]
+        )
+    for order, one in enumerate(content.lines):
+        _log_track(one, order, content, sink)
+    sink.log_entries(EVENTS, frames, content.moments)
+
+
+def log_picture(content: Gathered, sink: Sink, clip: Clip | None, picture: str) -> None:
+    """Log the picture, where there is one, and the page "About", which says where it comes from."""
+    frames, header = content.frames, content.reader.header
+    facts = {
+        "engine_version": header.engine_version,
+        "schema_version": str(header.schema_version),
+        "sdk_version": sink.sdk_version,
+        "video": header.video.name,
+        "video_sha256": header.video.sha256,
+        "run_identity": header.identity(),
+        "run_created": header.created,
+        "frames": f"{frames.first}:{frames.first + len(frames)}",
+        "picture": picture,
+        "models": json.dumps(dict(header.models), sort_keys=True),
+        "configuration": json.dumps(header.parameters, sort_keys=True),
+        **content.request.notes,
+    }
+    sink.properties("tsr", facts)
+    sink.document("about", about_text(content.title(), facts, header, {n: len(r) for n, r in content.layers.items()}))
+    if clip is not None:
+        sink.video(VIDEO, clip.data, frames, clip.nanos)
+
+
+def _log_track(one: Lines, order: int, content: Gathered, sink: Sink) -> None:
+    frames, title = content.frames, f"#{one.track_id} {content.classes.short(one.class_id)}"
+    for value, series in one.values.items():
+        shown = title if value in PLOTTED else ""
+        sink.scalars(track_entity(one.track_id, value), frames, series, shown, _colours(order, value, series))
+    sink.states(track_entity(one.track_id, "state"), frames, *one.states)
+
+
+def _colours(order: int, value: str, series: Series) -> list[Rgb]:
+    """Colours of the lines of one value of the track in that place of the order, other ones than its neighbours'."""
+    width = series.values.shape[1]
+    first = order * (LEADING if value == "votes" else width)
+    return [TRACK_COLOURS[(first + line) % len(TRACK_COLOURS)] for line in range(width)]
