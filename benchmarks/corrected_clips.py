@@ -60,16 +60,14 @@ def filmed(change: Callable[[Picture, int], Picture], source: Path, place: Path,
     """A video of changed pictures; returns ``place``.
 
     Args:
-        change: from a picture and its number in the video to the one that is shown; all of one size.
+        change: from a picture and its number in the video to the one that is shown, of its size.
         source: the video.
         place: file to write.
         frames: number of pictures, from the first on; unset: all.
     """
-    with open_video(source) as video:
-        height, width = change(video.read(0).picture, 0).shape[:2]
-        with VideoWriter(place, width, height, video.rate) as writer:
-            for frame in islice(video.frames(), frames):
-                writer.write(change(frame.picture, frame.ordinal))
+    with open_video(source) as video, VideoWriter(place, video.width, video.height, video.rate) as writer:
+        for frame in islice(video.frames(), frames):
+            writer.write(change(frame.picture, frame.ordinal))
     return place
 
 

@@ -9,10 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-import cv2
 import numpy as np
 
-from benchmarks.corrected_clips import filmed
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.looming_clips import EACH, read_looming
@@ -24,7 +22,6 @@ from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
-from tsr_engine.records import Picture
 from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
@@ -94,8 +91,7 @@ def _run(data: Data) -> Result:
         videos |= {f"clips {name}": {n: clips[n] for n in own} for name, own in clip_groups(list(clips)).items()}
     if data.looming is not None:
         tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
-        approaches = read_looming(data.need("looming"), without=tuned, each=EACH).videos
-        videos["approaches, half size"] = _halved(approaches, data.scratch / "half_size")
+        videos["approaches"] = read_looming(data.need("looming"), without=tuned, each=EACH).videos
     kept = Cache(data.scratch / "first_sight")
     figures: JsonObject = {}
     for group, own in videos.items():
@@ -103,10 +99,9 @@ def _run(data: Data) -> Result:
         figures[group] = compared(rows, data.seed) | {"rows": rows}
     return Result(
         "first_sight",
-        data="The rendered sample drives, the clips of *Real clips*, and the simulated approaches of "
-        "*Under stress* at half their size, since at their full one nearly every sign is large enough in the first "
-        "frame. A sign's width is the annotated one in the first frame in which a track lies on it at IoU 0.5; clips "
-        "are annotated from 12 px.",
+        data="The sample drives, which are rendered and begin far from their signs, the clips of *Real clips* and the "
+        "simulated approaches of *Under stress*, most of which begin where their sign is large enough. A sign's "
+        "width is the annotated one in the first frame in which a track lies on it at IoU 0.5.",
         figures=figures,
         settings={name: components.models["detector"][:12] for name, components in models.items()},
         machine=machine(),
@@ -115,23 +110,6 @@ def _run(data: Data) -> Result:
 
 def _samples() -> Videos:
     return {clip.video.stem: (clip.video, read_clip_truth(clip.truth)) for clip in SHIPPED}
-
-
-def _halved(videos: Videos, folder: Path) -> Videos:
-    """The videos and their truth at half their size; videos that are there are not made again."""
-    folder.mkdir(parents=True, exist_ok=True)
-    out = {}
-    for name, (video, truth) in videos.items():
-        place = folder / f"{file_digest(video)[:16]}.mp4"
-        if not place.is_file():
-            filmed(_half, video, place)
-        out[name] = place, replace(truth, boxes=truth.boxes / 2)
-    return out
-
-
-def _half(picture: Picture, ordinal: int) -> Picture:
-    size = (picture.shape[1] // 2, picture.shape[0] // 2)
-    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _signs(
