@@ -1,6 +1,7 @@
 """The OpenAPI document is true: requests that follow it and requests that break it, on a home with a real run.
 
-``TSR_FUZZ=N`` tries N random requests a route and phase instead of the few that fit into every test run.
+``TSR_FUZZ=N`` tries N random requests a route and phase instead of the few that fit into every test run;
+``make test-long`` sets it.
 """
 
 from __future__ import annotations
@@ -148,7 +149,7 @@ def try_route(served: Served, document: BaseSchema, operation: Any, mode: Genera
     tried = 0
 
     @settings(
-        max_examples=_MOST or 8,
+        max_examples=_MOST or 3,
         deadline=None,
         derandomize=not _MOST,
         suppress_health_check=list(HealthCheck),

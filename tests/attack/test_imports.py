@@ -28,6 +28,7 @@ from tsr_engine.exchange.formats import ImportLimits, ImportTarget
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.track_table import TrackTable
 
+pytestmark = pytest.mark.slow
 FRAMES = 75
 MOST_MB = 600
 """Memory of the server during any import, MiB."""
@@ -95,7 +96,7 @@ def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> 
 
 
 def test_work_ends_when_it_is_cancelled_when_the_client_leaves_and_when_the_server_does(toy: ToyHome) -> None:
-    content = mot(19_000, 50)
+    content = mot(10_000, 50)
     path = f"/api/videos/{toy.video_id}/imports?as=run&file=a.zip&name=a.zip"
     with running(toy.settings.home) as server:
         name, answered = "c" * 32, list[tuple[int, Any]]()

@@ -20,6 +20,8 @@ from tests.attack.places import toy_place
 from tests.attack.test_imports import mot
 from tests.patience import until, within
 
+pytestmark = pytest.mark.slow
+
 
 def aside(ask: Callable[[], object]) -> None:
     """Ask for something whose answer nobody waits for."""
@@ -73,7 +75,7 @@ def test_everything_ends_within_two_seconds(made: tuple[Place, Path], tmp_path: 
         until(
             lambda: server.ask(f"/api/videos/{video}")[1]["frames"] or server.ask(f"/api/runs/{run}")[1]["frames_done"]
         )
-        big, name = mot(19_000, 50), "d" * 32
+        big, name = mot(10_000, 50), "d" * 32
         path = f"/api/videos/{place.video}/imports?as=truth&file=a.zip&name=a.zip&progress={name}"
         aside(lambda: server.ask(path, big))
         until(lambda: server.ask(f"/api/imports/{name}")[1].get("boxes", 0) > 0)

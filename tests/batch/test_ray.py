@@ -16,7 +16,7 @@ from tsr_engine.pipeline import load_components
 from tsr_engine.runs.live import RunRequest, track_video
 
 SCRIPT = Path(__file__).with_name("ray_nodes.py")
-COUNT = 6
+COUNT = 4
 
 
 @pytest.mark.slow

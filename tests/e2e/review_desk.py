@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -90,19 +89,15 @@ def one_video(folders: pytest.TempPathFactory, clip: Path, name: str) -> Iterato
         clip: the video.
         name: of the video on the server.
     """
-    roots = folders.mktemp("clips")
-    shutil.copyfile(clip, roots / name)
-    with LiveServer(folders.mktemp("home"), roots=(roots,), sample=False) as server, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield server, browser, str(server.add_video(roots / name)["id"])
-        browser.close()
+    with open_desk(folders, clip, None, name) as desk:
+        yield desk.server, desk.browser, desk.video
 
 
 @contextmanager
 def open_desk(
-    folders: pytest.TempPathFactory, clip: Path, stop: int, name: str = "drive.mp4", run: str | None = None
+    folders: pytest.TempPathFactory, clip: Path, stop: int | None, name: str = "drive.mp4", run: str | None = None
 ) -> Iterator[Desk]:
-    """A desk with one run of the engine; :func:`tracked_home` says what the arguments are."""
+    """A desk with one run of the engine, or none; :func:`tracked_home` says what the arguments are."""
     home = tracked_home(folders, clip, stop, name, run)
     with LiveServer(home.home, roots=(home.roots,), sample=False) as server, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)

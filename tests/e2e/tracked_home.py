@@ -1,4 +1,4 @@
-"""Data folders with one tracked video. The engine runs once for all tests that share a clip; each desk gets a copy."""
+"""Data folders with one video. A clip is imported and tracked once for all tests; each desk gets a copy."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OF_A_SERVER = shutil.ignore_patterns("*.lock", "server.log", "token")
 
 
 class TrackedHome(NamedTuple):
-    """A data folder, the folder with its video, and the ids of the video and its run."""
+    """A data folder, the folder with its video, and the ids of the video and its run, empty without one."""
 
     home: Path
     roots: Path
@@ -33,14 +33,14 @@ class TrackedHome(NamedTuple):
 
 
 def tracked_home(
-    folders: pytest.TempPathFactory, clip: Path, stop: int, name: str = "drive.mp4", run: str | None = None
+    folders: pytest.TempPathFactory, clip: Path, stop: int | None, name: str = "drive.mp4", run: str | None = None
 ) -> TrackedHome:
-    """A data folder of its own with one complete run over the beginning of a clip.
+    """A data folder of its own with a clip and one complete run over its beginning.
 
     Args:
         folders: where the folder is made.
         clip: the video.
-        stop: frame after the last one of the run.
+        stop: frame after the last one of the run; None: there is no run.
         name: of the video.
         run: name of the run; None: as the server calls it.
     """
@@ -49,8 +49,8 @@ def tracked_home(
         if not (kept / "ids").is_file():
             shutil.rmtree(kept, ignore_errors=True)
             _track(kept, clip, stop)
-    ids = (kept / "ids").read_text().split()
-    made = TrackedHome(folders.mktemp("home"), kept / "clips", *ids)
+    video, _, tracked = (kept / "ids").read_text().partition(" ")
+    made = TrackedHome(folders.mktemp("home"), kept / "clips", video, tracked)
     shutil.copytree(kept / "home", made.home, ignore=OF_A_SERVER, dirs_exist_ok=True)
     database = Database(Settings(home=made.home).database)
     with database.write() as session:
@@ -75,13 +75,13 @@ def _alone(lock: Path) -> Iterator[None]:
         yield
 
 
-def _track(folder: Path, clip: Path, stop: int) -> None:
-    """Let a server import and track a clip; the file ``ids`` is written when all is done."""
+def _track(folder: Path, clip: Path, stop: int | None) -> None:
+    """Let a server import a clip and track it; the file ``ids`` is written when all is done."""
     roots, home = folder / "clips", folder / "home"
     roots.mkdir(parents=True)
     home.mkdir()
     shutil.copyfile(clip, roots / "drive.mp4")
     with LiveServer(home, roots=(roots,), sample=False) as server:
         video = str(server.add_video(roots / "drive.mp4")["id"])
-        run = server.track(video, {"stop": stop})
+        run = "" if stop is None else server.track(video, {"stop": stop})
     (folder / "ids").write_text(f"{video} {run}")

@@ -10,8 +10,9 @@ import pytest
 
 from tests.app.databases import cluster, database, database_url
 from tests.app.jobs.office import Office, make_office
+from tests.app.long_run import SEGMENT, make_long_run
 
-__all__ = ["cluster", "database", "database_url", "imported", "office", "undisturbed"]
+__all__ = ["cluster", "database", "database_url", "drive", "imported", "office", "undisturbed"]
 
 
 @pytest.fixture(scope="session")
@@ -30,6 +31,14 @@ def office(imported: Path, tmp_path: Path) -> Iterator[Office]:
     yield made
     made.close()
     made.context.close()
+
+
+@pytest.fixture(scope="session")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A home with a made-up run; copied for each test."""
+    home = tmp_path_factory.mktemp("drive") / "home"
+    make_long_run(home, 2 * SEGMENT, 12)
+    return home
 
 
 @pytest.fixture(scope="session")

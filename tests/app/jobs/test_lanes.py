@@ -24,21 +24,11 @@ from app.outputs.folders import output_folder
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Output, Run
-from tests.app.long_run import SEGMENT, make_long_run
 from tests.app.toy_server import SECRET
 from tests.patience import until
 from tsr_engine.io.digest import file_sha256
 
-FRAMES = 2 * SEGMENT
 PICTURES = 150
-
-
-@pytest.fixture(scope="module")
-def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A home with a made-up run; copied for each test."""
-    home = tmp_path_factory.mktemp("lanes") / "home"
-    make_long_run(home, FRAMES, 12)
-    return home
 
 
 @pytest.fixture

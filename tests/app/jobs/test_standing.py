@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,7 +23,6 @@ from app.jobs.supervisor import Supervisor
 from app.jobs.worker import _prepared
 from app.settings import Settings
 from app.storage.models import Job, Output, Run
-from tests.app.long_run import SEGMENT, make_long_run
 from tests.app.toy_server import SECRET
 from tests.patience import until
 
@@ -46,12 +46,11 @@ class Desk:
 
 
 @pytest.fixture
-def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
+def desk(drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
     """With a page open; nobody lingers."""
     monkeypatch.setattr(supervisor_module, "_LINGER", 0.3)
     monkeypatch.setattr(supervisor_module, "_AGAIN", 0.1)
-    home = tmp_path / "home"
-    make_long_run(home, 2 * SEGMENT, 12)
+    home = shutil.copytree(drive, tmp_path / "home")
     context = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
     made = Desk(context, Supervisor(context.settings, context.database, context.jobs))
     made.supervisor._watched = lambda: made.open
