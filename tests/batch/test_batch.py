@@ -132,6 +132,14 @@ def test_other_models_are_refused(drives: Path, tmp_path: Path, digests: dict[st
     assert "has another detector than this work was started with" in outcome.error
 
 
+def test_a_machine_without_the_models_says_so(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
+    parameters, models = PARAMS.model_dump(mode="json"), str(tmp_path / "not_here")
+    outcome = run_order(Order(str(drives / "one.mp4"), str(tmp_path / "x"), parameters, models, digests))
+    assert not outcome.died
+    assert "not_here" in outcome.error
+    assert "Unexpected" not in outcome.error
+
+
 def test_one_batch_at_a_time_writes_a_folder(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
     entered, leave = threading.Event(), threading.Event()
 
