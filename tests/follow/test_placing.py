@@ -89,10 +89,12 @@ def test_how_far_a_sign_goes_on_beyond_the_edge_is_known_of_a_known_sign_alone()
         return ScoredBox(box, 3.0)
 
     cut = [Anchor(2, np.array([0.0, 50.0, 28.0, 90.0]))]
+    said = [Anchor(2, np.array([-10.0, 50.0, 28.0, 90.0]))]
     inside = [Anchor(2, np.array([20.0, 50.0, 48.0, 90.0]))]
     assert place(MADE.source(), cut, look)[0].box.tolist() == [-12.0, 50.0, 28.0, 90.0]
     assert place(MADE.source(), cut, None)[0].box.tolist() == [-4.0, 50.0, 28.0, 90.0]
     assert place(MADE.source(), cut, None)[0].shown.tolist() == [0.0, 50.0, 28.0, 90.0]
+    assert place(MADE.source(), said, None)[0].box.tolist() == [-10.0, 50.0, 28.0, 90.0]
     assert place(MADE.source(), inside, look)[0].box.tolist() == [20.0, 50.0, 48.0, 90.0]
 
 

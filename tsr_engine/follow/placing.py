@@ -132,7 +132,7 @@ def _whole(box: FloatArray, picture: Picture, look: Look | None) -> FloatArray:
 
 
 def continued(box: FloatArray, width: int, height: int) -> FloatArray:
-    """A box that goes on a little beyond the picture's edge where it touches it.
+    """A box that goes on a little beyond the picture's edge where it ends there.
 
     Signs are drawn where most of them is seen. Between nothing and a quarter that is hidden, a seventh of what is seen
     is wrong by an eighth at most.
@@ -143,8 +143,8 @@ def continued(box: FloatArray, width: int, height: int) -> FloatArray:
         height: of the picture, px.
     """
     more = _BEYOND * (box[2:] - box[:2])
-    low = np.where(box[:2] <= _TOUCHES, box[:2] - more, box[:2])
-    high = np.where(box[2:] >= np.array([width, height]) - _TOUCHES, box[2:] + more, box[2:])
+    low = np.where(np.abs(box[:2]) <= _TOUCHES, box[:2] - more, box[:2])
+    high = np.where(np.abs(box[2:] - [width, height]) <= _TOUCHES, box[2:] + more, box[2:])
     return np.concatenate([low, high])
 
 
