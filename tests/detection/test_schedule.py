@@ -87,6 +87,20 @@ def test_where_nothing_can_be_seen_nothing_is_expected(detector: AcfDetector, pi
         assert len(clear(found)) == 0
 
 
+@pytest.mark.parametrize("band", [(0.5, 0.5), (0.9, 0.1), (1.0, 1.0)])
+def test_a_band_without_rows_holds_no_small_sign(band: tuple[float, float], picture: Picture) -> None:
+    settings = [("scan_turns", TURNS), ("far_top", band[0]), ("far_bottom", band[1])]
+    detector = load_detector(Params().with_settings(settings))
+    for frame in range(TURNS - 1):
+        assert len(detector.detect_in_turn(picture, frame)) == 0
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 3), (20, 20, 3), (30, 400, 3)])
+def test_a_picture_of_few_scales_is_scanned_in_turn_as_well(shape: tuple[int, int, int], detector: AcfDetector) -> None:
+    for frame in range(TURNS):
+        assert len(detector.detect_in_turn(np.zeros(shape, np.uint8), frame)) == 0
+
+
 def test_only_a_scan_in_turn_needs_what_is_expected(detector: AcfDetector, picture: Picture) -> None:
     found = Detections.empty()
     assert VideoDetector(detector).revisit(picture, found) is not None

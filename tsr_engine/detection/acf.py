@@ -281,6 +281,8 @@ class AcfDetector:
         reach = [_OVERLAP * self.model.window.side / scale for scale in scales]
         searched = bands_in_turn(bands, smallest, reach, frame, self.params.scan_turns)
         first, last = rows_of(searched, picture.shape[0])
+        if first >= last:
+            return np.zeros((0, 4)), np.zeros(0)
         within = [None if band is None else (band[0] - first, band[1] - first) for band in searched]
         boxes, scores = self._scan(picture[first:last], scales, within, 0, 1)
         return boxes + np.array([0, first, 0, first]), scores

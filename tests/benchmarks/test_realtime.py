@@ -1,0 +1,53 @@
+"""What is said of the preset ``realtime``."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.experiment import ROOT, Result
+from benchmarks.experiments import realtime
+from tsr_engine.track_table import TrackTable
+
+
+def _approach(sign: int, first: int, left: float) -> TrackTable:
+    """A sign that grows by a px a frame from 20 px on, from frame ``first`` to 9."""
+    frames = np.arange(first, 10)
+    boxes = np.array([[left, 40.0, left + 20 + k, 60.0 + k] for k in frames])
+    return TrackTable(frames, np.full(len(frames), sign), boxes, np.zeros(len(frames), int))
+
+
+def _together(*tables: TrackTable) -> TrackTable:
+    columns = ("frame", "track", "boxes", "class_id")
+    return TrackTable(*(np.concatenate([getattr(table, name) for table in tables]) for name in columns))
+
+
+def test_a_sign_is_seen_first_where_a_track_lies_on_it() -> None:
+    truth = _together(_approach(1, 0, 100.0), _approach(2, 0, 300.0))
+    found = realtime.first_sights(truth, _approach(7, 3, 100.0), 10, (640, 480))
+    assert found == {1: (3, 23.0)}
+
+
+def test_what_another_preset_sees_later_or_not_at_all_is_counted() -> None:
+    before = {("a", 1): (0, 20.0), ("a", 2): (4, 24.0), ("b", 1): (5, 30.0)}
+    now = {("a", 1): (2, 22.0), ("a", 2): (4, 24.0), ("b", 2): (1, 21.0)}
+    assert realtime._later(before, now) == {
+        "first_seen_width": 23.0, "later_mean": 1.0, "later_most": 2, "lost": [["b", 1]], "won": [["b", 2]],
+    }  # fmt: skip
+    assert realtime._later({}, {})["later_mean"] is None
+
+
+def test_a_frame_s_time_is_the_mean_over_what_is_searched_in_turn() -> None:
+    assert realtime._steady([1.0, 4.0, 1.0, 4.0, 1.0, 400.0], 2) == pytest.approx(2.5)
+
+
+def test_two_cores_are_bound_by_what_takes_the_frames_in_order() -> None:
+    shared = {"whole": 40.0, "detection": 25.0, "decoding": 5.0}
+    in_order = {"whole": 40.0, "detection": 5.0, "decoding": 5.0}
+    assert realtime.frames_a_second(shared) == pytest.approx(1e3 / (20 + realtime.PASSING))
+    assert realtime.frames_a_second(in_order) == pytest.approx(1e3 / (30 + realtime.PASSING))
+
+
+def test_the_stored_result_is_told_with_its_bars() -> None:
+    told = realtime.EXPERIMENT.tell(Result.load(ROOT / "results" / "realtime.json"))
+    assert told.count(" (met)") + told.count("**missed**") == 2 * len(realtime.SIZES)
