@@ -25,7 +25,7 @@ from tsr_engine.pipeline import load_detector, load_other_shapes, one_blas_threa
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["EXPERIMENT", "Sign", "counts", "read_boxes"]
+__all__ = ["CLASSES", "EXPERIMENT", "OTHERS", "Sign", "counts", "read_boxes"]
 
 SIZE: Final = (1280, 720)
 PICTURES: Final = 24
@@ -34,7 +34,11 @@ LEAST: Final = 20
 """Signs whose longer side is shorter are neither hits nor misses, px."""
 RATE: Final = 0.2
 """False detections a picture at which signs are counted once more."""
-CLASSES: Final = frozenset({"I-5.1", "I-10", "II-1", "II-2", "II-3", "II-7", "II-7.1", "II-30-30", "II-47", "II-48"})
+CLASSES: Final = {
+    "I-5.1": "road-narrows-on-the-right", "I-10": "uneven-road", "II-1": "give-way", "II-2": "stop",
+    "II-3": "no-vehicles", "II-7": "no-lorries", "II-7.1": "no-lorries", "II-30-30": "speed-limit-30",
+    "II-47": "keep-right", "II-48": "roundabout",
+}  # fmt: skip
 """Codes of the Slovenian catalogue whose signs are of the 43 classes, whatever colour their ground has."""
 OTHERS: Final = {
     "III-6": "pedestrian-crossing", "II-34": "no-stopping", "II-40": "cycle-track", "II-45.1": "turn-right-here",

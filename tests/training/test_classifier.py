@@ -12,6 +12,7 @@ from tsr_engine.recognition.descriptor import LENGTH, SIDE
 from tsr_engine.training.classifier import (
     ClassifierSettings,
     _strength,
+    _views,
     drawn_crops,
     fit_temperature,
     inset_crops,
@@ -215,6 +216,17 @@ def test_drawn_crops_join_the_real_ones() -> None:
     crops = drawn_crops(2, np.random.default_rng(0))
     assert [crop.class_id for crop in crops] == [c for c in DRAWN_CLASSES for _ in range(2)]
     assert drawn_crops(0, np.random.default_rng(0)) == []
+
+
+def test_neither_drawings_nor_mirror_images_show_an_unseen_class() -> None:
+    crops = [LoadedCrop(glyph(39, 0), np.array([5.0, 5, 35, 35]), 39)] * 4
+    settings = ClassifierSettings(batch=64, drawn=0.5, drawn_crops=1, inset=0.0)
+
+    def shown(unseen: set[int]) -> set[int]:
+        return set(next(_views(crops, settings, 1, np.random.default_rng(0), unseen))[1].tolist())
+
+    assert {33, 34, 38, 39} < shown(set())
+    assert shown(set(range(39))) == {39}
 
 
 def test_limits_with_smaller_digits_join_the_real_ones(folder: Path) -> None:

@@ -1,0 +1,54 @@
+"""The experiment on another country's signs: what is taught and what is read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.experiment import Data, Result, Skip
+from benchmarks.experiments import teaching_abroad
+from benchmarks.experiments.other_shapes import CLASSES, OTHERS
+from benchmarks.experiments.teaching_abroad import EXPERIMENT, Seen, read_in_turn
+from tsr_engine.labels.classes import default_keys
+from tsr_engine.pipeline import load_classifier
+from tsr_engine.training.classifier_jitter import LoadedCrop
+
+
+def test_codes_are_labels_that_the_model_has_or_lacks() -> None:
+    assert set(CLASSES.values()) <= set(default_keys())
+    assert not set(OTHERS.values()) & set(default_keys())
+
+
+def test_each_picture_is_read_by_what_the_others_teach(monkeypatch: pytest.MonkeyPatch) -> None:
+    taught = []
+
+    def refine(grown: Any, crops: Any, *_: Any) -> Any:
+        taught.append([(grown.labels or default_keys())[crop.crop.class_id] for crop in crops])
+        bias = np.zeros(len(grown.bias), np.float32)
+        bias[-1] = 1  # the last label is read everywhere
+        return np.zeros_like(grown.weights), bias
+
+    monkeypatch.setattr(teaching_abroad, "refine_classifier", refine)
+    view = np.full((48, 48, 3), 90, np.uint8)
+    shown = [("a", "parking"), ("a", "stop"), ("b", "parking"), ("c", "one-way"), ("c", "give-way")]
+    signs = [Seen(picture, key, LoadedCrop(view, np.array([4.0, 4, 44, 44]), 0), view) for picture, key in shown]
+    found = read_in_turn(signs, load_classifier(), np.eye(385), 9)
+    assert taught == [
+        ["parking", "one-way", "give-way"],
+        ["parking", "stop", "one-way", "give-way"],
+        ["parking", "stop", "parking"],
+    ]
+    assert (found["old"], found["old_after"]) == (2, 0)
+    assert (found["new"], found["new_after"]) == (2, 0), "of the two labels taught, the last one is read"
+    assert found["only_once"] == 1
+    told = EXPERIMENT.tell(Result("teaching_abroad", figures=found))
+    assert "| of labels that the model lacks, seen in another scene | 2 | 0 | 0 |" in told
+    assert "1 sign more" in told
+
+
+def test_without_the_pictures_it_is_skipped(tmp_path: Path) -> None:
+    with pytest.raises(Skip, match="dfg_half"):
+        EXPERIMENT.run(Data(None, None, None, None, tmp_path, foreign=tmp_path))
