@@ -22,9 +22,9 @@ class Server:
     def __init__(self, home: Path, **settings: object) -> None:
         values = {"home": home, "roots": (home,), "sample": False, "workers": 0, "token": SECRET, "author": "ada"}
         self.settings = Settings(**{**values, **settings})  # type: ignore[arg-type]
-        self.settings.home.mkdir(parents=True, exist_ok=True)
         file = sqlite_file(self.settings.database)
-        if file is not None and not file.exists():
+        if file is not None and not file.exists() and not self.settings.home.exists():
+            self.settings.home.mkdir(parents=True)
             put_tables(file)
         self.app: FastAPI = create_app(self.settings)
         self.client = TestClient(self.app, base_url="http://127.0.0.1", raise_server_exceptions=False)
