@@ -9,6 +9,7 @@ import tempfile
 import time
 from contextlib import closing
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,8 @@ PEOPLE = 20
 SECONDS = 60.0
 EVERY = 12.0
 """Seconds between two restarts of the database."""
+STEADY = 2.0
+"""Seconds from an answer to the next edit of somebody who works fast, at most; half of it on average."""
 MOST_MS = 200.0
 """Within which 95 % of the edits are answered."""
 _TICKS = os.sysconf("SC_CLK_TCK")
@@ -36,7 +39,7 @@ def _run(data: Data) -> Result:
     import pytest
 
     from tests.app.databases import new_database, running_cluster
-    from tests.attack.editors import Log, check_log
+    from tests.attack.editors import THINKING, Log, check_log
     from tests.attack.own_server import running
     from tests.attack.places import real_place
 
@@ -44,13 +47,15 @@ def _run(data: Data) -> Result:
     try:
         with running_cluster() as cluster, tempfile.TemporaryDirectory(prefix="tsr-clients-") as folder:
             figures, stored = {}, 0
+            paces = {"an edit a second": STEADY, "in a hurry": THINKING}
             for name, outages in (("SQLite", {}), ("PostgreSQL", {"PostgreSQL that restarts": EVERY})):
                 url = None if name == "SQLite" else new_database(cluster.url)
                 made, _ = real_place(Path(folder) / name, url)
                 place, whole = replace(made, people=_people(made)), Log()
-                for stage, every in {name: None, **outages}.items():
+                for (stage, every), (pace, thinking) in product({name: None, **outages}.items(), paces.items()):
                     with running(place.home, place.environment) as server:
-                        figures[stage], log = _stage(server, place, chance, cluster, data.seconds or SECONDS, every)
+                        outcome = _stage(server, place, chance, cluster, data.seconds or SECONDS, every, thinking)
+                    figures[f"{stage}, {pace}"], log = outcome
                     whole.acknowledged |= log.acknowledged
                 stored += check_log(place, whole)  # raises where an edit is lost, or there twice
     except pytest.skip.Exception as without:
@@ -59,7 +64,7 @@ def _run(data: Data) -> Result:
         "clients",
         data=f"The longer sample drive as the engine has tracked it, on SQLite and on PostgreSQL 15. {PEOPLE} people "
         "(5 reviewers, 15 annotators), each with a token and a connection that is kept, relabel its tracks, three on "
-        "each, with up to 0.2 s from an answer to the next edit.",
+        f"each. From an answer to the next edit pass up to {STEADY:g} s, or up to {THINKING:g} s in a hurry.",
         figures={"stages": figures, "stored": stored},
         settings={"seed": data.seed, "every": EVERY},
         machine=machine(),
@@ -67,7 +72,13 @@ def _run(data: Data) -> Result:
 
 
 def _stage(
-    server: Running, place: Place, chance: random.Random, cluster: Cluster, seconds: float, every: float | None
+    server: Running,
+    place: Place,
+    chance: random.Random,
+    cluster: Cluster,
+    seconds: float,
+    every: float | None,
+    thinking: float,
 ) -> tuple[JsonObject, Log]:
     """Let people edit for some seconds, while the database restarts every so many."""
     from tests.attack.editors import Log, clients
@@ -76,7 +87,7 @@ def _stage(
     log, who = Log(), {"Authorization": f"Bearer {place.people[0][1]}"}
     until(lambda: server.ask(f"/api/runs/{place.run}/tracks", more=who)[0] == 200)  # the evidence is read once
     began, used = time.monotonic(), _computing(server.process.pid)
-    with clients(place, lambda: server, log, PEOPLE, chance):
+    with clients(place, lambda: server, log, PEOPLE, chance, thinking):
         outages = _restarts(cluster, seconds, every)
     took, used = time.monotonic() - began, _computing(server.process.pid) - used
     return _figures(log, took, used, outages), log
