@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import struct
-import zipfile
 import zlib
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from app.shapes import Model
 from tsr_engine.errors import InputError
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.models import UNREADABLE
 
 __all__ = ["TableAnswer", "pack", "page_table", "unpack"]
 
@@ -49,7 +49,7 @@ def unpack(data: bytes) -> FrameTable:
     try:
         with np.load(io.BytesIO(zlib.decompress(data[_TIME.size :])), allow_pickle=False) as archive:
             return FrameTable.from_arrays(archive)
-    except (zlib.error, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
+    except UNREADABLE as error:
         raise InputError(f"The frame table is damaged: {error}. Import the video again.") from None
 
 

@@ -72,6 +72,7 @@ NO_ARRAYS = {
     "says more than memory holds": lambda: zipped({"table.npy": claims(10**14)}),
     "unfolds to more than is read": lambda: zipped({"table.npy": as_file(np.zeros(2**18))}),
     "cannot be unfolded": broken,
+    "has a header that does not end": lambda: zipped({"table.npy": as_file(np.zeros(8)).replace(b"}", b" ")}),
     "no archive": lambda: b"PK\3\4" + bytes(30),
 }
 

@@ -21,6 +21,7 @@ import io
 import json
 import math
 import re
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
@@ -42,6 +43,11 @@ FORMAT = 2
 MANIFEST = "manifest.json"
 _MOST_BYTES = 1 << 30
 """What one component may unfold to, in memory too; the largest that ships holds 13 MB."""
+UNREADABLE = (
+    *(ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error, OSError),
+    *(SyntaxError, tokenize.TokenError, RecursionError),
+)
+"""What ``zipfile`` and NumPy raise on bytes that are no archive of arrays; an array's header is text of Python."""
 SHIPPED = Path(__file__).resolve().parent.parent / "models"
 
 
@@ -84,7 +90,7 @@ def load_component(name: str, folder: Path | None = None) -> Component:
         )
     try:
         arrays = _arrays(content)
-    except (ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error, OSError) as error:
+    except UNREADABLE as error:
         raise ModelError(f"{path} is not a readable NumPy archive: {error}.") from None
     except MemoryError:
         raise ModelError(f"{path} holds an array that does not fit into memory.") from None
