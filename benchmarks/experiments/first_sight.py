@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -25,7 +25,7 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT", "compared", "first_widths"]
+__all__ = ["EXPERIMENT", "compared", "first_widths", "sights"]
 
 APART: Final = 0.1
 """A sign is seen earlier or later where its widths differ by more than this share."""
@@ -43,13 +43,24 @@ def first_widths(truth: TrackTable, results: TrackTable, frames: int) -> dict[in
     """
     signs = np.unique(truth.track[~truth.ignore]).tolist()
     truth = replace(truth, ignore=np.zeros(len(truth.frame), np.bool_))
-    matched = evaluate_video("", truth, results, frames, min_width=0.0).matched
-    out: dict[int, float | None] = {}
-    for sign in signs:
-        first = min((frame for frame, found in matched if found == sign), default=None)
-        rows = (truth.track == sign) & (truth.frame == first)
-        out[sign] = None if first is None else float(np.diff(truth.boxes[rows][0, [0, 2]])[0])
-    return out
+    first = sights(truth, evaluate_video("", truth, results, frames, min_width=0.0).matched)
+    return {sign: first[sign][1] if sign in first else None for sign in signs}
+
+
+def sights(truth: TrackTable, matched: Iterable[tuple[int, int]]) -> dict[int, tuple[int, float]]:
+    """Sign -> first frame in which a track lies on it, and the sign's width there, px.
+
+    Args:
+        truth: annotated rows.
+        matched: frames and the signs that a track lies on in them, as of ``evaluate_video``.
+    """
+    first: dict[int, int] = {}
+    for frame, sign in matched:
+        first[sign] = min(frame, first.get(sign, frame))
+    width = truth.boxes[:, 2] - truth.boxes[:, 0]
+    return {
+        sign: (frame, float(width[(truth.frame == frame) & (truth.track == sign)][0])) for sign, frame in first.items()
+    }
 
 
 def compared(rows: Sequence[JsonMapping], seed: int) -> JsonObject:

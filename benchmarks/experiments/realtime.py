@@ -12,6 +12,7 @@ import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
+from benchmarks.experiments.first_sight import sights
 from benchmarks.experiments.looming_clips import EACH, read_looming
 from benchmarks.experiments.remembered import Memory
 from benchmarks.experiments.tracked import Videos
@@ -165,13 +166,7 @@ def first_sights(
 ) -> dict[int, tuple[int, float]]:
     """Sign -> first frame in which a track lies on it, and the sign's width there, px."""
     matched = evaluate_video("", truth, results, frames, min_width=1.0, size=size).matched
-    first: dict[int, int] = {}
-    for frame, sign in matched:
-        first[sign] = min(frame, first.get(sign, frame))
-    width = truth.boxes[:, 2] - truth.boxes[:, 0]
-    return {
-        sign: (frame, float(width[(truth.frame == frame) & (truth.track == sign)][0])) for sign, frame in first.items()
-    }
+    return sights(truth, matched)
 
 
 def _later(
