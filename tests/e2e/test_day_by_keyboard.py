@@ -49,8 +49,8 @@ def test_a_day_without_a_mouse(desk: Desk, page: Page) -> None:
     to(page, "Review drive.mp4")
     page.keyboard.press("Enter")
     # the review opens at the first track that is left
-    key = drawn(page)["selected"]
-    assert key is not None
+    opened = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    key = opened["selected"]
     now = edited(page, lambda: page.keyboard.press("a"))
     assert now["docs"][key]["review"] == "accepted"
     # box, end and label of the next one; the label's dialog accepts it as well
