@@ -95,7 +95,7 @@ KINDS: Final = JobKinds(
         JobKind("import", "imports", _import, partial(on_job_failed, Video), by_frame=True),
         JobKind("export", "short", _export, _output_failed, clear_folder),
         JobKind("bundle", "short", _bundle, _output_failed, clear_folder),
-        JobKind("scene", "short", _scene, _output_failed, clear_folder),
+        JobKind("scene", "scenes", _scene, _output_failed, clear_folder),
         JobKind("track", "long", _track, _run_failed, by_frame=True),
         JobKind("retrain", "long", _retrain, partial(on_job_failed, ModelVersion)),
     ),

@@ -6,11 +6,12 @@ from typing import Final, Literal
 
 __all__ = ["AT_ONCE", "LANES", "Lane"]
 
-Lane = Literal["long", "short", "imports"]
-LANES: Final[tuple[Lane, ...]] = ("long", "short", "imports")
+Lane = Literal["long", "short", "imports", "scenes"]
+LANES: Final[tuple[Lane, ...]] = ("long", "short", "imports", "scenes")
 AT_ONCE: Final = 2
 """Processes at most in every lane but the long one, for which a setting says it.
 
 An import decodes a whole video. So imports have a lane of their own: two long ones must not hold up a what-if; and a
-small one finds the second place while a long one goes on.
+small one finds the second place while a long one goes on. A scene is made by a server that its process asks, so scenes
+have workers of their own, and no other worker needs connections.
 """

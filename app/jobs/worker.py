@@ -114,13 +114,13 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
 def _stay_in(settings: Settings, lane: Lane) -> None:
     """Give up what a worker does not need: it decodes what comes from outside.
 
-    With SQLite those are connections, but for short work, where a scene is made by a server that its process asks, and
-    for runs that a cluster computes. Who imports a video, and so is the first to decode it, writes in the data folder
+    With SQLite those are connections, but for scenes, which are made by a server that the process asks, and for runs
+    that a cluster computes. Who imports a video, and so is the first to decode it, writes in the data folder
     only; the others may be about to compile code, whose caches lie elsewhere.
     """
     database = sqlite_file(settings.database)
     writable = stored_in(settings.home, database) if database is not None and lane == "imports" else None
-    stay_in(writable, network=database is None or lane == "short" or settings.executor != "local")
+    stay_in(writable, network=database is None or lane == "scenes" or settings.executor != "local")
 
 
 def _work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bool], stays: bool) -> None:

@@ -78,8 +78,9 @@ def pictures_of(run: Run) -> ExportRequest:
 def test_each_kind_has_a_lane(tmp_path: Path) -> None:
     short = KINDS.within("short")
     assert {KINDS.lane(kind) for kind in ("track", "retrain", "something new")} == {"long"}
-    assert set(short) == {"follow", "whatif", "export", "recording", "bundle", "scene"}
+    assert set(short) == {"follow", "whatif", "export", "recording", "bundle"}
     assert KINDS.within("imports") == ["import"]
+    assert KINDS.within("scenes") == ["scene"]
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
     jobs = JobQueue(EventBus(), KINDS)
