@@ -16,7 +16,7 @@ import pytest
 from sample_videos import SHIPPED
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
     from tests.e2e.review_desk import Desk
 
@@ -47,13 +47,20 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, object, object]:
-    """What a failed walk leaves half done ends with it: its second run, and the next walk, begin at a new desk."""
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Generator[None, object, object]:
+    """What a failed walk leaves half done ends with it: its second run, and the next walk, begin at a new desk.
+
+    The browsers end with the last walk, too, or with one that failed.
+    """
     try:
         if item.stash[FAILED]:
             item.session._setupstate.teardown_exact(item.session)
     finally:
         done = yield
+        if item.stash[FAILED] or nextitem is None or nextitem.path.parent != item.path.parent:
+            from tests.e2e.browsers import close_browsers
+
+            close_browsers()
     return done
 
 
@@ -84,14 +91,18 @@ def slowdown() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     """Chromium."""
-    from playwright.sync_api import sync_playwright
+    from tests.e2e.browsers import open_browser
 
-    from tests.e2e.screenshots import CHROMIUM, FLAGS
-
-    with sync_playwright() as playwright:
-        running = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    with open_browser() as running:
         yield running
-        running.close()
+
+
+@pytest.fixture(scope="module")
+def window(browser: Browser) -> BrowserContext:
+    """What the pages of a file share; ``fresh_page`` makes one."""
+    from tests.e2e.review_desk import WINDOW
+
+    return browser.new_context(viewport=WINDOW)
 
 
 @pytest.fixture(scope="module")
