@@ -8,7 +8,11 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import signal
+import threading
+import time
 from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import pytest
@@ -22,6 +26,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 30_000
 """How long an expectation waits at most, ms."""
+STEP = 0.05
+"""How long a server that is slowed down runs at a time, s."""
 
 if importlib.util.find_spec("playwright") is not None:
     from playwright.sync_api import expect
@@ -66,12 +72,16 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
 @pytest.fixture(scope="session", autouse=True)
 def slowdown() -> Iterator[None]:
-    """Pages compute as many times slower as ``TSR_SLOWDOWN`` says: what fails then takes a moment for granted."""
+    """Pages and servers compute as many times slower as ``TSR_SLOWDOWN`` says.
+
+    What fails then takes a moment for granted.
+    """
     if not os.environ.get("TSR_SLOWDOWN"):
         yield
         return
     from playwright.sync_api import Browser, BrowserContext
 
+    from tests.e2e.live_server import LiveServer
     from tests.e2e.review_desk import SLOWED
 
     def slowed(make: Callable[..., Page]) -> Callable[..., Page]:
@@ -82,10 +92,25 @@ def slowdown() -> Iterator[None]:
 
         return made
 
+    def start(server: LiveServer, port: int = 0) -> None:
+        begin(server, port)
+        threading.Thread(target=_limp, args=(os.pidfd_open(server.pid), SLOWED), daemon=True).start()
+
+    begin = LiveServer.start
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(LiveServer, "start", start)
         for owner in (Browser, BrowserContext):
             patch.setattr(owner, "new_page", slowed(owner.new_page))
         yield
+
+
+def _limp(process: int, slowed: float) -> None:
+    """Let a process run for a part of the time only, until it ends."""
+    with suppress(ProcessLookupError):
+        while True:
+            for send, seconds in ((signal.SIGSTOP, STEP * (slowed - 1)), (signal.SIGCONT, STEP)):
+                signal.pidfd_send_signal(process, send)
+                time.sleep(seconds)
 
 
 @pytest.fixture(scope="module")
