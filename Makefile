@@ -46,7 +46,7 @@ review: $(VENV)/.installed ## open the review tool on the sample drive (HOME_DIR
 	$(BIN)/tsr review --home $(HOME_DIR) $(ARGS)
 
 test: $(VENV)/.installed $(VENV)/.tools ## all tests; TSR_DATA names the real data, CHROMIUM a browser (unset: found, or fetched)
-	$(NODE) --test 'tests/js/**/*.test.js'
+	$(NODE) --test --test-isolation=none 'tests/js/**/*.test.js'
 	CHROMIUM="$$($(BIN)/python -m tests.e2e.chromium)" $(PYTEST) --durations 25 --durations-min 5
 
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's

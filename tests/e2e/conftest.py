@@ -8,7 +8,11 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import signal
+import threading
+import time
 from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import pytest
@@ -16,12 +20,14 @@ import pytest
 from sample_videos import SHIPPED
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
     from tests.e2e.review_desk import Desk
 
 PATIENCE = 30_000
 """How long an expectation waits at most, ms."""
+STEP = 0.05
+"""How long a server that is slowed down runs at a time, s."""
 
 if importlib.util.find_spec("playwright") is not None:
     from playwright.sync_api import expect
@@ -47,24 +53,35 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, object, object]:
-    """What a failed walk leaves half done ends with it: its second run, and the next walk, begin at a new desk."""
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Generator[None, object, object]:
+    """What a failed walk leaves half done ends with it: its second run, and the next walk, begin at a new desk.
+
+    The browsers end with the last walk, too, or with one that failed.
+    """
     try:
         if item.stash[FAILED]:
             item.session._setupstate.teardown_exact(item.session)
     finally:
         done = yield
+        if item.stash[FAILED] or nextitem is None or nextitem.path.parent != item.path.parent:
+            from tests.e2e.browsers import close_browsers
+
+            close_browsers()
     return done
 
 
 @pytest.fixture(scope="session", autouse=True)
 def slowdown() -> Iterator[None]:
-    """Pages compute as many times slower as ``TSR_SLOWDOWN`` says: what fails then takes a moment for granted."""
+    """Pages and servers compute as many times slower as ``TSR_SLOWDOWN`` says.
+
+    What fails then takes a moment for granted.
+    """
     if not os.environ.get("TSR_SLOWDOWN"):
         yield
         return
     from playwright.sync_api import Browser, BrowserContext
 
+    from tests.e2e.live_server import LiveServer
     from tests.e2e.review_desk import SLOWED
 
     def slowed(make: Callable[..., Page]) -> Callable[..., Page]:
@@ -75,23 +92,42 @@ def slowdown() -> Iterator[None]:
 
         return made
 
+    def start(server: LiveServer, port: int = 0) -> None:
+        begin(server, port)
+        threading.Thread(target=_limp, args=(os.pidfd_open(server.pid), SLOWED), daemon=True).start()
+
+    begin = LiveServer.start
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(LiveServer, "start", start)
         for owner in (Browser, BrowserContext):
             patch.setattr(owner, "new_page", slowed(owner.new_page))
         yield
 
 
+def _limp(process: int, slowed: float) -> None:
+    """Let a process run for a part of the time only, until it ends."""
+    with suppress(ProcessLookupError):
+        while True:
+            for send, seconds in ((signal.SIGSTOP, STEP * (slowed - 1)), (signal.SIGCONT, STEP)):
+                signal.pidfd_send_signal(process, send)
+                time.sleep(seconds)
+
+
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     """Chromium."""
-    from playwright.sync_api import sync_playwright
+    from tests.e2e.browsers import open_browser
 
-    from tests.e2e.screenshots import CHROMIUM, FLAGS
-
-    with sync_playwright() as playwright:
-        running = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    with open_browser() as running:
         yield running
-        running.close()
+
+
+@pytest.fixture(scope="module")
+def window(browser: Browser) -> BrowserContext:
+    """What the pages of a file share; ``fresh_page`` makes one."""
+    from tests.e2e.review_desk import WINDOW
+
+    return browser.new_context(viewport=WINDOW)
 
 
 @pytest.fixture(scope="module")

@@ -7,21 +7,22 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize
 
+from tests.e2e.browsers import open_browser
 from tests.e2e.live_server import LiveServer
-from tests.e2e.screenshots import CHROMIUM, FLAGS
 from tests.e2e.tracked_home import tracked_home
 
 __all__ = [
-    "PATIENCE", "SLOWED", "Desk", "back", "box_of", "centre", "choose", "choose_label", "drag", "drawn", "edited",
-    "faultless", "go", "imported", "next_long_track", "no_dialog", "on_screen", "one_video", "open_desk", "relabel",
-    "reloaded", "saved", "state", "tidied", "to_long_track", "wait", "zoom_in",
+    "PATIENCE", "SLOWED", "WINDOW", "Desk", "back", "box_of", "centre", "choose", "choose_label", "drag", "drawn",
+    "edited", "faultless", "fresh_page", "go", "imported", "next_long_track", "no_dialog", "on_screen", "one_video",
+    "open_desk", "relabel", "reloaded", "saved", "state", "tidied", "to_long_track", "wait", "zoom_in",
 ]  # fmt: skip
 
 PATIENCE = 60
@@ -51,22 +52,20 @@ class Desk:
 
     def __init__(self, server: LiveServer, browser: Browser, video: str, run: str) -> None:
         self.server, self.browser, self.video, self.run = server, browser, video, run
-        self._shared: BrowserContext | None = None
+
+    @cached_property
+    def window(self) -> BrowserContext:
+        """What pages share that come one after the other; see :func:`fresh_page`."""
+        return self.browser.new_context(viewport=WINDOW)
 
     def page(self, *, deaf: bool = False, shared: bool = False) -> Page:
         """A signed-in page on the review screen with all corrections.
 
         Args:
             deaf: it hears nothing of what others do.
-            shared: one after the other, with the files of the page in the browser's cache; all else that the page
-                before has left in the browser is gone.
+            shared: it is a :func:`fresh_page` of the window; otherwise it has a window of its own.
         """
-        context = self._shared if shared and self._shared else self.browser.new_context(viewport=WINDOW)
-        page = context.new_page()
-        if shared:
-            self._shared = context
-            left = {"origin": self.server.base, "storageTypes": "cookies,local_storage,indexeddb"}
-            context.new_cdp_session(page).send("Storage.clearDataForOrigin", left)
+        page = fresh_page(self.window, self.server) if shared else self.browser.new_context(viewport=WINDOW).new_page()
         if deaf:
             page.route(re.compile(r"/api/events(\?.*)?$"), lambda route: route.abort())
         page.set_default_timeout(1000 * PATIENCE)
@@ -78,6 +77,14 @@ class Desk:
     def documents(self) -> dict[str, Any]:
         """What the server has."""
         return {d["key"]: d for d in self.server.call("GET", f"/runs/{self.run}/annotation")["docs"]}
+
+
+def fresh_page(window: BrowserContext, server: LiveServer) -> Page:
+    """A page in a window that had others before: their files are in the cache, all else that they left is gone."""
+    page = window.new_page()
+    left = {"origin": server.base, "storageTypes": "cookies,local_storage,indexeddb"}
+    window.new_cdp_session(page).send("Storage.clearDataForOrigin", left)
+    return page
 
 
 @contextmanager
@@ -99,10 +106,8 @@ def open_desk(
 ) -> Iterator[Desk]:
     """A desk with one run of the engine, or none; :func:`tracked_home` says what the arguments are."""
     home = tracked_home(folders, clip, stop, name, run)
-    with LiveServer(home.home, roots=(home.roots,), sample=False) as server, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    with LiveServer(home.home, roots=(home.roots,), sample=False) as server, open_browser() as browser:
         yield Desk(server, browser, home.video, home.run)
-        browser.close()
 
 
 @contextmanager

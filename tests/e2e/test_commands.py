@@ -48,7 +48,8 @@ def focused(page: Page) -> str:
 
 
 def palette(page: Page, words: str) -> None:
-    """Open the palette and type."""
+    """Open the palette and type, once what was open before is gone: it would take the words."""
+    no_dialog(page)
     page.keyboard.press("Control+k")
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.type(words)
@@ -100,6 +101,7 @@ def test_the_palette_runs_a_command_and_closes_with_escape(page: Page) -> None:
     expect(row.locator("kbd")).to_have_text("H")
     page.keyboard.press("Enter")
     page.wait_for_function("() => tsr.store.get().review.fewLabels")
+    no_dialog(page)
     assert page.evaluate("() => document.activeElement.matches('.picture-stage, main, body')")
     palette(page, "fewer")
     page.keyboard.press("Enter")

@@ -10,12 +10,13 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, Route, expect, sync_playwright
+from playwright.sync_api import Page, Route, expect
 
 from sample_videos import SHIPPED
+from tests.e2e.browsers import open_browser
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import PATIENCE, Desk, back, go, imported
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.review_desk import PATIENCE, Desk, back, fresh_page, go, imported
+from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
     pytest.mark.slow,
@@ -49,18 +50,16 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     roots = tmp_path_factory.mktemp("clips")
     for name, shipped in zip(("first.mp4", "second.mp4"), SHIPPED, strict=False):
         shutil.copyfile(shipped.video, roots / name)
-    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
+    with LiveServer(home, roots=(roots,), sample=False) as server, open_browser() as browser:
         videos = [str(server.add_video(roots / name)["id"]) for name in ("first.mp4", "second.mp4")]
         run = imported(server, videos[0], worse(), "worse")["id"]
         imported(server, videos[1], SHIPPED[1].truth.read_bytes(), "other")
         imported(server, videos[0], SHIPPED[0].truth.read_bytes(), "exact", "truth")
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield Desk(server, browser, videos[0], run)
-        browser.close()
 
 
 def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
-    page = desk.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    page = fresh_page(desk.window, desk.server)
     page.set_default_timeout(1000 * PATIENCE)
     page.goto(desk.server.link())
     truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
@@ -87,7 +86,7 @@ def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
 
 def opened(desk: Desk, run: str, truth: str) -> Page:
     """The comparison of a run's corrections with a ground truth, in a window of its own."""
-    page = desk.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    page = fresh_page(desk.window, desk.server)
     page.set_default_timeout(1000 * PATIENCE)
     page.goto(desk.server.link())
     go(page, f"#/compare?a=truth:{truth}&b=annotation:{run}")
@@ -120,7 +119,7 @@ def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(des
     expect(recall).to_have_text("100 %")
     page.locator(".toasts").get_by_role("button", name="Undo").click()
     expect(recall).to_have_text(before)
-    page.context.close()
+    page.close()
 
 
 def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(desk: Desk) -> None:
@@ -156,7 +155,7 @@ def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(desk: Desk) 
     page.wait_for_function("() => tsr.store.get().review.undo?.name === 'take_over'")
     page.keyboard.press("Control+z")
     page.wait_for_function("() => tsr.store.get().review.redo?.name === 'take_over'")
-    page.context.close()
+    page.close()
 
 
 def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk, page: Page) -> None:

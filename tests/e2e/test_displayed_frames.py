@@ -12,11 +12,11 @@ import pytest
 pytest.importorskip("playwright.sync_api")
 
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import PATIENCE, faultless, go
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.screenshots import CHROMIUM
 from tests.io import corpus
 
 pytestmark = [
@@ -80,15 +80,12 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, corpus.Made]:
 
 
 @pytest.fixture(scope="module")
-def page(server: LiveServer) -> Iterator[Page]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        with faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
-            page.set_default_timeout(1000 * PATIENCE)
-            page.goto(server.link())
-            page.wait_for_function("() => globalThis.tsr?.store.get().session")
-            yield page
-        browser.close()
+def page(server: LiveServer, browser: Browser) -> Iterator[Page]:
+    with faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
+        page.set_default_timeout(1000 * PATIENCE)
+        page.goto(server.link())
+        page.wait_for_function("() => globalThis.tsr?.store.get().session")
+        yield page
 
 
 def add(server: LiveServer, made: corpus.Made) -> str:

@@ -17,12 +17,12 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from sample_videos import SHIPPED
 from tests.attack.test_imports import mot
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import faultless, go, imported, no_dialog, one_video
+from tests.e2e.review_desk import faultless, fresh_page, go, imported, no_dialog, one_video
 from tests.e2e.screenshots import AXE, CHROMIUM, serious
 
 pytestmark = [
@@ -36,10 +36,9 @@ NAME = SHIPPED[1].video.name
 
 
 class Desk(NamedTuple):
-    """A server with one video and one run, and a browser."""
+    """A server with one video and one run."""
 
     server: LiveServer
-    browser: Browser
     video: str
     run: str
     tracks: int
@@ -48,15 +47,14 @@ class Desk(NamedTuple):
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with one_video(tmp_path_factory, SHIPPED[1].video, NAME) as (server, browser, video):
+    with one_video(tmp_path_factory, SHIPPED[1].video, NAME) as (server, _, video):
         found = imported(server, video, SHIPPED[1].truth.read_bytes(), "tracker")
-        yield Desk(server, browser, video, found["id"], found["tracks"], found["boxes"])
+        yield Desk(server, video, found["id"], found["tracks"], found["boxes"])
 
 
 @pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
-    context = desk.browser.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
-    with faultless(context.new_page()) as page:
+def page(desk: Desk, window: BrowserContext) -> Iterator[Page]:
+    with faultless(fresh_page(window, desk.server)) as page:
         page.goto(desk.server.link())
         page.wait_for_function(
             "() => globalThis.tsr?.store.get().videos?.length && tsr.store.get().session", timeout=60_000

@@ -130,12 +130,12 @@ def test_proposals_outlive_a_reload_and_escape_drops_them(desk: Desk, page: Page
 def test_a_cut_and_a_corrected_box_change_what_is_proposed(desk: Desk, page: Page) -> None:
     now = next_long_track(page)
     key = now["selected"]
+    cut = now["frame"] + 12
     page.keyboard.press("t")
     proposed(page)
     for _ in range(12):
         page.keyboard.press("f")
-    now = wait(page, lambda s: s["frame"] == s["shown"] and s["overlay"])
-    cut = now["frame"]
+    wait(page, lambda s: s["frame"] == s["shown"] == cut and s["overlay"])
     page.keyboard.press("]")
     assert page.evaluate(FOLLOWING)["to"] == cut
     page.keyboard.press("ArrowRight")

@@ -12,7 +12,18 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, choose_label, go, no_dialog, open_desk, saved, state, to_long_track, wait
+from tests.e2e.review_desk import (
+    Desk,
+    choose_label,
+    edited,
+    go,
+    no_dialog,
+    open_desk,
+    saved,
+    state,
+    to_long_track,
+    wait,
+)
 from tests.e2e.screenshots import AXE, CHROMIUM, PATIENCE, SCENES, quiet, serious
 
 pytestmark = [
@@ -89,13 +100,10 @@ def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     now = wait(page, lambda s: s["frame"] == int(at) + 2 and s["shown"] == s["frame"])
     page.keyboard.press("k")
     page.keyboard.press("d")
-    page.keyboard.press("i")
-    assert saved(page)["docs"][key]["keys"][at]["interpolate"] is True
-    page.keyboard.press("q")
-    assert saved(page)["docs"][key]["keys"][str(int(at) + 1)]["occluded"] is True
+    assert edited(page, lambda: page.keyboard.press("i"))["docs"][key]["keys"][at]["interpolate"] is True
+    assert edited(page, lambda: page.keyboard.press("q"))["docs"][key]["keys"][str(int(at) + 1)]["occluded"] is True
     # split, and merge again by marking both with Enter
-    page.keyboard.press("Alt+m")
-    split = saved(page)
+    split = edited(page, lambda: page.keyboard.press("Alt+m"))
     later = next(k for k, d in split["docs"].items() if k.startswith("h") and not d["gone"])
     pick(page, later)
     page.keyboard.press("m")
@@ -110,20 +118,16 @@ def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
             to_picture(page)
     page.keyboard.press("Enter")
     wait(page, lambda s: s["marked"] == [later, key])
-    page.keyboard.press("m")
-    assert saved(page)["docs"][key]["merged_into"] == later
+    assert edited(page, lambda: page.keyboard.press("m"))["docs"][key]["merged_into"] == later
     page.keyboard.press("Control+z")
     wait(page, lambda s: s["unsaved"] == 0 and not s["docs"][key]["gone"])
     # a new track in the middle of the view, and away with it
-    page.keyboard.press("Shift+n")
-    new = saved(page)["selected"]
+    new = edited(page, lambda: page.keyboard.press("Shift+n"))["selected"]
     assert new.startswith("h")
-    page.keyboard.press("Shift+Delete")
-    assert saved(page)["docs"][new]["gone"] is True
+    assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][new]["gone"] is True
     # verdict by key; what the page shows is what the server has
     pick(page, key)
-    page.keyboard.press("a")
-    final = saved(page)
+    final = edited(page, lambda: page.keyboard.press("a"))
     assert final["docs"][key]["review"] == "accepted"
     assert final["docs"] == desk.documents()
 

@@ -16,6 +16,8 @@ from sample_videos import SHIPPED
 from tests.e2e.foreign import SLOVENIAN, cvat_file
 from tests.e2e.review_desk import SLOWED, Desk, back, edited, faultless, imported, no_dialog, one_video, relabel, wait
 from tests.e2e.screenshots import AXE, CHROMIUM, serious
+from tsr_engine.labels.files import dump_set, shipped_set
+from tsr_engine.labels.model import Label
 
 pytestmark = [
     pytest.mark.slow,
@@ -213,8 +215,14 @@ def test_attributes_are_filled_in_by_the_keyboard(page: Page, desk: Desk) -> Non
 
 
 def test_four_hundred_labels_make_no_pause(page: Page, desk: Desk) -> None:
-    for place in range(len(_labels(desk)), 400):
-        _change(desk, {"type": "add", "name": f"road sign {'x' * 150} {place}", "aliases": [f"Zeichen {place}"]})
+    signs = [
+        Label(id=place, key=f"sign-{place}", name=f"road sign {'x' * 150} {place}", aliases=(f"Zeichen {place}",))
+        for place in range(1000, 1400 - len(_labels(desk)))
+    ]
+    content = dump_set(shipped_set(SET).model_copy(update={"next_id": 2000, "labels": tuple(signs)})).encode()
+    desk.server.call("POST", f"/label-sets/{SET}/files", content, "application/octet-stream")
+    assert len(_labels(desk)) == 400
+    page.wait_for_function("() => tsr.store.get().labels.length === 400")
     relabel(page, 0)
     expect(page.locator(OPTION)).to_have_count(len([one for one in _labels(desk) if not one["hidden"]]))
     page.evaluate(

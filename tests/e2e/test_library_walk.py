@@ -13,11 +13,11 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Browser, Page, Route, expect
+from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import back, faultless, go
+from tests.e2e.review_desk import back, faultless, fresh_page, go
 from tests.e2e.screenshots import CHROMIUM, PATIENCE
 
 pytestmark = [
@@ -35,9 +35,9 @@ WORK = 240_000
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory, browser: Browser) -> Iterator[LiveServer]:
+def server(tmp_path_factory: pytest.TempPathFactory, window: BrowserContext) -> Iterator[LiveServer]:
     with LiveServer(tmp_path_factory.mktemp("home"), roots=(DRIVE.video.parent,)) as running:
-        first = browser.new_page()  # opened before anything is imported: all that it shows later it has to hear
+        first = window.new_page()  # opened before anything is imported: all that it shows later it has to hear
         first.goto(running.link())
         expect(first.get_by_role("link", name="Review the sample drive")).to_be_visible(timeout=WORK)
         expect(first.locator(".welcome-progress .meter")).to_be_visible(timeout=WORK)
@@ -62,8 +62,8 @@ def _sample_runs(server: LiveServer) -> dict[str, str]:
 
 
 @pytest.fixture
-def page(server: LiveServer, browser: Browser) -> Iterator[Page]:
-    with faultless(browser.new_context(viewport={"width": 1280, "height": 720}).new_page()) as page:
+def page(server: LiveServer, window: BrowserContext) -> Iterator[Page]:
+    with faultless(fresh_page(window, server)) as page:
         page.set_default_timeout(PATIENCE)
         page.goto(server.link())
         yield page

@@ -139,9 +139,11 @@ def test_where_the_lanes_begin_is_remembered(page: Page) -> None:
     line.focus()
     before = place(page.locator(".lanes"))["height"]
     page.keyboard.press("Shift+ArrowUp")
+    quiet(page)
     after = place(page.locator(".lanes"))["height"]
     assert after > before + 20
     reloaded(page)
+    quiet(page)
     assert abs(place(page.locator(".lanes"))["height"] - after) < 2
 
 

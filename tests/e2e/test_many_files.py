@@ -10,11 +10,11 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Browser, Page, Route, expect
+from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import PATIENCE
+from tests.e2e.review_desk import PATIENCE, fresh_page
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -40,13 +40,13 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
 
 
 @pytest.fixture
-def page(server: LiveServer, browser: Browser) -> Iterator[Page]:
-    page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+def page(server: LiveServer, window: BrowserContext) -> Iterator[Page]:
+    page = fresh_page(window, server)
     page.set_default_timeout(1000 * PATIENCE)
     page.goto(server.link())
     page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null")
     yield page
-    page.context.close()
+    page.close()
 
 
 class Gate:

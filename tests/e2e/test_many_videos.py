@@ -9,14 +9,14 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import faultless
+from tests.e2e.review_desk import faultless, fresh_page
 from tests.e2e.screenshots import CHROMIUM, PATIENCE
 
 pytestmark = [
@@ -55,8 +55,8 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
 
 
 @pytest.fixture
-def page(server: LiveServer, browser: Browser) -> Iterator[Page]:
-    with faultless(browser.new_context(viewport={"width": 1280, "height": 720}).new_page()) as page:
+def page(server: LiveServer, window: BrowserContext) -> Iterator[Page]:
+    with faultless(fresh_page(window, server)) as page:
         page.set_default_timeout(PATIENCE)
         page.goto(server.link())
         expect(page.get_by_role("heading", name="a.mp4")).to_be_visible()

@@ -8,7 +8,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import Desk, choose_label, drag, go, reloaded, saved, state, wait
+from tests.e2e.review_desk import Desk, choose_label, drag, go, reloaded, state, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -99,6 +99,6 @@ def test_there_is_no_tau_to_reset_before_one_was_dragged(page: Page) -> None:
     wait(page, lambda s: s["mode"] == "draw")
     drag(page, (100, 120), (160, 175))
     choose_label(page, "stop")
-    assert saved(page)["selected"][0] == "h"
+    wait(page, lambda s: (s["selected"] or "").startswith("h") and s["unsaved"] == 0)
     expect(page.get_by_text("the engine has no values of it")).to_be_visible()
     expect(page.get_by_role("button", name="Reset")).to_be_hidden()

@@ -12,10 +12,11 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
 from app.recordings.viewer import ViewerFiles
 from tests.app.toy_home import ToyHome, make_home
+from tests.e2e.browsers import open_browser
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshot_views import GRAPHICS
 from tests.e2e.screenshots import CHROMIUM, FLAGS
@@ -71,14 +72,12 @@ def server(home: ToyHome) -> Iterator[LiveServer]:
 
 @pytest.fixture
 def page(server: LiveServer, home: ToyHome) -> Iterator[Page]:
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=str(CHROMIUM), args=[*FLAGS, *GRAPHICS])
+    with open_browser([*FLAGS, *GRAPHICS]) as browser:
         shown = browser.new_page(viewport={"width": 900, "height": 700})
         shown.goto(server.link())
         shown.goto(f"{server.base}/#/review/{home.video_id}/{home.run_id}?frame=20")
         wait(shown, "() => tsr.store.get().review?.run?.frames_done === 75 && tsr.store.get().review.timebase")
         yield shown
-        browser.close()
 
 
 def wait(page: Page, question: str, seconds: float = PATIENCE) -> Any:

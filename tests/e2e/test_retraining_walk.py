@@ -9,14 +9,14 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 
 from app.edits.documents import Segment, TrackDoc
 from app.storage.models import TrackDocument
 from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import back, faultless
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
     pytest.mark.slow,
@@ -51,15 +51,15 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 
 
 @pytest.fixture
-def page(home: ToyHome) -> Iterator[Page]:
+def page(home: ToyHome, browser: Browser) -> Iterator[Page]:
     roots = (home.video.parent,)
-    with LiveServer(home.settings.home, roots, sample=False) as server, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        with faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
-            page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")
-            expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=WORK)
-            yield page
-        browser.close()
+    with (
+        LiveServer(home.settings.home, roots, sample=False) as server,
+        faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page,
+    ):
+        page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")
+        expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=WORK)
+        yield page
 
 
 def test_the_loop_by_clicks(page: Page) -> None:

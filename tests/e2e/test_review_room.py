@@ -8,7 +8,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import Desk, edited, no_dialog, reloaded, state, wait
+from tests.e2e.review_desk import Desk, edited, no_dialog, reloaded, wait
 from tests.e2e.screenshots import CHROMIUM, quiet
 from tests.e2e.test_little_room import OUT_OF_SIGHT, UNTIDY, place
 
@@ -85,7 +85,7 @@ def test_a_key_a_click_and_a_verdict_lead_to_the_same_frame_of_a_track(desk: Des
     at = tracks["id"].index(int(key[1:]))
     clearest, first = tracks["clearest"][at], tracks["first"][at]
     assert first < clearest
-    assert state(page)["frame"] == clearest
+    wait(page, lambda s: s["frame"] == clearest)
 
     def inside() -> None:
         """The cursor in the first frame of the track."""

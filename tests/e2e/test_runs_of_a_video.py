@@ -58,10 +58,14 @@ def exported(desk: Desk, folder: Path) -> Path:
     return folder / "labels.zip"
 
 
+def lane_of(page: Page, key: str) -> Any:
+    """What the engine has said of a track, once it is here."""
+    return page.wait_for_function("k => tsr.store.get().review.laneOf[Number(k.slice(1))]", arg=key).json_value()
+
+
 def test_another_class_keeps_source_score_and_lanes(desk: Desk, page: Page, tmp_path: Path) -> None:
     key = str(next_long_track(page)["selected"])
-    page.locator(".lanes-detail").wait_for()
-    lane: Any = page.evaluate("k => tsr.store.get().review.laneOf[Number(k.slice(1))]", key)
+    lane = lane_of(page, key)
     assert set(lane["source"]) <= {0, 1, 2}
     page.keyboard.press("l")
     edited(page, lambda: choose_label(page, "stop"))
@@ -74,8 +78,7 @@ def test_another_class_keeps_source_score_and_lanes(desk: Desk, page: Page, tmp_
     page.get_by_role("button", name="Show the corrected run").click()
     now = wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == 14)
     assert now["docs"][key]["keys"] == {}
-    page.locator(".lanes-detail").wait_for()
-    assert page.evaluate("k => tsr.store.get().review.laneOf[Number(k.slice(1))]", key) == lane
+    assert lane_of(page, key) == lane
     expect(page.locator(".lanes-detail-name")).to_contain_text("stop")
 
 
@@ -93,12 +96,12 @@ def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Des
     edited(page, lambda: page.get_by_role("button", name="Not in the set", exact=True).click())
     assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == -1)
     page.locator(".inspector-name", has_text="not in the set").wait_for()
-    assert human.inner_text() == f"Label set by a person; the engine says {engine}."
+    expect(human).to_have_text(f"Label set by a person; the engine says {engine}.")
     # a box of its own, then the whole track as the engine says: every box is meant
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.press("Alt+b")
-    assert page.get_by_role("button", name="As the whole track").is_visible()
+    expect(page.get_by_role("button", name="As the whole track")).to_be_visible()
     edited(page, lambda: choose_label(page, "yield"))
     page.locator(".inspector-human", has_text="Single boxes are called otherwise: give way in frame").wait_for()
     page.keyboard.press("l")
@@ -106,7 +109,7 @@ def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Des
     now = wait(page, lambda s: s["docs"][key]["class_id"] is None)
     assert now["docs"][key]["keys"] == {}
     page.locator(".inspector-name", has_text=engine).wait_for()
-    assert human.is_hidden()
+    expect(human).to_be_hidden()
     # Enter alone changes nothing, nor does what is said already
     for act in (
         lambda: page.keyboard.press("Enter"),

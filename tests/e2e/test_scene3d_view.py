@@ -12,9 +12,10 @@ pytest.importorskip("playwright.sync_api")
 
 import cv2
 import numpy as np
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
 from tests.app.toy_home import ToyHome, make_home
+from tests.e2e.browsers import open_browser
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshots import CHROMIUM
 
@@ -56,8 +57,7 @@ def server(toy: ToyHome) -> Iterator[LiveServer]:
 
 @pytest.fixture
 def page(server: LiveServer, toy: ToyHome) -> Iterator[Page]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=GL)
+    with open_browser(GL) as browser:
         page = browser.new_page(viewport={"width": 900, "height": 600})
         wrong: list[str] = []
         page.on("pageerror", lambda error: wrong.append(str(error)))
@@ -70,7 +70,6 @@ def page(server: LiveServer, toy: ToyHome) -> Iterator[Page]:
         expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=30_000)
         yield page
         assert wrong == []
-        browser.close()
 
 
 def picture(page: Page) -> np.ndarray:

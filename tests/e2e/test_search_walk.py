@@ -10,7 +10,7 @@ pytest.importorskip("playwright")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import PATIENCE, Desk, back, faultless, go, no_dialog
+from tests.e2e.review_desk import PATIENCE, Desk, back, faultless, fresh_page, go, no_dialog
 
 pytestmark = pytest.mark.slow
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture
 def found(desk: Desk) -> Iterator[Page]:
     """The search, with all tracks of the desk's run."""
-    page = desk.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    page = fresh_page(desk.window, desk.server)
     page.set_default_timeout(1000 * PATIENCE)
     with faultless(page):
         page.goto(desk.server.link())

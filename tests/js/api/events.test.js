@@ -53,7 +53,7 @@ async function play(script) {
       const next = script.shift();
       if (next === undefined) {
         finish();
-        return new Promise(() => {});
+        return new Promise((_, refuse) => init.signal?.addEventListener('abort', refuse)); // as a browser's does
       }
       return typeof next === 'number' ? new Response('', { status: next }) : new Response(next);
     }

@@ -7,22 +7,14 @@ import { openReview, toggleFewLabels, toggleLayer } from '../../../static/js/sto
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { rememberChoices, rememberedFewLabels, rememberedLayers, rememberedTheme } from '../../../static/js/core/preferences.js';
+import { withStorage } from '../storage.js';
 
-test('theme, layers and labels are remembered with the choice, whether or not the page is drawn', async () => {
-  /** @type {Map<string, string>} */
-  const kept = new Map();
-  Object.defineProperty(globalThis, 'localStorage', {
-    configurable: true,
-    value: {
-      getItem: (/** @type {string} */ name) => kept.get(name) ?? null,
-      setItem: (/** @type {string} */ name, /** @type {string} */ value) => kept.set(name, value),
-    },
-  });
+test('theme, layers and labels are remembered with the choice, whether or not the page is drawn', async (t) => {
+  withStorage(t);
   const store = createStore(openReview(initialState(), /** @type {any} */ ({ id: 'v' })));
   rememberChoices(store);
   const truth = store.get().layers.truth;
   store.dispatch((state) => toggleFewLabels(toggleLayer(setTheme(state, 'dark'), 'truth')));
   await Promise.resolve();
   assert.deepEqual([rememberedTheme(), rememberedLayers().truth, rememberedFewLabels()], ['dark', !truth, true]);
-  Reflect.deleteProperty(globalThis, 'localStorage');
 });

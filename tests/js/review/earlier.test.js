@@ -1,6 +1,6 @@
 // @ts-check
 import assert from 'node:assert/strict';
-import { beforeEach, test } from 'node:test';
+import { test } from 'node:test';
 
 import { endOffer, offerEarlier } from '../../../static/js/review/earlier.js';
 import { hideBanner, setRuns } from '../../../static/js/store/actions/page.js';
@@ -8,16 +8,7 @@ import { changeReview, openReview } from '../../../static/js/store/actions/revie
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { isPutAway, putAway } from '../../../static/js/core/preferences.js';
-
-/** @type {Map<string, string>} */
-const kept = new Map();
-Object.assign(globalThis, {
-  localStorage: {
-    getItem: (/** @type {string} */ name) => kept.get(name) ?? null,
-    setItem: (/** @type {string} */ name, /** @type {string} */ value) => kept.set(name, value),
-  },
-});
-beforeEach(() => kept.clear());
+import { withStorage } from '../storage.js';
 
 const signal = new AbortController().signal;
 const OLD = /** @type {any} */ ({
@@ -54,7 +45,8 @@ test('corrections of an earlier run are offered, in words and with what takes th
   assert.equal(page.store.get().review?.earlier?.run_id, 'old');
 });
 
-test('what was put away is not offered again until more is corrected there', async () => {
+test('what was put away is not offered again until more is corrected there', async (t) => {
+  withStorage(t);
   const page = open({ run_id: 'old', tracks: 4, seq: 9 });
   await offerEarlier(page, NEW, signal);
   putAway(page.banner()?.once ?? '');
@@ -65,7 +57,8 @@ test('what was put away is not offered again until more is corrected there', asy
   assert.match(page.banner()?.text ?? '', /5 tracks/);
 });
 
-test('once they have come over the offer ends, also where nothing had to be written', async () => {
+test('once they have come over the offer ends, also where nothing had to be written', async (t) => {
+  withStorage(t);
   const page = open({ run_id: 'old', tracks: 4, seq: 9 });
   await offerEarlier(page, NEW, signal);
   endOffer(page, 'new', 'another');
@@ -98,7 +91,8 @@ test('an answer that comes when another run is open says nothing', async () => {
   assert.equal(page.banner(), undefined);
 });
 
-test('the list of what was put away does not grow without end', () => {
+test('the list of what was put away does not grow without end', (t) => {
+  withStorage(t);
   for (let i = 0; i < 300; i += 1) putAway(`n${i}`);
   assert.deepEqual([isPutAway('n299'), isPutAway('n200'), isPutAway('n199')], [true, true, false]);
 });

@@ -1,0 +1,39 @@
+"""The browsers of the walks. Each is started once in a process and serves one file of walks after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+
+from playwright.sync_api import Browser, Playwright, sync_playwright
+
+from tests.e2e.screenshots import CHROMIUM, FLAGS
+
+__all__ = ["close_browsers", "open_browser"]
+
+_end = ExitStack()
+_playwright: list[Playwright] = []
+_running: dict[tuple[str, ...], Browser] = {}
+
+
+@contextmanager
+def open_browser(flags: Sequence[str] = FLAGS) -> Iterator[Browser]:
+    """Chromium with these flags, started where it does not run yet. What is open in it at the end is closed."""
+    key = tuple(flags)
+    if not _playwright:
+        _playwright.append(_end.enter_context(sync_playwright()))
+    if key not in _running:
+        _running[key] = _playwright[0].chromium.launch(executable_path=CHROMIUM, args=[*flags])
+        _end.callback(_running[key].close)
+    try:
+        yield _running[key]
+    finally:
+        for context in _running[key].contexts:
+            context.close()
+
+
+def close_browsers() -> None:
+    """End all of them. As long as Playwright runs, no other test can run a loop of asyncio."""
+    _playwright.clear()
+    _running.clear()
+    _end.close()
