@@ -95,9 +95,7 @@ async def get_socket(socket: WebSocket, run_id: RunId, view: ViewName) -> None:
 
 
 async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
-    from websockets.asyncio.client import connect
-    from websockets.exceptions import WebSocketException
-    from websockets.typing import Subprotocol
+    from websockets import Subprotocol, WebSocketException, connect  # of an extra
 
     try:
         async with connect(

@@ -13,7 +13,7 @@ from alembic.config import Config
 
 from app.edits.earlier import earlier_corrections
 from app.evidence.disagreement import _other_run
-from app.exchange.home import describe_choice, run_named
+from app.cli.home import describe_choice, run_named
 from app.storage import migrating, models
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video

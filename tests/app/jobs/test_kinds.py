@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 
@@ -16,6 +17,7 @@ from app.jobs.queue import MOST_CRASHES, JobQueue
 from app.jobs.readiness import preparations
 from app.jobs.supervisor import Supervisor
 from app.jobs.worker import _execute
+from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
@@ -143,3 +145,8 @@ def test_what_is_short_is_prepared_in_order_and_names_are_ones_own(bakery: Baker
     assert steps == ["load a", "ready a", "load c", "ready c"]
     with pytest.raises(ValueError, match="a name of its own"):
         JobKinds([kind("a", "short"), kind("a", "long")], worker="w")
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_the_task_of_a_kind_takes_a_job(kind: JobKind) -> None:
+    assert get_type_hints(kind.load()) == {"task": TaskContext, "return": type(None)}

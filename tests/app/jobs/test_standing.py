@@ -122,5 +122,5 @@ def test_what_cannot_be_loaded_ends_the_preparation_and_not_the_worker() -> None
 
 
 def test_bare_evidence_is_named_without_loading_a_database() -> None:
-    code = "import sys, app.exchange.named; assert not {'sqlalchemy', 'alembic'} & set(sys.modules)"
+    code = "import sys, app.cli.named; assert not {'sqlalchemy', 'alembic'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
