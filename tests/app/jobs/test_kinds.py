@@ -145,6 +145,6 @@ def test_what_is_short_is_prepared_in_order_and_names_are_ones_own(bakery: Baker
         JobKinds([kind("a", "short"), kind("a", "long")], worker="w")
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", list(KINDS), ids=lambda kind: kind.name)
 def test_the_task_of_a_kind_takes_a_job(kind: JobKind) -> None:
     assert get_type_hints(kind.load()) == {"task": TaskContext, "return": type(None)}
