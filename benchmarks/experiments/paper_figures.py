@@ -16,8 +16,6 @@ __all__ = [
     "FRAMES",
     "SIGNS",
     "SYSTEMS",
-    "WHERE_CLASSIFIED",
-    "WHERE_DETECTED",
     "WHERE_EQ7",
     "System",
     "printed",
