@@ -5,7 +5,9 @@ A new kind is an entry here; the queue (``app.jobs``) knows none of them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
+from pkgutil import resolve_name
 from typing import Final
 
 from app.jobs.kinds import JobKind, JobKinds, Task
@@ -16,72 +18,14 @@ from app.storage.models import Follow, ModelVersion, Output, Run, Video
 __all__ = ["KINDS"]
 
 
-def _recording() -> Task:
-    from app.recordings.task import record_run
-
-    return record_run
-
-
-def _sdk() -> None:
-    from tsr_engine.recording.write import load_sdk
-
-    load_sdk()
+def _task(name: str) -> Callable[[], Task]:
+    """Imports the task ``module:function`` when it is called: only the worker that does it loads the engine."""
+    return partial(resolve_name, name)
 
 
-def _whatif() -> Task:
-    from app.whatif.task import run_whatif
-
-    return run_whatif
-
-
-def _follow() -> Task:
-    from app.follows.task import follow_track
-
-    return follow_track
-
-
-def _follower() -> None:
-    from app.follows.task import warm
-
-    warm()
-
-
-def _import() -> Task:
-    from app.runs.start import queue_first_runs
-    from app.videos.importing import import_video
-
-    return partial(import_video, sample_ready=queue_first_runs)
-
-
-def _export() -> Task:
-    from app.exchange.task import export
-
-    return export
-
-
-def _bundle() -> Task:
-    from app.bundles.task import make_run_bundle
-
-    return make_run_bundle
-
-
-def _scene() -> Task:
-    from app.scene3d.task import make_scene
-
-    return make_scene
-
-
-def _track() -> Task:
-    from app.runs.task import track
-
-    return track
-
-
-def _retrain() -> Task:
-    from app.exchange.reviews import export_reviews
-    from app.training.task import retrain_models
-
-    return partial(retrain_models, export_reviews=export_reviews)
+def _prepare(name: str) -> Callable[[], object]:
+    """Imports ``module:function`` and calls it."""
+    return lambda: resolve_name(name)()
 
 
 _output_failed = partial(on_job_failed, Output)
@@ -89,15 +33,30 @@ _run_failed = partial(on_job_failed, Run)
 
 KINDS: Final = JobKinds(
     (
-        JobKind("follow", "short", _follow, partial(on_job_failed, Follow), prepare=(_follower,)),
-        JobKind("recording", "short", _recording, _output_failed, clear_folder, prepare=(_sdk,)),
-        JobKind("whatif", "short", _whatif, _run_failed),
-        JobKind("import", "imports", _import, partial(on_job_failed, Video), by_frame=True),
-        JobKind("export", "short", _export, _output_failed, clear_folder),
-        JobKind("bundle", "short", _bundle, _output_failed, clear_folder),
-        JobKind("scene", "scenes", _scene, _output_failed, clear_folder),
-        JobKind("track", "long", _track, _run_failed, by_frame=True),
-        JobKind("retrain", "long", _retrain, partial(on_job_failed, ModelVersion)),
+        JobKind(
+            "follow",
+            "short",
+            _task("app.follows.task:follow_track"),
+            partial(on_job_failed, Follow),
+            prepare=(_prepare("app.follows.task:warm"),),
+        ),
+        JobKind(
+            "recording",
+            "short",
+            _task("app.recordings.task:record_run"),
+            _output_failed,
+            clear_folder,
+            prepare=(_prepare("tsr_engine.recording.write:load_sdk"),),
+        ),
+        JobKind("whatif", "short", _task("app.whatif.task:run_whatif"), _run_failed),
+        JobKind(
+            "import", "imports", _task("app.runs.start:import_and_start"), partial(on_job_failed, Video), by_frame=True
+        ),
+        JobKind("export", "short", _task("app.exchange.task:export"), _output_failed, clear_folder),
+        JobKind("bundle", "short", _task("app.bundles.task:make_run_bundle"), _output_failed, clear_folder),
+        JobKind("scene", "scenes", _task("app.scene3d.task:make_scene"), _output_failed, clear_folder),
+        JobKind("track", "long", _task("app.runs.task:track"), _run_failed, by_frame=True),
+        JobKind("retrain", "long", _task("app.exchange.reviews:retrain"), partial(on_job_failed, ModelVersion)),
     ),
     worker="app.worker",
 )

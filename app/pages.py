@@ -17,7 +17,7 @@ from fastapi.responses import HTMLResponse, Response
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
-__all__ = ["mount_pages", "static_folder"]
+__all__ = ["mount_pages", "page_version", "static_folder"]
 
 _VERSIONED: Final = re.compile(r"v-([0-9a-f]{16})[/\\]")
 _CODE: Final = re.compile(r'(?<=")/static/(?=(?:js|css)/)')
@@ -30,7 +30,7 @@ def static_folder() -> Path:
     return inside if inside.is_dir() else here.parent / "static"
 
 
-def _version(folder: Path) -> str:
+def page_version(folder: Path) -> str:
     """Another one whenever a file comes, goes or is written."""
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*")):
@@ -57,7 +57,7 @@ class _PageFiles(StaticFiles):
 
     def page(self, request: Request) -> Response:
         """``index.html``, with the version of this moment in its addresses."""
-        self.version = _version(self.folder)
+        self.version = page_version(self.folder)
         text = (self.folder / "index.html").read_text(encoding="utf-8")
         headers = {"Cache-Control": "no-cache", "ETag": f'"{self.version}"'}
         answer = HTMLResponse(_CODE.sub(f"/static/v-{self.version}/", text), headers=headers)

@@ -34,9 +34,9 @@ from app.videos.thumbnails import thumbnail_path
 from app.videos.view import publish_video
 from tsr_engine.errors import VideoError
 
-__all__ = ["Sending"]
+__all__ = ["AGAIN", "Sending"]
 
-_AGAIN: Final = 60.0
+AGAIN: Final = 60.0
 """Seconds until something that could not be sent is tried again."""
 _TIDY: Final = 60.0
 """Seconds between two looks at what lies here."""
@@ -73,10 +73,14 @@ class Sending:
         database: says what is finished.
         events: where pages and the search hear of it.
         files: the shared ones.
+
+    Attributes:
+        cache_mb: bound of what was fetched and lies here, MiB.
     """
 
     def __init__(self, settings: Settings, database: Database, events: EventBus, files: SharedFiles) -> None:
         self._settings = settings
+        self.cache_mb = settings.files_cache_mb
         self._database = database
         self._events = events
         self._files = files
@@ -129,7 +133,7 @@ class Sending:
         for one in gone:
             self._files.drop(one)
         left = [one for one in kept if one not in gone]
-        over = sum(one.size for one in left) - self._settings.files_cache_mb * 2**20
+        over = sum(one.size for one in left) - self.cache_mb * 2**20
         for one in left:
             if over <= 0 or time.time() - one.used < UNUSED:
                 return
@@ -152,12 +156,12 @@ class Sending:
             if row is not None:
                 self._send(table, row)
         except FilesAwayError as error:
-            self._later[key] = time.monotonic() + _AGAIN
+            self._later[key] = time.monotonic() + AGAIN
             self._trouble = f"{error} What is finished stays on this server until then."
             self._log_once.came(error)
             return False
         except (OSError, VideoError) as error:  # something is wrong with what lies here
-            self._later[key] = time.monotonic() + _AGAIN
+            self._later[key] = time.monotonic() + AGAIN
             self._log_once.came(error)
         return True
 

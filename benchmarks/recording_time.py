@@ -146,8 +146,8 @@ def _process(command: list[str]) -> JsonObject:
 def _drive(kind: str, out: Path, clips: Path | None) -> str:
     """A video of at least ``FRAMES`` frames; returns what it was made of."""
     if clips is not None:
-        clip = _clip(kind, clips)
-        _join(clip, out)
+        clip = clip_of_kind(kind, clips)
+        repeat_clip(clip, out)
         return f"{clip.name}, joined to itself, packets as they were"
     source = SHIPPED[0].video
     for crf in _CRF[kind]:
@@ -166,7 +166,7 @@ def _pictures(source: Path) -> Iterator[Picture]:
                 yield cv2.resize(frame.picture, (WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)  # type: ignore[misc]
 
 
-def _clip(kind: str, folder: Path) -> Path:
+def clip_of_kind(kind: str, folder: Path) -> Path:
     """The clip with the fewest, or most, bytes a frame."""
     rates = {}
     for path in sorted(folder.glob("*.mp4")):
@@ -179,7 +179,7 @@ def _clip(kind: str, folder: Path) -> Path:
     return (min if kind == "copied" else max)(rates, key=lambda path: rates[path])
 
 
-def _join(clip: Path, out: Path) -> None:
+def repeat_clip(clip: Path, out: Path) -> None:
     """The clip again and again, without encoding anything."""
     with av.open(out, "w", format="mp4") as target:
         made: object = None

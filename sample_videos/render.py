@@ -94,7 +94,7 @@ class Renderer:
         beam = np.exp(-(((aside - 0.03) / 0.26) ** 2)) + 0.5 * np.exp(-((aside / 0.6) ** 2))
         return np.asarray(7.5 * beam / (9 + z**1.45), np.float32)
 
-    def _lit(self, point: Array) -> tuple[float, float]:
+    def light_at(self, point: Array) -> tuple[float, float]:
         """How much of sun and sky reaches a point."""
         bridge = self.drive.bridge
         if bridge is None:
@@ -128,7 +128,7 @@ class Renderer:
         steady, later = self.camera(t, shaken=False), self.camera(t + 1e-3, shaken=False)
         moved = Camera(width, height, self.focal, camera.position + later.position - steady.position, camera.axes)
         film = Film(width, height)
-        view = View(camera, moved, d.weather, film, self._sky.haze(camera), self._lit)
+        view = View(camera, moved, d.weather, film, self._sky.haze(camera), self.light_at)
         near = self._near(view, t)
         mask = np.full((height, width), 255, np.uint8)
         for thing in near:
@@ -222,7 +222,7 @@ class Renderer:
         y = int(local[1] / local[2] * camera.focal + camera.centre[1])
         r = max(3, int(camera.focal * np.radians(0.5)))
         if not (r <= x < camera.width - r and r <= y < camera.height - r):
-            return 0.4 if self._lit(camera.position)[1] == 1.0 else 0.0
+            return 0.4 if self.light_at(camera.position)[1] == 1.0 else 0.0
         window = film.image[y - r : y + r, x - r : x + r].max(2)
         return float(np.clip((window > 15).mean() / 0.45, 0, 1))
 

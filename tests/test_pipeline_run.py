@@ -178,13 +178,13 @@ def test_a_run_goes_on_after_kill_9_and_equals_an_uninterrupted_one(
 def steps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The frames behind which a decoder has taken a step."""
     found: list[int] = []
-    step = Cursor._step
+    step = Cursor.step
 
     def counted(cursor: Cursor) -> object:
         found.append(cursor.position)
         return step(cursor)
 
-    monkeypatch.setattr(Cursor, "_step", counted)
+    monkeypatch.setattr(Cursor, "step", counted)
     return found
 
 
@@ -295,7 +295,7 @@ def test_an_annotated_video_says_what_it_is(drive: Path, tmp_path: Path, name: s
 def test_a_gap_in_time_that_the_annotated_video_cannot_hold_is_told(
     drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tsr_engine.io.video_writer._LONGEST_GAP", 60)
+    monkeypatch.setattr("tsr_engine.io.video_writer.LONGEST_GAP", 60)
     request = RunRequest(drive, toys.PARAMS, annotated=tmp_path / "seen.mp4", stop=3)
     report = track_video(request, toys.components(toys.PARAMS))
     assert "seen.mp4 has 2 gaps in time cut" in report.warnings[-1]

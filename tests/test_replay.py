@@ -59,7 +59,7 @@ def test_a_run_whose_events_were_worded_otherwise_replays_and_goes_on_as_the_sam
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     video = toys.write_drive(tmp_path / "drive.mp4", 40)
-    today = tracker._confirmed
+    today = tracker.confirmed_event
 
     def earlier(track: Track, window: int) -> Event:
         event = today(track, window)
@@ -74,7 +74,7 @@ def test_a_run_whose_events_were_worded_otherwise_replays_and_goes_on_as_the_sam
 
     request = RunRequest(video, toys.PARAMS, tmp_path / "run")
     with monkeypatch.context() as then:
-        then.setattr(tracker, "_confirmed", earlier)
+        then.setattr(tracker, "confirmed_event", earlier)
         track_video(request, toys.components(toys.PARAMS), stop=stop)
     report = track_video(request, toys.components(toys.PARAMS))
     assert report.resumed_at is not None

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import tsr_engine
 from tests import same_bits
-from tsr_engine.gating.symmetry import MIRROR, SymmetryDetector, _similarity
+from tsr_engine.gating.symmetry import MIRROR, SymmetryDetector, similarities
 from tsr_engine.products import dot, product, solve
 
 ENGINE = Path(tsr_engine.__file__).parent
@@ -94,13 +94,13 @@ def test_sift_gives_whole_numbers_and_their_similarity_is_the_cosine_of_their_mi
     picture = cv2.GaussianBlur(np.random.default_rng(2).integers(0, 256, (48, 48), dtype=np.uint8), (0, 0), 2.0)
     plain = cv2.SIFT.create(nfeatures=80, nOctaveLayers=3, contrastThreshold=0.003)
     expected = plain.detectAndCompute(picture, None)[1]
-    descriptors = SymmetryDetector()._sift.detectAndCompute(picture, None)[1]
+    descriptors = SymmetryDetector().sift.detectAndCompute(picture, None)[1]
     assert len(descriptors) > 20
     assert descriptors.dtype == np.uint8
     assert (descriptors == expected).all()
     unit = descriptors / np.linalg.norm(descriptors.astype(np.float64), axis=1, keepdims=True)
     cosine = unit @ unit[:, MIRROR].T
-    found = _similarity(descriptors)
+    found = similarities(descriptors)
     np.testing.assert_allclose(found, np.clip((cosine - 0.6) / 0.3, 0.0, 1.0), atol=1e-14)
     assert (found == found.T).all()
-    assert _similarity(np.zeros((2, 128), np.uint8)).tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    assert similarities(np.zeros((2, 128), np.uint8)).tolist() == [[0.0, 0.0], [0.0, 0.0]]

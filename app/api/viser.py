@@ -31,7 +31,7 @@ from tsr_engine.errors import TsrError
 if TYPE_CHECKING:
     from websockets.asyncio.client import ClientConnection
 
-__all__ = ["ViewName", "router"]
+__all__ = ["LOOK", "ViewName", "router", "while_let_in"]
 
 router = APIRouter(include_in_schema=False)
 
@@ -40,7 +40,7 @@ _LARGEST: Final = 128 * 2**20
 """Bytes of one message of viser: a scene comes in few, large ones."""
 _QUEUED: Final = 4
 """Messages of viser that are taken before they can be handed on."""
-_LOOK: Final = 2.0
+LOOK: Final = 2.0
 """Seconds from one look at whether a socket's person is still let in to the next."""
 _log = logging.getLogger("tsr.scene3d")
 
@@ -95,9 +95,7 @@ async def get_socket(socket: WebSocket, run_id: RunId, view: ViewName) -> None:
 
 
 async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
-    from websockets.asyncio.client import connect
-    from websockets.exceptions import WebSocketException
-    from websockets.typing import Subprotocol
+    from websockets import Subprotocol, WebSocketException, connect  # of an extra
 
     try:
         async with connect(
@@ -113,7 +111,7 @@ async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
             proxy=None,
         ) as upstream:
             await socket.accept(upstream.subprotocol)
-            await _first_done(_to_page(upstream, socket), _to_viser(socket, upstream), _while_let_in(socket))
+            await _first_done(_to_page(upstream, socket), _to_viser(socket, upstream), while_let_in(socket))
     except (WebSocketException, OSError, WebSocketDisconnect, RuntimeError) as error:
         _log.debug("The socket of a 3-D view has ended: %s", error)
     if socket.application_state is not WebSocketState.DISCONNECTED:
@@ -134,11 +132,11 @@ async def _first_done(*parts: Coroutine[object, object, None]) -> None:
                 _log.debug("One direction of a 3-D view's socket has ended: %r", result)
 
 
-async def _while_let_in(socket: WebSocket) -> None:
+async def while_let_in(socket: WebSocket) -> None:
     """Returns when who opened the view may not see it any more."""
     access = cast(Context, socket.app.state.context).access
     while await access.still(identity_of(socket)):
-        await asyncio.sleep(_LOOK)
+        await asyncio.sleep(LOOK)
 
 
 async def _to_page(upstream: ClientConnection, socket: WebSocket) -> None:

@@ -39,23 +39,23 @@ class Cage:
     def __init__(self, talk: Talk, process: int, limits: Limits) -> None:
         self.talk = talk
         self.limits = limits
-        self._process: int | None = process
+        self.process: int | None = process
         self._lock = threading.Lock()
 
     def kill(self) -> None:
         """End it at once; whoever waits for a message hears that it has ended."""
         with self._lock:
-            if self._process is not None:
+            if self.process is not None:
                 with suppress(ProcessLookupError):
-                    signal.pidfd_send_signal(self._process, signal.SIGKILL)
+                    signal.pidfd_send_signal(self.process, signal.SIGKILL)
 
     def close(self) -> None:
         """Kill it and release what belongs to it; closing twice is harmless."""
         self.kill()
         with self._lock:
-            if self._process is not None:
-                os.close(self._process)
-                self._process = None
+            if self.process is not None:
+                os.close(self.process)
+                self.process = None
                 self.talk.close()
 
 

@@ -66,7 +66,7 @@ def bundle(
       tsr bundle run1 --video drive.mp4 --frames 400:460 --expect expectation.json --out bug.zip
     """
     from app.bundles.request import bundle_request, report_summary
-    from app.exchange.named import as_command_error, named_sources, track_key
+    from app.cli.named import as_command_error, named_sources, track_key
     from tsr_engine.bundle import make_bundle
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar

@@ -103,8 +103,8 @@ def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
     from sqlalchemy import select
 
     from app.check.reviewed import reviewed_drive
-    from app.exchange.home import open_home, run_named
-    from app.exchange.named import as_command_error
+    from app.cli.home import open_home, run_named
+    from app.cli.named import as_command_error
     from app.exchange.stored import home_source
     from app.storage.models import Run, TrackDocument
 

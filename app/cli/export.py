@@ -131,8 +131,8 @@ def export(
     """
     from pydantic import ValidationError
 
+    from app.cli.named import as_command_error, named_sources
     from app.exchange.export import DEFAULT_STATES, ExportRequest, check_request, export_sources, summary_of
-    from app.exchange.named import as_command_error, named_sources
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
 

@@ -73,14 +73,14 @@ def import_file(
       tsr import gt.zip --onto drive.mp4 --as truth --format mot
       tsr import their_tracker.csv --onto drive.mp4 --as run --label Stopschild=stop --unknown add
     """
+    from app.cli.home import named_video, open_home
+    from app.cli.named import as_command_error, named_sources
     from app.edits.bulk import BulkEdits
     from app.edits.log_store import LogStore
     from app.events import EventBus
     from app.evidence.service import EvidenceService
-    from app.exchange.home import named_video, open_home
     from app.exchange.imports import ImportService
     from app.exchange.incoming import Incoming
-    from app.exchange.named import as_command_error, named_sources
     from app.ground_truths.service import GroundTruthService
 
     if kind not in ("annotation", "truth", "run"):

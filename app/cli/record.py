@@ -54,7 +54,7 @@ def record(
     if out.suffix.lower() != ".rrd":
         raise UsageError(f"--out must end with .rrd, by which viewers know it. Got '{out}'.")
     first, stop = frame_range(frames)
-    from app.exchange.named import named_sources
+    from app.cli.named import named_sources
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.atomic import refuse_inputs
@@ -112,7 +112,7 @@ def _focus(source: Source, first: int, stop: int | None, frame: int | None, trac
     Raises:
         UsageError: the run has no such track, or the frame is none of those that are recorded.
     """
-    from app.exchange.named import track_key
+    from app.cli.named import track_key
     from tsr_engine.evidence import EvidenceReader
 
     low, behind = max(first, source.first), source.stop if stop is None else min(stop, source.stop)
@@ -132,7 +132,7 @@ def _annotated(source: Source) -> tuple[BoxRows | None, BoxRows | None]:
     """Corrections and ground truth of a run of a data folder; none for bare evidence."""
     if source.run_id is None:
         return None, None
-    from app.exchange.home import open_home
+    from app.cli.home import open_home
     from app.recordings.annotation import corrected_rows, truth_of
 
     with open_home(source.folder.parents[1]) as (_, database), database.read() as session:

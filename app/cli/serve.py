@@ -31,7 +31,7 @@ from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.io.locks import is_locked
 
-__all__ = ["ReviewServer", "open_running", "serve", "serving"]
+__all__ = ["ReviewServer", "open_running", "serve", "serving", "show_link"]
 
 _LOCK = "server.lock"
 _RUNNING = "server.json"
@@ -131,7 +131,7 @@ def open_running(settings: Settings, video: Path | None, browser: bool, options:
             say(f"warning: {', '.join(options)} changes nothing there. End that server first, then start it so.")
         _say_link(settings, link)
         if browser:
-            _show(link)
+            show_link(link)
         return True
     return False
 
@@ -220,10 +220,11 @@ def _tell_when_ready(server: uvicorn.Server, settings: Settings, link: str, brow
     _say_link(settings, link)
     say("Press Ctrl-C to stop. Everything is stored as it happens.")
     if browser:
-        _show(link)
+        show_link(link)
 
 
-def _show(link: str) -> None:
+def show_link(link: str) -> None:
+    """Open a page in the browser, or say that there is none."""
     if not webbrowser.open(link):
         say("No browser was found here. Open the address above in one.")
 

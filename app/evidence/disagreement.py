@@ -22,7 +22,7 @@ from tsr_engine.evaluation.matching import box_pairs
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["MATCH_IOU", "Others", "against_run", "overruled"]
+__all__ = ["MATCH_IOU", "Others", "against_run", "other_run", "overruled"]
 
 MATCH_IOU = 0.3
 """Two boxes of one frame are of one sign from this overlap on."""
@@ -47,7 +47,7 @@ class Others:
     def version(self, run_id: str, video_id: str) -> tuple[str, str]:
         """Changes when another run is complete or a person edits this one."""
         with self._database.read() as session:
-            other = _other_run(session, run_id, video_id)
+            other = other_run(session, run_id, video_id)
             seq = newest_edit(session, run_id)
         return ("" if other is None else other.id), str(seq)
 
@@ -67,7 +67,7 @@ class Others:
             labels: set of the video.
         """
         with self._database.read() as session:
-            other = _other_run(session, run_id, video_id)
+            other = other_run(session, run_id, video_id)
         return None if other is None else self._against(run_id, other, facts, labels)
 
     def overruled(self, run_id: str, facts: TrackFacts, labels: LabelSet) -> NDArray[np.bool_]:
@@ -158,7 +158,7 @@ def overruled(documents: Mapping[str, Mapping[str, object]], facts: TrackFacts, 
     return found
 
 
-def _other_run(session: Session, run_id: str, video_id: str) -> Run | None:
+def other_run(session: Session, run_id: str, video_id: str) -> Run | None:
     """The newest other complete run of the video; what-ifs are distinguished in their own difference."""
     query = (
         select(Run)

@@ -27,7 +27,7 @@ from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.protocols import PixelSource
 
-__all__ = ["Explainer", "Question"]
+__all__ = ["Explainer", "Question", "explain_question"]
 
 IDLE = 60.0
 """Seconds without a question after which the process ends."""
@@ -73,7 +73,7 @@ class Explainer:
     def __init__(self, idle: float = IDLE) -> None:
         self._idle = idle
         self._lock = threading.Lock()
-        self._process: subprocess.Popen[str] | None = None
+        self.process: subprocess.Popen[str] | None = None
         self._timer: threading.Timer | None = None
 
     def ask(self, question: Question) -> Explanation | None:
@@ -100,10 +100,10 @@ class Explainer:
             self._stop()
 
     def _answer(self, question: Question) -> str:
-        process = self._process
+        process = self.process
         if process is None or process.poll() is not None:
             self._stop()
-            process = self._process = subprocess.Popen(
+            process = self.process = subprocess.Popen(
                 [sys.executable, "-m", "app.evidence.explainer"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -136,7 +136,7 @@ class Explainer:
         self._timer.start()
 
     def _stop(self) -> None:
-        process, self._process = self._process, None
+        process, self.process = self.process, None
         if process is None:
             return
         process.kill()
@@ -154,7 +154,7 @@ def main() -> None:
         signal.alarm(int(PATIENCE) + 1)  # the server may be gone by then
         question = Question(**json.loads(line))
         try:
-            found = _explain(question)
+            found = explain_question(question)
             answer: JsonObject = {"found": None if found is None else found.model_dump(mode="json")}
         except TsrError as error:
             answer = {"error": str(error)}
@@ -162,8 +162,8 @@ def main() -> None:
         signal.alarm(0)
 
 
-def _explain(question: Question) -> Explanation | None:
-
+def explain_question(question: Question) -> Explanation | None:
+    """Judge a prediction again in this process; see :meth:`Explainer.ask`."""
     with EvidenceReader(Path(question.folder)) as reader, EvidenceReader(Path(question.pixels)) as source:
 
         def pixels(frame: int) -> PixelSource:

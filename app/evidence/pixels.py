@@ -33,11 +33,11 @@ class RunPixels:
         self._settings = settings
         self._database = database
         self._evidence = evidence
-        self._explainer = Explainer()
+        self.explainer = Explainer()
 
     def close(self) -> None:
         """End the process that judges."""
-        self._explainer.close()
+        self.explainer.close()
 
     def crop(
         self, run_id: str, track_id: int, frame: int, size: int, of: CropOf, picture: Callable[[str, int], Picture]
@@ -125,7 +125,7 @@ class RunPixels:
             file.stamp,
             tuple(map(str, file.roots)),
         )
-        found = self._explainer.ask(question)
+        found = self.explainer.ask(question)
         if found is None:
             raise nothing
         return found

@@ -39,12 +39,12 @@ from tsr_engine.exchange.packed import read_packed, write_packed
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["CagedImports", "read_apart", "rehearse", "store_apart"]
+__all__ = ["SHORT", "CagedImports", "read_apart", "rehearse", "store_apart"]
 
 _PACKED: Final = "tracks.npz"
 _SMALL: Final = 1 << 18
 """Bytes of arrays, of some thousand boxes, that the server stores by itself: sooner than a process has begun."""
-_SHORT: Final = 5000
+SHORT: Final = 5000
 """Frames of a video whose run the server writes by itself."""
 
 
@@ -105,7 +105,7 @@ class CagedImports:
             if ended():
                 raise CagesClosed("nobody waits for it any more")
             underway.step = "storing"  # from here on it cannot be cancelled: it may be stored already
-            if packed.stat().st_size <= _SMALL and (kind != "run" or onto.facts.frames <= _SHORT):
+            if packed.stat().st_size <= _SMALL and (kind != "run" or onto.facts.frames <= SHORT):
                 dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
                 return self._imports.store(video_id, onto, incoming, kind, run_id, dataset)
             found = self._cages.run(
@@ -138,7 +138,7 @@ class CagedImports:
     def begin_by_hand(self, video_id: str, name: str, author: str) -> ImportResult:
         """A run without tracks; see ``ImportService.begin_by_hand``. Another process writes that of a long video."""
         onto = self._imports.check(video_id, "run", None)
-        if onto.facts.frames <= _SHORT:
+        if onto.facts.frames <= SHORT:
             return self._imports.begin_by_hand(video_id, name, author, onto)
         limits = Limits(self._settings.import_memory_mb, computing=self._settings.import_seconds)
         try:

@@ -1,4 +1,4 @@
-"""The present reviews of some runs as a file that a retraining learns from."""
+"""The job ``retrain``, and the present reviews of some runs as a file that it learns from."""
 
 from __future__ import annotations
 
@@ -9,9 +9,15 @@ from app.errors import ApiError
 from app.exchange.export import ExportRequest, export_sources
 from app.exchange.stored import home_source
 from app.jobs.context import TaskContext
+from app.training.task import retrain_models
 from tsr_engine.errors import InputError
 
-__all__ = ["export_reviews"]
+__all__ = ["export_reviews", "retrain"]
+
+
+def retrain(task: TaskContext) -> None:
+    """Make a new version of models, from present reviews too."""
+    retrain_models(task, export_reviews)
 
 
 def export_reviews(task: TaskContext, runs: Sequence[str], out: Path) -> None:

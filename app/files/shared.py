@@ -24,13 +24,13 @@ from tsr_engine.errors import StorageError
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.opened_file import Stamp, stamp_of
 
-__all__ = ["UNUSED", "Kept", "SharedFiles", "present", "shared_files"]
+__all__ = ["PATIENCE", "UNUSED", "Kept", "SharedFiles", "present", "shared_files"]
 
 _AT_ONCE: Final = 4
 """Things that one process fetches at a time."""
 _MOST_WAITING: Final = 8
 """Requests that wait for a thing at a time; the server has 40 threads for all."""
-_PATIENCE: Final = 6.0
+PATIENCE: Final = 6.0
 """Seconds that a request waits for a thing to come."""
 _TOUCH: Final = 60.0
 """Seconds after which the use of a thing is noted again."""
@@ -141,7 +141,7 @@ class SharedFiles:
             if not self._waiting.acquire(blocking=False):
                 raise _on_its_way()
             try:
-                if not fetch.over.wait(_PATIENCE):
+                if not fetch.over.wait(PATIENCE):
                     raise _on_its_way()
             finally:
                 self._waiting.release()

@@ -24,11 +24,11 @@ from tsr_engine.io.unfinished import fsync_path
 if TYPE_CHECKING:
     from fsspec import AbstractFileSystem
 
-__all__ = ["FilesAwayError", "Listed", "SharedStore", "files_of"]
+__all__ = ["PATIENCE", "FilesAwayError", "Listed", "SharedStore", "files_of"]
 
 _NUMBER: Final = "store.id"
 _MOST_LIST: Final = 16 * 2**20
-_PATIENCE: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_attempts": 2, "mode": "standard"}}
+PATIENCE: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_attempts": 2, "mode": "standard"}}
 """Of S3: seconds until somebody answers, seconds without a byte, tries."""
 _REFUSED: Final = ("NoCredentials", "PartialCredentials", "InvalidAccessKeyId", "SignatureDoesNotMatch", "AccessDenied")
 _SILENT: Final = (
@@ -54,6 +54,10 @@ class SharedStore:
     Args:
         address: ``s3://BUCKET/PREFIX``, ``file:///FOLDER``, or a folder.
 
+    Attributes:
+        address: as it was given.
+        system: the file system of fsspec behind it.
+
     Raises:
         UsageError: no such address.
         MissingExtra: what reads it is not installed.
@@ -64,15 +68,15 @@ class SharedStore:
             import fsspec
         self.address = address
         self._local = not address.startswith("s3://")
-        self._system: AbstractFileSystem
+        self.system: AbstractFileSystem
         if self._local:
-            self._system = fsspec.filesystem("file")
+            self.system = fsspec.filesystem("file")
         else:
-            options = {"skip_instance_cache": True, "use_listings_cache": False, "config_kwargs": _PATIENCE}
+            options = {"skip_instance_cache": True, "use_listings_cache": False, "config_kwargs": PATIENCE}
             with explained():
-                self._system = fsspec.filesystem("s3", **options)
-            self._system.retries = 1  # those of _PATIENCE are enough
-        self._root = str(self._system._strip_protocol(address)).rstrip("/")
+                self.system = fsspec.filesystem("s3", **options)
+            self.system.retries = 1  # those of PATIENCE are enough
+        self._root = str(self.system._strip_protocol(address)).rstrip("/")
 
     def number(self, known: str | None) -> str:
         """The random number that the place has, 32 hexadecimal digits; made on first use.
@@ -90,7 +94,7 @@ class SharedStore:
             found = self._number()
             if found is None and known is None:
                 with suppress(FileExistsError):  # of two that start at once, one is first
-                    self._system.pipe_file(self._place(_NUMBER), uuid.uuid4().hex.encode(), mode="create")
+                    self.system.pipe_file(self.place(_NUMBER), uuid.uuid4().hex.encode(), mode="create")
                 found = self._number()
         if found is None or (known is not None and found != known):
             raise StorageError(
@@ -121,14 +125,14 @@ class SharedStore:
             try:
                 for inside in listed:
                     wait()
-                    place = self._place(name, inside)
+                    place = self.place(name, inside)
                     if self._local:
                         Path(place).parent.mkdir(parents=True, exist_ok=True)
-                    self._system.put_file(str(source / inside), place)
+                    self.system.put_file(str(source / inside), place)
                     if self._local:
                         fsync_path(Path(place))
                 text = json.dumps({"format": 1, "files": {inside: list(entry) for inside, entry in listed.items()}})
-                self._system.pipe_file(self._place(f"{name}.json"), text.encode())
+                self.system.pipe_file(self.place(f"{name}.json"), text.encode())
             except BaseException:
                 with suppress(Exception):
                     self._drop(name)  # on a full disk the half of it would take the room of others
@@ -142,7 +146,7 @@ class SharedStore:
             FilesAwayError: it is not there, or its list is damaged.
         """
         with self._explained(name):
-            text = self._system.cat_file(self._place(f"{name}.json"), end=_MOST_LIST)
+            text = self.system.cat_file(self.place(f"{name}.json"), end=_MOST_LIST)
         try:
             files = json.loads(text)["files"]
             found = {str(inside): (int(size), str(digest)) for inside, (size, digest) in files.items()}
@@ -157,7 +161,7 @@ class SharedStore:
         files = self.listed(name)
         with self._explained(name):
             return all(
-                self._system.info(self._place(name, inside))["size"] == size for inside, (size, _) in files.items()
+                self.system.info(self.place(name, inside))["size"] == size for inside, (size, _) in files.items()
             )
 
     def get(self, name: str, files: Listed, part: Path) -> None:
@@ -178,7 +182,7 @@ class SharedStore:
             with (
                 path.open("wb") as target,
                 self._explained(name),
-                self._system.open(self._place(name, inside), "rb") as source,
+                self.system.open(self.place(name, inside), "rb") as source,
             ):
                 while piece := source.read(2**20):
                     told.update(piece)
@@ -196,23 +200,24 @@ class SharedStore:
         with self._explained(name):
             self._drop(name)
 
+    def place(self, name: str, inside: str = "") -> str:
+        """Where the file system has a thing, or a file of it."""
+        return "/".join(part for part in (self._root, name, inside) if part)
+
     # ------------------------------------------------------------------------------------------------------ inside
 
     def _number(self) -> str | None:
         try:
-            return str(self._system.cat_file(self._place(_NUMBER), end=64).decode("ascii", "replace")).strip()
+            return str(self.system.cat_file(self.place(_NUMBER), end=64).decode("ascii", "replace")).strip()
         except FileNotFoundError:
             if not self._local:  # a bucket that is missing is another matter
-                self._system.ls(self._root.partition("/")[0], refresh=True)
+                self.system.ls(self._root.partition("/")[0], refresh=True)
             return None
 
-    def _place(self, name: str, inside: str = "") -> str:
-        return "/".join(part for part in (self._root, name, inside) if part)
-
     def _drop(self, name: str) -> None:
-        for place, recursive in ((self._place(f"{name}.json"), False), (self._place(name), True)):
+        for place, recursive in ((self.place(f"{name}.json"), False), (self.place(name), True)):
             with suppress(FileNotFoundError):
-                self._system.rm(place, recursive=recursive)
+                self.system.rm(place, recursive=recursive)
 
     def _damaged(self, what: str) -> FilesAwayError:
         return FilesAwayError(
@@ -228,7 +233,7 @@ class SharedStore:
         A folder that is not mounted is an empty one, which nothing may be written to.
         """
         try:
-            if name and self._local and not Path(self._place(_NUMBER)).is_file():
+            if name and self._local and not Path(self.place(_NUMBER)).is_file():
                 raise FilesAwayError(
                     f"The shared files ({self.address}) are not there. Mount their folder again.", code="files_away"
                 )

@@ -8,15 +8,15 @@ import signal
 from pathlib import Path
 from typing import Final, Literal, NoReturn
 
-__all__ = ["LEFT", "Cause", "cause_of", "end_as", "memory_kills"]
+__all__ = ["CGROUPS", "LEFT", "PROC", "Cause", "cause_of", "end_as", "memory_kills"]
 
 Cause = Literal["crashed", "starved", "killed"]
 """By itself, over the file that it worked on; for want of memory; or with its server or by somebody else's hand."""
 LEFT: Final = 128 + signal.SIGTERM
 """Exit code of a worker that was asked to leave and was too slow to do so in order."""
 _FROM_OUTSIDE: Final = {0, LEFT, -signal.SIGTERM, -signal.SIGINT, -signal.SIGHUP, -signal.SIGKILL}
-_CGROUPS = Path("/sys/fs/cgroup")
-_PROC = Path("/proc")
+CGROUPS = Path("/sys/fs/cgroup")
+PROC = Path("/proc")
 
 
 def cause_of(code: int, starving: bool) -> Cause:
@@ -50,13 +50,13 @@ def memory_kills() -> int:
 
 def _counters() -> list[Path]:
     try:
-        groups = (_PROC / "self" / "cgroup").read_text(encoding="utf-8")
+        groups = (PROC / "self" / "cgroup").read_text(encoding="utf-8")
     except OSError:
         groups = ""
     found = []
     for number, kinds, path in re.findall(r"^(\d+):([^:]*):/(.*)$", groups, flags=re.MULTILINE):
         if number == "0":
-            found += [_CGROUPS / path / "memory.events", _CGROUPS / "memory.events"]
+            found += [CGROUPS / path / "memory.events", CGROUPS / "memory.events"]
         elif "memory" in kinds.split(","):
-            found += [_CGROUPS / "memory" / path / "memory.oom_control", _CGROUPS / "memory" / "memory.oom_control"]
-    return [*found, _PROC / "vmstat"]
+            found += [CGROUPS / "memory" / path / "memory.oom_control", CGROUPS / "memory" / "memory.oom_control"]
+    return [*found, PROC / "vmstat"]

@@ -27,17 +27,13 @@ from app.storage.database import Database
 from app.storage.identity import place_of
 from app.storage.models import Job
 
-__all__ = ["Supervisor"]
+__all__ = ["Supervisor", "as_environment"]
 
 _TURN = 0.25
 _PATIENCE = 4.0
 """Seconds a cancelled worker gets before it is asked to leave, and again before it is killed."""
 _FAREWELL = 0.6
 """Seconds that workers get when the server ends: Ctrl-C is answered within two."""
-_LINGER = 60.0
-"""Seconds that the standing worker outlives the last open page: a page that is loaded anew comes back at once."""
-_AGAIN = 10.0
-"""Seconds before a standing worker that has died gets a successor."""
 _LAST_BREATH = 0.5
 """Seconds that the kernel may take to end a process whose lock is free already."""
 _REMEMBERED = 256
@@ -55,9 +51,16 @@ class Supervisor:
 
     While somebody has a page open, one worker of the short lane stands by: to start a process and to load the engine
     takes two to four seconds, which is longer than most of what people wait for.
+
+    Attributes:
+        silence: seconds without a heartbeat after which a worker of another machine is dead.
+        linger: seconds that the standing worker outlives the last open page, since a page may be loaded anew.
+        again: seconds before a standing worker that has died gets a successor.
     """
 
     silence = 60.0
+    linger = 60.0
+    again = 10.0
 
     def __init__(
         self,
@@ -65,6 +68,7 @@ class Supervisor:
         database: Database,
         jobs: JobQueue,
         watched: Callable[[], bool] = lambda: False,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Prepare to watch.
 
@@ -73,13 +77,15 @@ class Supervisor:
             database: where the queue is.
             jobs: the queue, which knows the kinds of jobs and where pages hear of them.
             watched: whether somebody has a page open.
+            clock: seconds; never goes back.
         """
         self._settings = settings
         self._database = database
         self._jobs = jobs
         self._lanes: dict[Lane, list[subprocess.Popen[bytes]]] = {lane: [] for lane in LANES}
         self._watched = watched
-        self._watched_at = self._stood_at = -_LINGER
+        self._clock = clock
+        self._watched_at = self._stood_at = -self.linger
         self._standing: subprocess.Popen[bytes] | None = None
         self._stop = threading.Event()
         self._overdue: dict[str, float] = {}
@@ -89,12 +95,18 @@ class Supervisor:
         self._memory_kills = memory_kills()
         self._place = place_of(settings.home)
         self._log_once = LogOnce(_log, "The workers cannot be looked after")
-        self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
+        self._thread = threading.Thread(target=self.watch, args=(self._stop.wait,), name="supervisor", daemon=True)
 
     @property
     def _workers(self) -> list[subprocess.Popen[bytes]]:
         """The processes of all lanes."""
         return [worker for lane in LANES for worker in self._lanes[lane]]
+
+    @property
+    def standing(self) -> int | None:
+        """The process of the worker that stands by; None: there is none."""
+        standing = self._standing
+        return None if standing is None else standing.pid
 
     def start(self) -> None:
         """Begin to watch."""
@@ -103,7 +115,8 @@ class Supervisor:
     def stop(self) -> None:
         """End the workers, kindly at first; their jobs go on with the next server."""
         self._stop.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
         for worker in self._workers:
             worker.terminate()
         until = time.monotonic() + _FAREWELL
@@ -129,25 +142,31 @@ class Supervisor:
             except (Fenced, SQLAlchemyError):
                 _log.warning("Job %s was not taken back; the next server finds it.", job.id)
 
-    def _watch(self) -> None:
-        while not self._stop.wait(_TURN):
+    def watch(self, wait: Callable[[float], bool]) -> None:
+        """Take turns until the end.
+
+        Args:
+            wait: waits for so many seconds; True: this is the end.
+        """
+        while not wait(_TURN):
             try:
-                self._turn()
+                self.turn()
             except (SQLAlchemyError, OSError) as error:
                 self._log_once.came(error)
                 self._beats.clear()  # who could not write a heartbeat meanwhile is given a new minute
-                self._stop.wait(2.0)
+                wait(2.0)
             else:
                 self._log_once.gone()
 
-    def _turn(self) -> None:
+    def turn(self) -> None:
+        """Clean up after workers that have died, press cancelled ones, and start those that are missing."""
         self._reap()
         with self._database.read() as session:
             running = self._jobs.running(session)
             waiting = {lane: len(self._jobs.waiting(session, lane)) for lane in LANES}
         for job in running:
-            if self._is_dead(job):
-                self._bury(job)
+            if self.is_dead(job):
+                self.bury(job, self.cause_of_death(job))
             elif job.cancel:
                 self._press(job)
         kinds = self._jobs.kinds
@@ -156,37 +175,38 @@ class Supervisor:
             busy = sum(kinds.lane(job.kind) == lane and is_alive(self._settings.home, job.id) for job in running)
             most = self._settings.workers if lane == "long" else AT_ONCE
             if waiting[lane] > max(0, len(workers) - busy) and len(workers) < most:
-                workers.append(self._spawn(lane))
+                workers.append(self.spawn(lane))
         self._stand_by(running)
 
     def _stand_by(self, running: Sequence[Job]) -> None:
         """Keep one short worker while a page is open, and send it away when nobody has come back."""
-        now, workers, watched = time.monotonic(), self._lanes["short"], self._watched()
+        now, workers, watched = self._clock(), self._lanes["short"], self._watched()
         if watched:
             self._watched_at = now
         if self._standing is not None and self._standing not in workers:
             self._standing = None
         if self._standing is None:
-            if watched and now - self._stood_at > _AGAIN:
-                self._standing, self._stood_at = self._spawn("short", STAY), now
+            if watched and now - self._stood_at > self.again:
+                self._standing, self._stood_at = self.spawn("short", STAY), now
                 workers.append(self._standing)
-        elif now - self._watched_at > _LINGER and not any(
+        elif now - self._watched_at > self.linger and not any(
             holder(self._settings.home, job.id) == self._standing.pid for job in running
         ):
             self._standing.terminate()
             self._standing = None
 
-    def _is_dead(self, job: Job) -> bool:
+    def is_dead(self, job: Job) -> bool:
+        """Whether nobody does a running job any more."""
         if is_alive(self._settings.home, job.id):
             return False
         if self._database.is_sqlite or (self._place is not None and job.payload.get("place") == self._place):
             return True
         sign = job.token, job.position, job.heartbeat
-        beat, since = self._beats.get(job.id, (None, time.monotonic()))
+        beat, since = self._beats.get(job.id, (None, self._clock()))
         if beat != sign:
-            since = time.monotonic()
+            since = self._clock()
         self._beats[job.id] = sign, since
-        return time.monotonic() - since > self.silence
+        return self._clock() - since > self.silence
 
     def _reap(self) -> None:
         """Drop the workers that have ended, and note what they died of."""
@@ -204,7 +224,7 @@ class Supervisor:
         while len(self._causes) > _REMEMBERED:
             del self._causes[next(iter(self._causes))]
 
-    def _cause(self, job: Job) -> Cause:
+    def cause_of_death(self, job: Job) -> Cause:
         """What the last worker of a dead job died of; one that is not ours died with its server, or elsewhere."""
         process = last_holder(self._settings.home, job.id)
         for worker in self._workers:
@@ -215,8 +235,8 @@ class Supervisor:
                 break
         return "killed" if process is None else self._causes.get(process, "killed")
 
-    def _bury(self, job: Job) -> None:
-        cause = self._cause(job)
+    def bury(self, job: Job, cause: Cause) -> None:
+        """Give the job of a dead worker back, or end it if that has happened too often."""
         with self._database.write() as session:
             try:
                 ended = self._jobs.bury(session, job.id, job.token, cause)
@@ -239,15 +259,16 @@ class Supervisor:
             assert process is not None
             os.kill(process, signal.SIGKILL if waited > 2 * _PATIENCE else signal.SIGTERM)
 
-    def _spawn(self, lane: Lane, *further: str) -> subprocess.Popen[bytes]:
-        passed = {f"TSR_{name.upper()}": value for name, value in _as_environment(self._settings).items()}
+    def spawn(self, lane: Lane, *further: str) -> subprocess.Popen[bytes]:
+        """Start a worker of a lane; ``further`` arguments are those of :mod:`app.jobs.worker`."""
+        passed = {f"TSR_{name.upper()}": value for name, value in as_environment(self._settings).items()}
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         command = [sys.executable, "-m", self._jobs.kinds.worker, str(os.getpid()), lane, *further]
         environment = {**os.environ, **threads, **passed}
         return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
 
 
-def _as_environment(settings: Settings) -> dict[str, str]:
+def as_environment(settings: Settings) -> dict[str, str]:
     """Settings as the variables that make the same settings."""
     values: dict[str, str] = {}
     for name, value in settings:

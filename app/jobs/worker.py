@@ -38,7 +38,7 @@ from tsr_engine.errors import TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.storage_problems import TOO_LARGE, storage_problem
 
-__all__ = ["main"]
+__all__ = ["AGAIN", "do_next", "execute", "main", "prepared", "work"]
 
 IDLE = 30.0
 """Seconds without work after which the process ends, seconds."""
@@ -48,7 +48,7 @@ _LOOK = 0.1
 """Seconds between two looks at the queue."""
 _STANDING = 0.03
 """The same for a worker that stands by: somebody has a page open and may ask for something that shall come at once."""
-_AGAIN = 1.0
+AGAIN = 1.0
 """Seconds between two attempts while the data folder or the database cannot be written."""
 _FULL = "The disk is full. Free some space, then ask for it again."
 _log = logging.getLogger("tsr.worker")
@@ -106,7 +106,7 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     database = database_of(settings)
     events = EventBus()
     jobs = JobQueue(events, kinds)
-    _work(lambda: _one_job(settings, database, events, jobs, leaving, lane), kinds, leaving, stays)
+    work(lambda: do_next(settings, database, events, jobs, leaving, lane), kinds, leaving, stays)
     database.close()
     return 0
 
@@ -123,7 +123,7 @@ def _stay_in(settings: Settings, lane: Lane) -> None:
     stay_in(writable, network=database is None or lane == "scenes" or settings.executor != "local")
 
 
-def _work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bool], stays: bool) -> None:
+def work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bool], stays: bool) -> None:
     """Do one job after the other until there are none for a while, or until asked to leave."""
     since = time.monotonic()
     ahead = preparations(kinds) if stays else iter(())
@@ -135,18 +135,18 @@ def _work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bo
             # a worker that ended would be started again at once; so the jobs wait here until there is room again
             log_once.came(error)
             since = time.monotonic()
-            time.sleep(_AGAIN)
+            time.sleep(AGAIN)
             continue
         log_once.gone()
         if found:
             since = time.monotonic()
         elif (step := next(ahead, None)) is not None:
-            ahead = ahead if _prepared(step) else iter(())
+            ahead = ahead if prepared(step) else iter(())
         else:
             time.sleep(_STANDING if stays else _LOOK)
 
 
-def _prepared(step: Callable[[], object]) -> bool:
+def prepared(step: Callable[[], object]) -> bool:
     """Whether one preparation went well. The job that needs it tells people why it does not; idleness must not."""
     try:
         step()
@@ -156,8 +156,8 @@ def _prepared(step: Callable[[], object]) -> bool:
     return True
 
 
-def _one_job(
-    settings: Settings, database: Database, events: EventBus, jobs: JobQueue, leaving: _Leaving, lane: Lane
+def do_next(
+    settings: Settings, database: Database, events: EventBus, jobs: JobQueue, leaving: Callable[[], bool], lane: Lane
 ) -> bool:
     """Do the next job of the lane; False: there was none."""
     with database.read() as session:
@@ -171,14 +171,15 @@ def _one_job(
                 job = jobs.claim(session, job_id, place_of(settings.home) or "")
             if job is not None:
                 with beating(database, job):
-                    _execute(TaskContext(settings, database, events, jobs, job, leaving))
+                    execute(TaskContext(settings, database, events, jobs, job, leaving))
                 return True
         finally:
             lock.free()
     return False
 
 
-def _execute(task: TaskContext) -> None:
+def execute(task: TaskContext) -> None:
+    """Do a job that was claimed, and store how it has ended."""
     job = task.job
     try:
         with explained():
@@ -228,4 +229,4 @@ def _insistently(task: TaskContext, store: Callable[[TaskContext], None]) -> Non
             return
         if task.leaving():
             return  # the next server finds the job and its dead worker
-        time.sleep(_AGAIN)
+        time.sleep(AGAIN)

@@ -31,13 +31,13 @@ from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.digest import file_sha256
 
-__all__ = ["KINDS", "OutputService"]
+__all__ = ["KINDS", "TELL", "OutputService"]
 
 KINDS = ("export", "recording", "bundle", "scene")
 PRIORITY = 15
 """Somebody waits for it: before imports, after what-ifs."""
 _ACTIVE = ("queued", "running")
-_TELL = 0.3
+TELL = 0.3
 """Seconds between two notes of progress."""
 
 
@@ -202,7 +202,7 @@ class OutputService:
         now = time.monotonic()
         if task.leaving():
             raise Stopped
-        if now - self._reported.get(output_id, 0.0) < _TELL:
+        if now - self._reported.get(output_id, 0.0) < TELL:
             return
         self._reported[output_id] = now
         if task.cancelled():

@@ -30,7 +30,7 @@ from typing import Final
 
 from app.errors import Busy
 
-__all__ = ["FILES", "ViewerFile", "ViewerFiles", "sdk_version"]
+__all__ = ["FILES", "ViewerFile", "ViewerFiles", "sdk_version", "viewer_binary"]
 
 FILES: Final = {"re_viewer.js": "text/javascript; charset=utf-8", "re_viewer_bg.wasm": "application/wasm"}
 """What a page needs, and its media type."""
@@ -49,7 +49,7 @@ def sdk_version() -> str:
         return ""
 
 
-def _binary() -> Path | None:
+def viewer_binary() -> Path | None:
     """The viewer's binary within the wheel, found without importing the SDK."""
     spec = importlib.util.find_spec("rerun_cli")
     if spec is None or not spec.submodule_search_locations:
@@ -131,7 +131,7 @@ class ViewerFiles:
         return files
 
     def _fetch(self) -> None:
-        binary = self._binary or _binary()
+        binary = self._binary or viewer_binary()
         if not self.version or binary is None:
             raise _unavailable("the package rerun-sdk is not installed with its viewer; install it again")
         self.folder.parent.mkdir(parents=True, exist_ok=True)

@@ -17,6 +17,9 @@ from typing import Final
 
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.deaths import cause_of, end_as
+from tsr_engine.batch.cluster import Unreachable
+from tsr_engine.batch.on_node import NodeLost, run_on_node
+from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.pipeline import Components
 from tsr_engine.runs.live import Progress, RunReport, RunRequest, track_video
 
@@ -67,10 +70,6 @@ def _on_ray(
     models: Path | None,
     progress: Callable[[Progress], None],
 ) -> RunReport | None:
-    from tsr_engine.batch.cluster import Unreachable
-    from tsr_engine.batch.on_node import NodeLost, run_on_node
-    from tsr_engine.batch.run_order import RunOrder
-
     # the client of Ray maps more memory than an engine may use, and the engine is not in this process
     resource.setrlimit(resource.RLIMIT_AS, (resource.getrlimit(resource.RLIMIT_AS)[1],) * 2)
     path = request.video if isinstance(request.video, Path) else request.video.path

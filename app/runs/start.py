@@ -1,4 +1,4 @@
-"""Starts a run of a sample drive on the first start, so that the first screen has something to show."""
+"""The job ``import``, and the run of a sample drive on the first start: the first screen has something to show."""
 
 from __future__ import annotations
 
@@ -8,16 +8,23 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
+from app.jobs.context import TaskContext
 from app.jobs.queue import JobQueue
 from app.runs.view import publish_run
 from app.storage.models import Run, Video
+from app.videos.importing import import_video
 from sample_videos import SHIPPED
 from tsr_engine.version import __version__
 
-__all__ = ["queue_first_runs"]
+__all__ = ["import_and_start"]
 
 
-def queue_first_runs(session: Session, events: EventBus, jobs: JobQueue) -> None:
+def import_and_start(task: TaskContext) -> None:
+    """Import a video; a sample drive starts the first runs."""
+    import_video(task, sample_ready=_queue_first_runs)
+
+
+def _queue_first_runs(session: Session, events: EventBus, jobs: JobQueue) -> None:
     """Queue a run with the default preset of each imported sample drive that has none, in the order they ship in.
 
     The first one is what the first screen is about: nothing starts before it is imported.

@@ -25,7 +25,7 @@ from tsr_engine.extras import explained
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["HEADER", "Host"]
+__all__ = ["HEADER", "Host", "refuses_strangers"]
 
 HEADER: Final = "X-Tsr-Space"
 """Carries the secret."""
@@ -50,7 +50,7 @@ class Host:
         self.port = self.server.get_port()
         # A request of the page could open a tunnel to a server of viser's makers: there is no such thing here.
         self.server.request_share_url = _no_share  # type: ignore[method-assign]
-        if not _refuses(self.port):
+        if not refuses_strangers(self.port):
             self.stop()
             raise StorageError(
                 "This version of viser gives scenes to everybody who asks. Install the one that tsr asks for: "
@@ -106,7 +106,7 @@ def _silent() -> Iterator[None]:
         rich.print = given
 
 
-def _refuses(port: int) -> bool:
+def refuses_strangers(port: int) -> bool:
     """Whether a stranger is turned away."""
     try:
         with socket.create_connection(("127.0.0.1", port), timeout=5) as line:

@@ -16,7 +16,7 @@ import numpy as np
 
 from tsr_engine.errors import StorageError
 
-__all__ = ["BAR", "HUSH", "PLAIN", "ViserPage", "policy", "viser_page"]
+__all__ = ["ALPHABET", "BAR", "HUSH", "PLAIN", "ViserPage", "from_base88", "page_scripts", "policy", "viser_page"]
 
 HUSH: Final = (
     "addEventListener('unhandledrejection', (event) => { "
@@ -60,7 +60,7 @@ scene; the review page says it beside the scene. Where the name tells of a card,
 as viser asks for it."""
 
 _LOADER: Final = re.compile(r'<script data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)">(.*?)</script>', re.DOTALL)
-_ALPHABET: Final = "".join(chr(c) for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
+ALPHABET: Final = "".join(chr(c) for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ def viser_page() -> ViserPage:
         raise StorageError("viser's page is not installed. Install viser as tsr asks for it: pip install tsr.")
     text = path.read_text(encoding="utf-8")
     ours = (HUSH, BAR, PLAIN)
-    scripts = (*(one.encode() for one in ours), *_scripts(text))
+    scripts = (*(one.encode() for one in ours), *page_scripts(text))
     content = text.replace(
         "<head>", "\n    ".join(["<head>", *(f"<script>{one}</script>" for one in ours)]), 1
     ).encode()
@@ -120,7 +120,7 @@ def policy(scripts: tuple[bytes, ...]) -> str:
     )
 
 
-def _scripts(page: str) -> tuple[bytes, ...]:
+def page_scripts(page: str) -> tuple[bytes, ...]:
     """The loader, and the program that it unpacks."""
     import zstandard
 
@@ -131,14 +131,14 @@ def _scripts(page: str) -> tuple[bytes, ...]:
             "pip install --force-reinstall tsr."
         )
     packed, styles, code, loader = found.groups()
-    whole = zstandard.ZstdDecompressor().decompress(_base88(packed), max_output_size=int(styles) + int(code))
+    whole = zstandard.ZstdDecompressor().decompress(from_base88(packed), max_output_size=int(styles) + int(code))
     return loader.encode(), whole[int(styles) : int(styles) + int(code)]
 
 
-def _base88(text: str) -> bytes:
+def from_base88(text: str) -> bytes:
     """Five characters are four bytes; a rest of k characters is k - 1 bytes."""
     values = np.full(128, 0, np.uint64)
-    values[[ord(c) for c in _ALPHABET]] = np.arange(88, dtype=np.uint64)
+    values[[ord(c) for c in ALPHABET]] = np.arange(88, dtype=np.uint64)
     digits = values[np.frombuffer(text.encode("ascii"), np.uint8)]
     whole = len(digits) // 5 * 5
     numbers = digits[:whole].reshape(-1, 5) @ (np.uint64(88) ** np.arange(4, -1, -1, dtype=np.uint64))

@@ -124,10 +124,10 @@ class Scene3dService:
             view.ask(**changes)
         return len(views)
 
-    def open_views(self) -> int:
-        """How many views are open."""
+    def views(self) -> dict[tuple[str, str], View]:
+        """The open views by run and name."""
         with self._lock:
-            return len(self._views)
+            return dict(self._views)
 
     def forget(self, run_id: str) -> None:
         """Close the views of a run that is removed."""

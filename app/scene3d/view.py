@@ -65,14 +65,14 @@ class View:
         self.clients = 0
         self.left_at = time.monotonic()
         self._drawn: ViewState | None = None
-        self._scene: Scene | None = None
+        self.scene: Scene | None = None
         self._woken = threading.Condition()
         self._ended = False
         self._settled = threading.Event()
         self.host = Host(f"Legend, colours · {title}")  # the bar of the panel, which begins closed
         set_up(self.host.server)
         self._stage = stage(self.host.server.scene)
-        self._gui = _Gui(self.host.server, self)
+        self.gui = _Gui(self.host.server, self)
         self._late = False
         self._came = False
         self._pictures = Pictures(picture, self._picture_came)
@@ -135,17 +135,17 @@ class View:
         known, picture = self._pictures.get(view_state.frame, _PATIENCE)
         server, before = self.host.server, self._drawn
         with server.atomic():
-            changed = self._scene is None or before is None or view_state.mode != before.mode
+            changed = self.scene is None or before is None or view_state.mode != before.mode
             if changed:
-                if self._scene is not None:
-                    self._scene.clear()
-                self._scene, before = SCENES[view_state.mode](self._stage), None
-            assert self._scene is not None
-            look = self._scene.draw(view_state, before)
-            self._scene.show(picture)
+                if self.scene is not None:
+                    self.scene.clear()
+                self.scene, before = SCENES[view_state.mode](self._stage), None
+            assert self.scene is not None
+            look = self.scene.draw(view_state, before)
+            self.scene.show(picture)
             if changed:
                 aim(server, look)
-            self._gui.show(view_state, look)
+            self.gui.show(view_state, look)
         server.flush()
         self._late = not known
 

@@ -21,14 +21,14 @@ from app.errors import ApiError, Busy, Invalid, StorageFull
 from tsr_engine.errors import UsageError
 from tsr_engine.io.storage_problems import database_problem
 
-__all__ = ["Database", "sqlite_file", "storage_failure"]
+__all__ = ["FRESH", "WAIT_MS", "Database", "sqlite_file", "storage_failure"]
 
-_WAIT_MS = 8000
+WAIT_MS = 8000
 """How long SQLite waits for another writer."""
 _LOOKED_AT = 1000
 """Rows of each index that SQLite looks at to choose by: a few ms, whatever the size of the database."""
 
-_FRESH = 1.0
+FRESH = 1.0
 """Seconds that a connection to PostgreSQL is trusted after it was tried."""
 _TRIED: Final = "tsr_tried"
 _FULL: Final = "53100"
@@ -125,7 +125,7 @@ class Database:
     @contextmanager
     def _queue(self) -> Iterator[None]:
         """Hold SQLite's place in the queue; behind one that hangs, leave it after as long as SQLite would wait."""
-        held = self.is_sqlite and self._turn.acquire(timeout=_WAIT_MS / 1000)
+        held = self.is_sqlite and self._turn.acquire(timeout=WAIT_MS / 1000)
         try:
             yield
         finally:
@@ -164,7 +164,7 @@ class Database:
     def _on_checkout(self, connection: DBAPIConnection, record: ConnectionPoolEntry, _proxy: object) -> None:
         """Try a connection before its use, unless that was done a moment ago; a lost one is replaced."""
         now = time.monotonic()
-        if now - record.info.get(_TRIED, -_FRESH) < _FRESH:
+        if now - record.info.get(_TRIED, -FRESH) < FRESH:
             return
         dialect = self.engine.dialect
         try:
@@ -188,7 +188,7 @@ def _on_connect(connection: sqlite3.Connection, _record: object) -> None:
         "journal_mode = WAL",
         "synchronous = FULL",
         "foreign_keys = ON",
-        f"busy_timeout = {_WAIT_MS}",
+        f"busy_timeout = {WAIT_MS}",
     ):
         cursor.execute(f"PRAGMA {pragma}")
     cursor.close()

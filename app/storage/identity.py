@@ -16,11 +16,11 @@ from app.storage.database import Database
 from tsr_engine.errors import StorageError
 from tsr_engine.io.atomic import atomic_text
 
-__all__ = ["database_of", "note_shared", "place_of", "server_id", "shared_of"]
+__all__ = ["BOOT", "database_of", "note_shared", "place_of", "server_id", "shared_of"]
 
 _FILE = "server.id"
 _SHARED = "shared.json"
-_BOOT = Path("/proc/sys/kernel/random/boot_id")
+BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
 def server_id(home: Path) -> str:
@@ -92,7 +92,7 @@ def place_of(home: Path) -> str | None:
     """
     number = server_id(home)
     try:
-        boot, status = _BOOT.read_text(encoding="ascii").strip(), os.stat(home / _FILE)  # noqa: PTH116 - all of it
+        boot, status = BOOT.read_text(encoding="ascii").strip(), os.stat(home / _FILE)  # noqa: PTH116 - all of it
     except OSError:
         return None
     return f"{number}:{boot}:{status.st_dev:x}.{status.st_ino:x}" if boot else None

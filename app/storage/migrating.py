@@ -16,9 +16,9 @@ from sqlalchemy.exc import DBAPIError
 
 from tsr_engine.errors import StorageError
 
-__all__ = ["bring_up_to_date"]
+__all__ = ["MIGRATIONS", "bring_up_to_date", "copy_beside"]
 
-_MIGRATIONS = Path(__file__).parent / "migrations"
+MIGRATIONS = Path(__file__).parent / "migrations"
 
 
 def bring_up_to_date(engine: Engine, backup: Path | None = None) -> None:
@@ -41,7 +41,7 @@ def bring_up_to_date(engine: Engine, backup: Path | None = None) -> None:
 
 def _bring_up(engine: Engine, backup: Path | None) -> None:
     config = Config()
-    config.set_main_option("script_location", str(_MIGRATIONS).replace("%", "%%"))  # no interpolation
+    config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))  # no interpolation
     scripts = ScriptDirectory.from_config(config)
     with engine.connect() as connection:
         now = MigrationContext.configure(connection).get_current_revision()
@@ -55,7 +55,7 @@ def _bring_up(engine: Engine, backup: Path | None) -> None:
                 "another data folder with --home."
             )
         if now is not None and backup is not None:
-            _copy(engine, backup)
+            copy_beside(engine, backup)
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
         connection.commit()
@@ -78,7 +78,8 @@ def _refused(engine: Engine, backup: Path | None, cause: BaseException | None) -
     )
 
 
-def _copy(engine: Engine, folder: Path) -> None:
+def copy_beside(engine: Engine, folder: Path) -> None:
+    """Copy the file of a SQLite database into a folder."""
     name = engine.url.database
     assert name is not None
     folder.mkdir(parents=True, exist_ok=True)

@@ -14,7 +14,7 @@ import struct
 from pathlib import Path
 from typing import Final
 
-__all__ = ["LINKS", "open_beneath", "resolved"]
+__all__ = ["LINKS", "open_beneath", "openat2", "resolved"]
 
 LINKS: Final = (errno.ELOOP, errno.EXDEV)
 """What the kernel says of a way that leads through a link, or out of the folder."""
@@ -56,7 +56,7 @@ def open_beneath(folder: Path, place: Path, flags: int = os.O_RDONLY) -> int:
     top = os.open(folder, os.O_PATH | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         try:
-            return _openat2(top, str(Path(*parts)), flags)
+            return openat2(top, str(Path(*parts)), flags)
         except OSError as error:
             if error.errno not in _CLOSED_TO_US:
                 raise
@@ -65,7 +65,12 @@ def open_beneath(folder: Path, place: Path, flags: int = os.O_RDONLY) -> int:
         os.close(top)
 
 
-def _openat2(top: int, path: str, flags: int) -> int:
+def openat2(top: int, path: str, flags: int) -> int:
+    """Call ``openat2(2)``: open a path below a folder, through no symbolic link.
+
+    Raises:
+        OSError: the kernel refuses, or does not have it.
+    """
     how = struct.pack("=QQQ", flags, 0, _NO_MAGICLINKS | _NO_SYMLINKS | _BENEATH)
     libc = ctypes.CDLL(None, use_errno=True)
     found = libc.syscall(ctypes.c_long(_OPENAT2), ctypes.c_int(top), os.fsencode(path), how, ctypes.c_size_t(len(how)))

@@ -25,10 +25,10 @@ from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import Picture
 
-__all__ = ["CagedDecoder", "Decoder", "Encoding", "LocalDecoder", "Opener", "encode_picture", "open_here"]
+__all__ = ["PATIENCE", "CagedDecoder", "Decoder", "Encoding", "LocalDecoder", "Opener", "encode_picture", "open_here"]
 
 Encoding = Literal["jpeg", "webp"]
-_PATIENCE = 60.0
+PATIENCE = 60.0
 """Seconds that one picture may take: to the farthest one from its key frame, on a busy machine, and much more."""
 
 
@@ -126,10 +126,10 @@ class CagedDecoder:
         self._cages = cages
         self.path = named(source)
         try:
-            self._cage = cages.open("app.videos.decoding:decode_apart", source, limits, table, limits=Limits(memory_mb))
+            self.cage = cages.open("app.videos.decoding:decode_apart", source, limits, table, limits=Limits(memory_mb))
         except CageError as error:
             raise Busy(f"The video cannot be opened: {error}.", code="busy") from None
-        self._cage.talk.patience(_PATIENCE)
+        self.cage.talk.patience(PATIENCE)
         self._memory_mb = memory_mb
         self.position = 0
         try:
@@ -156,11 +156,11 @@ class CagedDecoder:
 
     def close(self) -> None:
         """End the cage."""
-        self._cages.end(self._cage)
+        self._cages.end(self.cage)
 
     def _asked(self, question: JsonObject) -> tuple[JsonObject, bytearray]:
         try:
-            self._cage.talk.say(question)
+            self.cage.talk.say(question)
         except Ended:
             raise VideoError("the process that decodes the video has ended") from None
         said, content = self._received()
@@ -169,9 +169,9 @@ class CagedDecoder:
 
     def _received(self) -> tuple[JsonObject, bytearray]:
         try:
-            said, content = self._cage.talk.receive()
+            said, content = self.cage.talk.receive()
         except Ended:
-            self._cage.kill()  # it may be decoding still
+            self.cage.kill()  # it may be decoding still
             raise VideoError("the process that decodes the video has ended, or took too long") from None
         if "failed" in said:
             raise raised(said["failed"], self._memory_mb)

@@ -15,11 +15,11 @@ from app.videos.previews import Previews, effort
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.records import Picture
 
-__all__ = ["WIDTHS", "Encoding", "FrameServer", "FrameServerClosedError", "around"]
+__all__ = ["NEAR", "WIDTHS", "Encoding", "FrameServer", "FrameServerClosedError", "around"]
 
 WIDTHS = (160, 320, 480, 640, 800, 960, 1120, 1280, 1600, 1920, 2560, 3840)
 """Widths that pictures are served at, besides their own."""
-_NEAR = 0.06
+NEAR = 0.06
 """Seconds of decoding that are no reason for a preview."""
 _AHEAD = 24
 _SOON = 6
@@ -66,9 +66,9 @@ class FrameServer:
         self.table = table
         self.status = status
         self.path = video.path
-        self._previews = previews
+        self.previews = previews
         self._id = video_id
-        self._video = video
+        self.video = video
         self._cache = cache
         self._decoding = threading.Lock()
         self._request = threading.Condition()
@@ -84,7 +84,7 @@ class FrameServer:
 
         One of ``WIDTHS``, never more than the video's own.
         """
-        own = self._video.width
+        own = self.video.width
         if width is None or width >= own:
             return own
         return min(own, next((w for w in WIDTHS if w >= width), own))
@@ -120,7 +120,7 @@ class FrameServer:
         """
         if direction < 0:
             return ordinal - ordinal % _BLOCK
-        at = self._video.position
+        at = self.video.position
         if at < ordinal <= at + _BLOCK:
             return at + 1
         return max(self._key(ordinal), ordinal - _BLOCK + 1)
@@ -137,18 +137,18 @@ class FrameServer:
         if (self._id, ordinal, width, encoding) in self._cache:
             return None
         key = self._key(ordinal)
-        at = self._video.position
+        at = self.video.position
         steps = ordinal - at if key <= at <= ordinal else ordinal - key
-        if effort(steps, self._video.width, self._video.height) < _NEAR and not self._decoding.locked():
+        if effort(steps, self.video.width, self.video.height) < NEAR and not self._decoding.locked():
             return None
         if self._closed:
             raise FrameServerClosedError
-        return self._previews.encoded(ordinal, width, encoding)
+        return self.previews.encoded(ordinal, width, encoding)
 
     def read(self, ordinal: int) -> Picture:
         """The decoded picture; errors as for ``get``."""
         with self._turn():
-            return self._decoded(ordinal, lambda: self._video.picture(ordinal))
+            return self._decoded(ordinal, lambda: self.video.picture(ordinal))
 
     def close(self) -> None:
         """Stop the thread and close the file; closing twice is harmless."""
@@ -157,8 +157,8 @@ class FrameServer:
             self._request.notify_all()
         self._thread.join()
         with self._decoding:
-            self._video.close()
-        self._previews.close()
+            self.video.close()
+        self.previews.close()
 
     def _turn(self) -> _Turn:
         return _Turn(self)
@@ -177,7 +177,7 @@ class FrameServer:
         key = (self._id, ordinal, width, encoding)
         data = self._cache.get(key)
         if data is None:
-            data = self._decoded(ordinal, lambda: self._video.encoded(ordinal, width, encoding))
+            data = self._decoded(ordinal, lambda: self.video.encoded(ordinal, width, encoding))
             self._cache.put(key, data)
         return data
 

@@ -66,8 +66,8 @@ class FrameService:
         self._decoder = decoder
         self._settings = settings
         self._database = database
-        self._cache = EncodedCache(settings.frame_cache_mb * 2**20)
-        self._open: OrderedDict[str, FrameServer] = OrderedDict()
+        self.cache = EncodedCache(settings.frame_cache_mb * 2**20)
+        self.open_servers: OrderedDict[str, FrameServer] = OrderedDict()
         self._lock = threading.Lock()
         self._loading: dict[str, threading.Lock] = {}
 
@@ -133,14 +133,14 @@ class FrameService:
     def forget(self, video_id: str) -> None:
         """Close a video's file."""
         with self._lock:
-            frame_server = self._open.pop(video_id, None)
+            frame_server = self.open_servers.pop(video_id, None)
         if frame_server is not None:
             frame_server.close()
 
     def close(self) -> None:
         """Close all files."""
         with self._lock:
-            frame_servers, self._open = list(self._open.values()), OrderedDict()
+            frame_servers, self.open_servers = list(self.open_servers.values()), OrderedDict()
         for frame_server in frame_servers:
             frame_server.close()
 
@@ -149,9 +149,9 @@ class FrameService:
 
     def _present(self, video_id: str) -> FrameServer | None:
         with self._lock:
-            frame_server = self._open.get(video_id)
+            frame_server = self.open_servers.get(video_id)
             if frame_server is not None:
-                self._open.move_to_end(video_id)
+                self.open_servers.move_to_end(video_id)
         if frame_server is not None and stamp_now(frame_server.path) != frame_server.status:
             self.forget(video_id)
             return None
@@ -165,17 +165,18 @@ class FrameService:
             frame_server = self._present(video_id)
             if frame_server is not None:
                 return frame_server
-            frame_server = self._load(video_id)
+            frame_server = self.load(video_id)
             with self._lock:
-                self._open[video_id] = frame_server
+                self.open_servers[video_id] = frame_server
                 dropped = []
-                while len(self._open) > _OPEN:
-                    dropped.append(self._open.popitem(last=False)[1])
+                while len(self.open_servers) > _OPEN:
+                    dropped.append(self.open_servers.popitem(last=False)[1])
         for old in dropped:
             old.close()
         return frame_server
 
-    def _load(self, video_id: str) -> FrameServer:
+    def load(self, video_id: str) -> FrameServer:
+        """Open a video of the library; the caller keeps it."""
         with self._database.read() as session:
             query = select(VideoRow).where(VideoRow.id == video_id).options(undefer(VideoRow.frame_table))
             row = session.scalars(query).first()
@@ -203,4 +204,4 @@ class FrameService:
             with suppress(ApiError):  # not every video has one
                 present(self._settings, row.place, str(copy.relative_to(self._settings.home)))
         previews = Previews(copy, len(table), lambda file: self._decoder(file, limits))
-        return FrameServer(video_id, video, table, self._cache, stamp, previews)
+        return FrameServer(video_id, video, table, self.cache, stamp, previews)

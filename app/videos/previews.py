@@ -20,11 +20,11 @@ from tsr_engine.errors import TsrError, VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 
-__all__ = ["Previews", "effort", "is_wanted", "preview_path"]
+__all__ = ["WORST", "Previews", "effort", "is_wanted", "preview_path"]
 
 _SECONDS_A_PIXEL = 5.4e-9
 """Decoding, one thread: 5 ms for 1280x720."""
-_WORST = 0.15
+WORST = 0.15
 """Seconds that a viewer waits gladly for a picture."""
 
 
@@ -43,7 +43,7 @@ def is_wanted(table: FrameTable, width: int, height: int) -> bool:
     keys = np.flatnonzero(table.key)
     ends = np.append(keys[keys > 0], len(table))
     starts = np.append(0, keys[keys > 0])
-    return effort(int((ends - starts).max(initial=0)), width, height) > _WORST
+    return effort(int((ends - starts).max(initial=0)), width, height) > WORST
 
 
 class Previews:
@@ -60,7 +60,7 @@ class Previews:
         self._count = count
         self._opened = opened
         self._lock = threading.Lock()
-        self._decoder: Decoder | None = None
+        self.decoder: Decoder | None = None
         self._closed = False
 
     def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes | None:
@@ -69,8 +69,8 @@ class Previews:
             try:
                 if self._closed or not self._is_open():
                     return None
-                assert self._decoder is not None
-                return self._decoder.encoded(ordinal, width, encoding)
+                assert self.decoder is not None
+                return self.decoder.encoded(ordinal, width, encoding)
             except Busy:
                 return None
             except TsrError:
@@ -84,18 +84,18 @@ class Previews:
             self._release()
 
     def _is_open(self) -> bool:
-        if self._decoder is None and self._path.is_file():
+        if self.decoder is None and self._path.is_file():
             try:
-                self._decoder = self._opened(own_file(self._path))
-                sound = self._decoder.frames == self._count
+                self.decoder = self._opened(own_file(self._path))
+                sound = self.decoder.frames == self._count
             except VideoError:
                 sound = False
             if not sound:
                 self._release()
                 self._path.unlink(missing_ok=True)  # cut off or another version's: better none
-        return self._decoder is not None
+        return self.decoder is not None
 
     def _release(self) -> None:
-        if self._decoder is not None:
-            self._decoder.close()
-            self._decoder = None
+        if self.decoder is not None:
+            self.decoder.close()
+            self.decoder = None

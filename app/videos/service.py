@@ -147,7 +147,7 @@ class VideoService(SampleDrives):
             with self._uploads.turn(digest):
                 if not path.is_file():  # it was an upload that somebody has just removed
                     raise NotFound(f"There is no file {path} any more.", field="path")
-                return self._add(digest, path.name, path, stamp, owned=False)
+                return self.add_row(digest, path.name, path, stamp, owned=False)
 
     def add_upload(self, part: Path, name: str, digest: str) -> VideoView:
         """Take a finished upload over; the part file is renamed or removed.
@@ -177,12 +177,12 @@ class VideoService(SampleDrives):
             ours = None if known is not None and shared is not None and known.place == shared else known
             if ours is not None and (stamp := self._held(ours)) is not None:
                 part.unlink(missing_ok=True)  # it lies here already: one copy is enough
-                return self._add(digest, ours.name, Path(ours.path), stamp, owned=ours.owned)
+                return self.add_row(digest, ours.name, Path(ours.path), stamp, owned=ours.owned)
             place = self._uploads.place(digest, Path(name).suffix.lower()[:8])
             part.replace(place)
             fsync_path(place.parent)
             try:
-                view = self._add(digest, name, place, stamp_of(place.stat()), owned=True, anew=True)
+                view = self.add_row(digest, name, place, stamp_of(place.stat()), owned=True, anew=True)
             except BaseException:
                 self._uploads.remove(place)
                 raise
@@ -199,7 +199,7 @@ class VideoService(SampleDrives):
             return None
         return file.stamp
 
-    def _add(
+    def add_row(
         self, digest: str, name: str, path: Path, stamp: Stamp, *, owned: bool, sample: bool = False, anew: bool = False
     ) -> VideoView:
         """A row for a file; ``anew``: it takes the place of the one that the row names, which is not the video's."""

@@ -25,9 +25,9 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.runs.replay import ReplayReport, check_models, replay, run_params
 from tsr_engine.version import __version__
 
-__all__ = ["replay_into", "run_whatif"]
+__all__ = ["TELL", "replay_into", "run_whatif"]
 
-_TELL = 0.3
+TELL = 0.3
 """Seconds between two notes of progress."""
 
 
@@ -51,7 +51,7 @@ def run_whatif(task: TaskContext) -> None:
         with closing(replay_into(task.settings.home / run.folder, reader, params, components, report)) as steps:
             for done in steps:
                 now = time.monotonic()
-                if now - reported < _TELL:
+                if now - reported < TELL:
                     continue
                 reported = now
                 if task.stop():

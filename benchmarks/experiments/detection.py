@@ -27,7 +27,7 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.pipeline import load_components, one_blas_thread
 from tsr_engine.protocols import OfflineDetector
 
-__all__ = ["EXPERIMENT"]
+__all__ = ["EXPERIMENT", "rows_side_by_side"]
 
 OURS = ("ACF", "ACF and prior")
 LEAST = -8.0
@@ -55,7 +55,7 @@ def _run(data: Data) -> Result:
     except Skip as why:
         missing = str(why)
     kept = Cache(data.scratch / "side_by_side")
-    found, ms = _side_by_side(detectors, report, kept, made_from) if not missing else ({}, {})
+    found, ms = rows_side_by_side(detectors, report, kept, made_from) if not missing else ({}, {})
     curves |= {name: score_detections(results) for name, results in found.items() if name not in OURS}
     figures: JsonObject = {name: plain(curve) for name, curve in curves.items()}
     for name, value in ms.items():
@@ -72,7 +72,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _side_by_side(
+def rows_side_by_side(
     detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], kept: Cache, made_from: Sequence[object]
 ) -> tuple[dict[str, Found], dict[str, float]]:
     """Detections of every detector on every scene, and its median CPU time a picture on one thread, ms.

@@ -34,7 +34,7 @@ from tsr_engine.runs.calibration import aimed
 from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT"]
+__all__ = ["EXPERIMENT", "watch_video", "watched_clip"]
 
 MIN_WIDTH = 16.0
 """Narrowest sign that is searched for; narrower ones are ignored."""
@@ -63,9 +63,9 @@ def _run(data: Data) -> Result:
     judged, chosen = groups["held out"], groups["chosen on"]
     times: list[float] = []
     kept = Cache(data.scratch / "watched")
-    clips = {name: _watched(video, truth, times, kept) for name, (video, truth) in pairs.items()}
+    clips = {name: watched_clip(video, truth, times, kept) for name, (video, truth) in pairs.items()}
     approaches = {} if data.tuning is None else read_looming(data.tuning, each=EACH_OF_A_ROW).videos
-    tuned_on = [clips[n] for n in chosen] + [_watched(*pair, [], kept) for pair in approaches.values()]
+    tuned_on = [clips[n] for n in chosen] + [watched_clip(*pair, [], kept) for pair in approaches.values()]
     figures: JsonObject = {}
     picked: dict[str, dict[str, float]] = {}
     for name, row in (("ACF", "ACF and KF"), ("ACF and prior", "ACF, prior and KF")):
@@ -94,19 +94,19 @@ def _signs(truth: TrackTable) -> int:
     return len(np.unique(truth.track[~truth.ignore & wide]))
 
 
-def _watched(video: Path, truth: TrackTable, times: list[float], kept: Cache) -> _Clip:
+def watched_clip(video: Path, truth: TrackTable, times: list[float], kept: Cache) -> _Clip:
     """What the detector sees of a clip, by now or as an earlier call kept it; ``times`` gets CPU seconds a frame."""
     params = Params().with_settings([("second_core", False), ("keep_score", -8.0), ("final_overlap", 1.0)])
     components = load_components(params.with_settings([("use_prior", False)]))
     key = ["watched", file_digest(video), params.model_dump(mode="json"), dict(components.models), systems_code()]
-    record = kept.get(key, lambda: _watch(video, components))
+    record = kept.get(key, lambda: watch_video(video, components))
     times.extend(record["times"])
     seen = {name: [read_seen(frame) for frame in frames] for name, frames in record["seen"].items()}
     ground_truths = frame_ground_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
     return _Clip(video, ground_truths, seen, aimed(params, video)[0].tracking.coast_foe_y)
 
 
-def _watch(video: Path, components: Components) -> JsonObject:
+def watch_video(video: Path, components: Components) -> JsonObject:
     """Detect once a frame; suppression, which depends on the prior, is done for both afterwards."""
     overlap = Params().detector.final_overlap
     seen: dict[str, list[object]] = {"ACF": [], "ACF and prior": []}

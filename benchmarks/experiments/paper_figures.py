@@ -16,8 +16,6 @@ __all__ = [
     "FRAMES",
     "SIGNS",
     "SYSTEMS",
-    "WHERE_CLASSIFIED",
-    "WHERE_DETECTED",
     "WHERE_EQ7",
     "System",
     "printed",
@@ -60,8 +58,6 @@ SYSTEMS = (
 EQ7_KF, EQ7_ONLINE = 0.1972, 0.1175
 """Mean of Eq. 7 with the Kalman filter alone and with the online detector, TS2010 (section IV-D2, with Fig. 11)."""
 
-WHERE_DETECTED = "Table I"
-WHERE_CLASSIFIED = "Table II"
 WHERE_EQ7 = "section IV-D2, Fig. 11"
 
 

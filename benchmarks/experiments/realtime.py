@@ -28,7 +28,7 @@ from tsr_engine.pipeline import Components, VideoDetector, load_components
 from tsr_engine.runs.live import Progress, RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT", "first_sights"]
+__all__ = ["EXPERIMENT", "first_sights", "later_sights", "steady_seconds"]
 
 SIZES = {"720x576": 25, "1280x720": 30, "1920x1080": 30, "3840x2160": 10}
 """Frames a second that are wanted on two cores."""
@@ -112,12 +112,12 @@ def _time(video: Path, params: Params) -> JsonObject:
             detector.detect(frame.ordinal, frame.picture)
             detection.append(time.thread_time() - began)
     return {
-        name: round(1e3 * _steady(seconds[STARTING:], params.detector.scan_turns), 2)
+        name: round(1e3 * steady_seconds(seconds[STARTING:], params.detector.scan_turns), 2)
         for name, seconds in (("whole", whole), ("detection", detection))
     }
 
 
-def _steady(seconds: list[float], turns: int) -> float:
+def steady_seconds(seconds: list[float], turns: int) -> float:
     """Mean over the frames of a turn of the median over turns: frames of a turn differ by what is searched in them."""
     return float(np.mean([np.median(seconds[k::turns]) for k in range(turns)]))
 
@@ -146,7 +146,7 @@ def _price(videos: Videos, folder: Path) -> JsonObject:
             seen = first_sights(truth, rows, frames, size)
             sights.setdefault(name, {}).update({(title, sign): sight for sign, sight in seen.items()})
     before = sights["default"]
-    return {name: summarise(found).as_dict() | _later(before, sights[name]) for name, found in reports.items()}
+    return {name: summarise(found).as_dict() | later_sights(before, sights[name]) for name, found in reports.items()}
 
 
 def _tracked(
@@ -169,7 +169,7 @@ def first_sights(
     return sights(truth, matched)
 
 
-def _later(
+def later_sights(
     before: Mapping[tuple[str, int], tuple[int, float]], now: Mapping[tuple[str, int], tuple[int, float]]
 ) -> JsonObject:
     """How much later signs are seen first than by ``default``."""

@@ -18,7 +18,7 @@ from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components, load_detector
 
-__all__ = ["EXPERIMENT"]
+__all__ = ["EXPERIMENT", "judged"]
 
 SCENES = 15
 ROUNDS = 5
@@ -108,7 +108,7 @@ def _tell(result: Result) -> str:
     ]
     for what, (bar, aim) in BARS.items():
         ratios.append(
-            [what, *(_judged(f["ratios"][what][name], bar, aim) for name in EVERY), f"{bar:.2f}", f"{aim:.2f}"]
+            [what, *(judged(f["ratios"][what][name], bar, aim) for name in EVERY), f"{bar:.2f}", f"{aim:.2f}"]
         )
     return (
         table(rows)
@@ -156,7 +156,8 @@ def _range(values: Mapping[str, float]) -> str:
     return f"{values['median']:.2f} (quartiles {values['low']:.2f} to {values['high']:.2f})"
 
 
-def _judged(ratio: float, bar: float, aim: float) -> str:
+def judged(ratio: float, bar: float, aim: float) -> str:
+    """A ratio, and whether it is within bar and aim."""
     verdict = "aim met" if ratio <= aim else "bar met, aim not" if ratio <= bar else "**bar missed**"
     return f"{ratio:.3f} ({verdict})"
 

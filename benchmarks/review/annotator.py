@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from tsr_engine.records import FloatArray
 
-__all__ = ["Annotator", "Proposals", "Work"]
+__all__ = ["Annotator", "Proposals", "Work", "steps_of"]
 
 Proposals = list[tuple[int, list[float]]]
 """Frame, and the box that was taken there, px edges."""
@@ -210,7 +210,7 @@ class Annotator:
     def _go(self, frame: int) -> None:
         """By the keys that take the fewest presses: single frames and tens, or the frame's number."""
         now = self._state()["frame"]
-        tens, ones = _steps(frame - now)
+        tens, ones = steps_of(frame - now)
         if abs(tens) + abs(ones) <= 2:
             for letter, times in (("v" if tens > 0 else "c", abs(tens)), ("f" if ones > 0 else "d", abs(ones))):
                 for _ in range(times):
@@ -295,7 +295,7 @@ class Annotator:
         return now
 
 
-def _steps(way: int) -> tuple[int, int]:
+def steps_of(way: int) -> tuple[int, int]:
     """Steps of ten and of one frame that go a way with the fewest presses."""
     tens = round(way / 10)
     return tens, way - 10 * tens

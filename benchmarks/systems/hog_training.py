@@ -27,7 +27,7 @@ from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.mining import MIN_WIDTH, Changed, away_from_signs, read_picture, searched_picture
 
-__all__ = ["HogPlan", "train_hog_cascade"]
+__all__ = ["HogPlan", "train_hog_cascade", "windows_on_signs"]
 
 Tell = Callable[[str], None]
 _SIZE_SLACK: Final = 0.12
@@ -97,7 +97,7 @@ def train_hog_cascade(
     rng = np.random.default_rng([seed, 31])
     positives, weights = _positives(train, crops, plan, rng)
     negatives = _random_background(train, plan.random_per_scene, rng)
-    traces = [_windows_on_signs(scene) for scene in calibrate if len(scene.boxes)]
+    traces = [windows_on_signs(scene) for scene in calibrate if len(scene.boxes)]
     cascade = None
     for number, trees in enumerate(plan.rounds):
         tell(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others")
@@ -185,7 +185,7 @@ def _hard_background(scene: Scene, cascade: TreeEnsemble, plan: HogPlan, rng: np
     return np.concatenate(out)
 
 
-def _windows_on_signs(scene: Scene) -> list[NDArray[np.uint8]]:
+def windows_on_signs(scene: Scene) -> list[NDArray[np.uint8]]:
     """Per sign of a scene the windows of the scan that lie on it, shape (n, FEATURES) each; n may be 0."""
     out: list[list[NDArray[np.uint8]]] = [[] for _ in scene.boxes]
     picture = read_picture(scene)

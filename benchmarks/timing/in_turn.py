@@ -15,7 +15,7 @@ from tsr_engine.pipeline import Components
 from tsr_engine.records import Picture
 from tsr_engine.runs.live import Progress, RunRequest, track_video
 
-__all__ = ["Contender", "Turns", "pipeline_beside", "scenes_in_turn"]
+__all__ = ["Contender", "Turns", "pipeline_beside", "scenes_in_turn", "thread_seconds"]
 
 Contender = Callable[[Picture], object]
 _STARTING = 12
@@ -84,7 +84,7 @@ def scenes_in_turn(contenders: Mapping[str, Contender], pictures: Sequence[Pictu
             first = (number + turn) % len(names)
             for name in names[first:] + names[:first]:
                 _prepare(contenders[name], picture)
-                least[name] = min(least[name], _thread_seconds(contenders[name], picture))
+                least[name] = min(least[name], thread_seconds(contenders[name], picture))
         for name in names:
             turns.add(name, least[name])
     return turns
@@ -120,7 +120,7 @@ def pipeline_beside(
         before, theirs = now, 0.0
         for name, (work, every) in others.items():
             if progress.done > _STARTING and progress.done % every == 0:
-                seconds = _thread_seconds(work, still)
+                seconds = thread_seconds(work, still)
                 turns.add(name, seconds)
                 theirs += seconds
 
@@ -135,7 +135,8 @@ def _prepare(work: Contender, picture: Picture) -> None:
         prepare(picture)
 
 
-def _thread_seconds(work: Contender, picture: Picture) -> float:
+def thread_seconds(work: Contender, picture: Picture) -> float:
+    """Processor time of this thread for one picture, seconds."""
     began = time.thread_time()
     work(picture)
     return time.thread_time() - began

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.serve import ReviewServer, _show, serve
+from app.cli.serve import ReviewServer, serve, show_link
 from app.settings import Settings
 from tests.patience import within
 
@@ -226,5 +226,5 @@ def test_where_no_browser_opens_the_address_is_left_to_the_person(
 ) -> None:
     for opens, said in ((True, ""), (False, "tsr: No browser was found here. Open the address above in one.\n")):
         monkeypatch.setattr("app.cli.serve.webbrowser.open", lambda link, opens=opens: opens)
-        _show("http://127.0.0.1:1/login/x")
+        show_link("http://127.0.0.1:1/login/x")
         assert capsys.readouterr().err == said

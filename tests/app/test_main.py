@@ -33,25 +33,25 @@ def test_what_the_page_names_is_kept_until_a_file_changes(server: Server, monkey
     def scripts() -> list[str]:
         return re.findall(r'src="(/static/v-[0-9a-f]{16}/js/[^"]+)"', server.stranger().get("/").text)
 
-    (named, *_), before = scripts(), app.pages._version
+    (named, *_), before = scripts(), app.pages.page_version
     kept = server.stranger().get(named)
     assert (kept.status_code, "immutable" in kept.headers["cache-control"]) == (200, True)
     for other in ("/static/v-0123456789abcdef/" + named.split("/", 3)[3], "/static/" + named.split("/", 3)[3]):
         answer = server.stranger().get(other)
         assert (answer.content, answer.headers["cache-control"]) == (kept.content, "no-cache")
-    monkeypatch.setattr(app.pages, "_version", lambda folder: before(folder)[::-1])  # as if a file had been written
+    monkeypatch.setattr(app.pages, "page_version", lambda folder: before(folder)[::-1])  # as if a file had been written
     assert scripts()[0] != named
     assert server.stranger().get(named).headers["cache-control"] == "no-cache"
 
 
 def test_a_version_follows_every_file(tmp_path: Path) -> None:
-    seen = [app.pages._version(tmp_path)]
+    seen = [app.pages.page_version(tmp_path)]
     (tmp_path / "a.js").write_text("1")
-    seen.append(app.pages._version(tmp_path))
+    seen.append(app.pages.page_version(tmp_path))
     (tmp_path / "a.js").write_text("22")
-    seen.append(app.pages._version(tmp_path))
+    seen.append(app.pages.page_version(tmp_path))
     (tmp_path / "a.js").rename(tmp_path / "b.js")
-    seen.append(app.pages._version(tmp_path))
+    seen.append(app.pages.page_version(tmp_path))
     assert len(set(seen)) == 4
 
 

@@ -11,9 +11,9 @@ import sqlalchemy as sa
 from alembic import command
 from alembic.config import Config
 
+from app.cli.home import describe_choice, run_named
 from app.edits.earlier import earlier_corrections
-from app.evidence.disagreement import _other_run
-from app.exchange.home import describe_choice, run_named
+from app.evidence.disagreement import other_run
 from app.storage import migrating, models
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
@@ -56,7 +56,7 @@ def test_the_newest_run_is_the_last_one_made_wherever_one_is_asked_for(wrong_clo
     with wrong_clock.read() as session:
         assert run_named(session, "v.mp4") == THIRD
         assert f"({SECOND}) has: give its id" in describe_choice(session, THIRD)
-        other = _other_run(session, FIRST, VIDEO)
+        other = other_run(session, FIRST, VIDEO)
         assert other is not None
         assert other.id == THIRD
         evidence: Any = None  # drawn tracks need none
@@ -80,8 +80,8 @@ def test_the_page_gets_runs_in_their_order(server: Server) -> None:
 def test_runs_that_are_there_are_numbered_and_keep_their_edits(bare_database_url: str, tmp_path: Path) -> None:
     old = Database(bare_database_url)
     config = Config()
-    config.set_main_option("script_location", str(migrating._MIGRATIONS))
-    with old._writer.connect() as connection:
+    config.set_main_option("script_location", str(migrating.MIGRATIONS))
+    with old.engine.execution_options(tsr_write=True).connect() as connection:
         config.attributes["connection"] = connection
         command.upgrade(config, "0002")
         tables = sa.MetaData()
@@ -111,7 +111,7 @@ def test_runs_that_are_there_are_numbered_and_keep_their_edits(bare_database_url
     with old.read() as session:
         assert session.get_one(Run, "d" * 32).order == 4
     assert len(list(tmp_path.glob("backups/*"))) == old.is_sqlite
-    with old._writer.connect() as connection:
+    with old.engine.execution_options(tsr_write=True).connect() as connection:
         config.attributes["connection"] = connection
         command.downgrade(config, "0002")
         connection.commit()

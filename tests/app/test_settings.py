@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import make_url
 
-from app.jobs.supervisor import _as_environment
+from app.jobs.supervisor import as_environment
 from app.settings import Settings, load_settings
 from tsr_engine.errors import UsageError
 
@@ -48,7 +48,7 @@ def test_workers_get_the_same_settings(monkeypatch: pytest.MonkeyPatch, tmp_path
         trusted_proxies=("10.0.0.0/24", "::1") if hosts else (),
     )
     assert len(settings.roots) == len(roots)
-    for name, value in _as_environment(settings).items():
+    for name, value in as_environment(settings).items():
         monkeypatch.setenv(f"TSR_{name.upper()}", value)
     assert load_settings() == settings
 

@@ -69,7 +69,7 @@ def test_a_newer_database_is_refused(database: Database) -> None:
 def test_an_older_database_is_copied_before_it_changes(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
-    migrating._copy(database.engine, tmp_path / "backups")  # what a migration from an older revision does first
+    migrating.copy_beside(database.engine, tmp_path / "backups")  # what a migration from an older revision does first
     copy = next((tmp_path / "backups").iterdir())
     with sqlite3.connect(copy) as connection:
         assert connection.execute("SELECT version_num FROM alembic_version").fetchone() is not None
@@ -101,7 +101,7 @@ def test_a_database_that_breaks_while_it_is_copied_is_a_sentence(
 
     with database.write() as session:
         session.connection().exec_driver_sql("UPDATE alembic_version SET version_num = '0002'")
-    monkeypatch.setattr(migrating, "_copy", broken)
+    monkeypatch.setattr(migrating, "copy_beside", broken)
     with pytest.raises(StorageError, match=r"malformed\. Move it away and put back a copy from .*backups"):
         database.migrate(tmp_path / "backups")
     database.close()
@@ -123,7 +123,7 @@ def test_a_database_that_cannot_be_opened_is_a_sentence(tmp_path: Path) -> None:
 def test_behind_a_writer_that_hangs_others_fail_and_do_not_wait_for_ever(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(database_module, "_WAIT_MS", 50)
+    monkeypatch.setattr(database_module, "WAIT_MS", 50)
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
 
@@ -177,7 +177,7 @@ def test_a_failed_transaction_leaves_nothing(database: Database) -> None:
 
 
 def test_a_locked_database_is_told_as_busy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.storage.database._WAIT_MS", 50)
+    monkeypatch.setattr("app.storage.database.WAIT_MS", 50)
     server = Server(tmp_path / "home")
     with server.client:
         blocker = sqlite3.connect(tmp_path / "home" / "tsr.sqlite", isolation_level=None, check_same_thread=False)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.evidence.explainer import Question, _explain
+from app.evidence.explainer import Question, explain_question
 from app.settings import Settings
 from tests.app import toy_home
 from tests.app.import_now import work_off
@@ -99,7 +99,7 @@ def test_a_verdict_that_is_judged_again(
 ) -> None:
     """The process that does it is informed the limit with each question."""
     asked: list[Question] = []
-    monkeypatch.setattr(strict.context.pixels._explainer, "ask", asked.append)
+    monkeypatch.setattr(strict.context.pixels.explainer, "ask", asked.append)
     with home.reader() as reader:
         track = next(t for t in reader.tracks() if t.confirmed)
     strict.client.get(f"/api/runs/{home.run_id}/tracks/{track.track_id}/explain/{track.first_frame + 5}")
@@ -107,7 +107,7 @@ def test_a_verdict_that_is_judged_again(
     assert question.max_pixels == PIXELS - 1
     monkeypatch.setattr("app.evidence.explainer.pixels_in_frame", lambda *_: None)
     with pytest.raises(VideoError, match=REFUSED):
-        _explain(question)
+        explain_question(question)
 
 
 def test_a_limit_above_the_engines_own_counts_as_well(home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -64,6 +64,13 @@ def test_named_files_are_there(page: str) -> None:
     assert [place for place in places if not (ROOT / place).exists()] == []
 
 
+def test_the_map_has_every_folder() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    places = [ROOT / "app", ROOT / "tsr_engine", ROOT / "static" / "js"]
+    folders = [path.parent for place in places for ending in ("py", "js") for path in place.glob(f"*/*.{ending}")]
+    assert sorted({folder.name for folder in folders if f"`{folder.name}`" not in text}) == []
+
+
 def test_the_moving_picture_stays_small() -> None:
     picture = ROOT / "docs" / "pictures" / "review.webp"
     assert picture.read_bytes()[8:12] == b"WEBP"

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOOR = "app/videos/opened.py"
 BY_NAME = {"video_sha256", "open_container", "VideoCapture"}
 """What would open a file by a name; ``open_video`` and the engine's requests take what the door gives."""
-COMMAND_LINE = {"app/cli/review.py", "app/exchange/home.py", "app/exchange/dataset.py"}
+COMMAND_LINE = {"app/cli/review.py", "app/cli/home.py", "app/exchange/dataset.py"}
 """Files that a person names on the command line are that person's to read, through whatever links."""
 ASKED = {"is_file", "name", "suffix", "parent"}
 """What may be asked about the name of a video's file without opening it."""

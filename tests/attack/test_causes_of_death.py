@@ -55,8 +55,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Home]:
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(folders))
     made = Home(tmp_path)
     yield made
-    if made.supervisor._thread.is_alive():
-        made.supervisor.stop()
+    made.supervisor.stop()
     made.database.close()
 
 
@@ -99,7 +98,7 @@ def test_a_worker_that_died_with_its_server_has_not_crashed(home: Home, tmp_path
         assert job is not None
         (tmp_path / "locks").mkdir(exist_ok=True)
         (tmp_path / "locks" / f"{job_id}.lock").write_text("4194303")
-        home.supervisor._bury(job)
+        home.supervisor.bury(job, home.supervisor.cause_of_death(job))
         after = home.job(job_id)
         assert (after.state, after.crashes, after.payload["ends"]) == ("queued", 0, {"killed": death})
 
@@ -138,6 +137,6 @@ def test_how_many_processes_starved(
     for name, content in {"proc/self/cgroup": groups, **files}.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(content)
-    monkeypatch.setattr(deaths, "_PROC", tmp_path / "proc")
-    monkeypatch.setattr(deaths, "_CGROUPS", tmp_path / "sys")
+    monkeypatch.setattr(deaths, "PROC", tmp_path / "proc")
+    monkeypatch.setattr(deaths, "CGROUPS", tmp_path / "sys")
     assert memory_kills() == count

@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from sqlalchemy import text
@@ -99,7 +98,7 @@ def test_a_job_that_loses_the_database_is_given_back(
     own: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It waits for the database, and then for the next worker; nothing counts against it."""
-    monkeypatch.setattr(worker, "_AGAIN", 0.05)
+    monkeypatch.setattr(worker, "AGAIN", 0.05)
     database = Database(new_database(own.url))
     database.migrate()
     stopped = threading.Event()
@@ -110,7 +109,7 @@ def test_a_job_that_loses_the_database_is_given_back(
             pass
 
     task = claimed(database, tmp_path, work)
-    thread = threading.Thread(target=worker._execute, args=(task,))
+    thread = threading.Thread(target=worker.execute, args=(task,))
     thread.start()
     own.stop()
     stopped.set()
@@ -129,17 +128,16 @@ def test_a_job_that_loses_the_database_is_given_back(
 def test_who_could_not_write_a_heartbeat_meanwhile_gets_a_new_minute(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from app.jobs import supervisor as supervising
     from app.jobs.supervisor import Supervisor
 
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
     database.is_sqlite = False  # the lock of another machine is not seen here
     now = 0.0
-    monkeypatch.setattr(supervising, "time", SimpleNamespace(monotonic=lambda: now))
-    supervisor = Supervisor(Settings(home=tmp_path), database, JobQueue(EventBus(), JobKinds([], worker="no")))
+    jobs = JobQueue(EventBus(), JobKinds([], worker="no"))
+    supervisor = Supervisor(Settings(home=tmp_path), database, jobs, clock=lambda: now)
     job = Job(id="j" * 32, token=1, payload={"place": "elsewhere"}, heartbeat=None)
-    assert not supervisor._is_dead(job)
+    assert not supervisor.is_dead(job)
     turns = iter([OperationalError("SELECT", {}, Exception("away")), None])
 
     def turn() -> None:
@@ -148,11 +146,10 @@ def test_who_could_not_write_a_heartbeat_meanwhile_gets_a_new_minute(
         if (error := next(turns)) is not None:
             raise error
 
-    monkeypatch.setattr(supervisor, "_turn", turn)
+    monkeypatch.setattr(supervisor, "turn", turn)
     waits = iter([False, False, False, True])
-    monkeypatch.setattr(supervisor._stop, "wait", lambda _: next(waits))
-    supervisor._watch()
-    assert not supervisor._is_dead(job)
+    supervisor.watch(lambda _: next(waits))
+    assert not supervisor.is_dead(job)
     now += 2 * supervisor.silence
-    assert supervisor._is_dead(job)
+    assert supervisor.is_dead(job)
     database.close()

@@ -40,7 +40,7 @@ def frame(server: Server, toy: ToyHome, ordinal: int) -> Any:
 
 
 def decoders(server: Server) -> list[CagedDecoder]:
-    found = [frame_server._video for frame_server in server.context.frames._open.values()]
+    found = [frame_server.video for frame_server in server.context.frames.open_servers.values()]
     assert all(isinstance(one, CagedDecoder) for one in found), "no video is decoded in the server"
     return found  # type: ignore[return-value]
 
@@ -48,7 +48,7 @@ def decoders(server: Server) -> list[CagedDecoder]:
 def test_a_decoder_that_dies_costs_one_answer(server: Server, toy: ToyHome) -> None:
     assert frame(server, toy, 3).status_code == 200
     before = frame(server, toy, 60).content
-    decoders(server)[0]._cage.kill()
+    decoders(server)[0].cage.kill()
     statuses = [frame(server, toy, k).status_code for k in (35, 36)]
     assert set(statuses) <= {200, 409}
     assert statuses[-1] == 200, "it is opened again"
@@ -56,7 +56,7 @@ def test_a_decoder_that_dies_costs_one_answer(server: Server, toy: ToyHome) -> N
 
 
 def test_a_decoder_that_hangs_has_a_deadline(server: Server, toy: ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.videos.decoding._PATIENCE", within(0.5))
+    monkeypatch.setattr("app.videos.decoding.PATIENCE", within(0.5))
     assert frame(server, toy, 3).status_code == 200
     decoder = decoders(server)[0]
     process = pid_of(decoder)
@@ -91,9 +91,9 @@ def test_a_file_that_is_no_video_any_more(server: Server, toy: ToyHome) -> None:
 
 def table(server: Server, toy: ToyHome) -> Any:
     frame(server, toy, 0)
-    return next(iter(server.context.frames._open.values())).table
+    return next(iter(server.context.frames.open_servers.values())).table
 
 
 def pid_of(decoder: CagedDecoder) -> int:
-    text = Path(f"/proc/self/fdinfo/{decoder._cage._process}").read_text()
+    text = Path(f"/proc/self/fdinfo/{decoder.cage.process}").read_text()
     return int(text.partition("Pid:")[2].split()[0])

@@ -81,7 +81,7 @@ NO_ARRAYS = {
 def test_an_archive_that_is_none_or_too_large_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: Callable[[], bytes]
 ) -> None:
-    monkeypatch.setattr(models, "_MOST_BYTES", 2**21)
+    monkeypatch.setattr(models, "MOST_BYTES", 2**21)
     data = content()
     (tmp_path / "prior.npz").write_bytes(data)
     entry = {"file": "prior.npz", "sha256": hashlib.sha256(data).hexdigest()}

@@ -6,12 +6,10 @@ import shutil
 import socket
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from app.events import EventBus
-from app.jobs import supervisor as supervising
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
 from app.kinds import KINDS
@@ -45,9 +43,9 @@ def test_a_copy_a_clone_and_a_container_are_other_places(tmp_path: Path, monkeyp
     assert place_of(tmp_path / "copy") != place
     boot = tmp_path / "boot"
     boot.write_text("another life of the kernel\n")
-    monkeypatch.setattr(identity, "_BOOT", boot)
+    monkeypatch.setattr(identity, "BOOT", boot)
     assert place_of(home) != place
-    monkeypatch.setattr(identity, "_BOOT", tmp_path / "none")
+    monkeypatch.setattr(identity, "BOOT", tmp_path / "none")
     assert place_of(home) is None
 
 
@@ -58,7 +56,6 @@ def test_a_twin_does_not_bury_living_jobs(
     """The job of one home, as the supervisor of its twin sees it: it lives as long as its heartbeat says so."""
     monkeypatch.setattr(socket, "gethostname", lambda: "tsr")
     now = 0.0
-    monkeypatch.setattr(supervising, "time", SimpleNamespace(monotonic=lambda: now))
     shared, jobs, home = Database(new_database(cluster)), JobQueue(EventBus(), KINDS), tmp_path / "home"
     shared.migrate()
     place = place_of(home)
@@ -68,14 +65,14 @@ def test_a_twin_does_not_bury_living_jobs(
     else:
         boot = tmp_path / "boot"
         boot.write_text("another" if twin == "clone" else "")
-        monkeypatch.setattr(identity, "_BOOT", boot)
-    supervisor = Supervisor(Settings(home=home), shared, jobs)
+        monkeypatch.setattr(identity, "BOOT", boot)
+    supervisor = Supervisor(Settings(home=home), shared, jobs, clock=lambda: now)
     with shared.write() as session:
         job = jobs.claim(session, jobs.submit(session, "track", "s" * 32).id, place or "")
     assert job is not None
-    assert not supervisor._is_dead(job)
+    assert not supervisor.is_dead(job)
     now += 0.9 * supervisor.silence
-    assert not supervisor._is_dead(job)
+    assert not supervisor.is_dead(job)
     now += 0.2 * supervisor.silence
-    assert supervisor._is_dead(job)
+    assert supervisor.is_dead(job)
     shared.close()

@@ -200,7 +200,7 @@ def test_beneath_a_folder_no_part_of_the_way_is_a_link(
         def closed(*_: object) -> int:
             raise OSError(errno.ENOSYS, "no such call")
 
-        monkeypatch.setattr(beneath, "_openat2", closed)
+        monkeypatch.setattr(beneath, "openat2", closed)
     root = tmp_path / "root"
     (root / "a" / "b").mkdir(parents=True)
     (root / "a" / "b" / "file").write_bytes(b"inside")

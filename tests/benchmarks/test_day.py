@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.experiment import Result
 from benchmarks.experiments.day import EXPERIMENT
-from benchmarks.review.annotator import _steps
+from benchmarks.review.annotator import steps_of
 from benchmarks.review.planted import KINDS, ROUNDS, planted
 from tsr_engine.track_table import TrackTable
 
@@ -71,7 +71,7 @@ def test_a_box_is_wrong_where_the_sign_is_largest_and_whole() -> None:
 
 @pytest.mark.parametrize(("way", "steps"), [(0, (0, 0)), (1, (0, 1)), (-9, (-1, 1)), (12, (1, 2)), (-20, (-2, 0))])
 def test_frames_are_reached_with_few_presses(way: int, steps: tuple[int, int]) -> None:
-    assert _steps(way) == steps
+    assert steps_of(way) == steps
 
 
 def test_the_report_says_which_bars_are_kept() -> None:

@@ -31,14 +31,14 @@ def test_a_sign_is_seen_first_where_a_track_lies_on_it() -> None:
 def test_what_another_preset_sees_later_or_not_at_all_is_counted() -> None:
     before = {("a", 1): (0, 20.0), ("a", 2): (4, 24.0), ("b", 1): (5, 30.0)}
     now = {("a", 1): (2, 22.0), ("a", 2): (4, 24.0), ("b", 2): (1, 21.0)}
-    assert realtime._later(before, now) == {
+    assert realtime.later_sights(before, now) == {
         "first_seen_width": 23.0, "later_mean": 1.0, "later_most": 2, "lost": [["b", 1]], "won": [["b", 2]],
     }  # fmt: skip
-    assert realtime._later({}, {})["later_mean"] is None
+    assert realtime.later_sights({}, {})["later_mean"] is None
 
 
 def test_a_frame_s_time_is_the_mean_over_what_is_searched_in_turn() -> None:
-    assert realtime._steady([1.0, 4.0, 1.0, 4.0, 1.0, 400.0], 2) == pytest.approx(2.5)
+    assert realtime.steady_seconds([1.0, 4.0, 1.0, 4.0, 1.0, 400.0], 2) == pytest.approx(2.5)
 
 
 def test_two_cores_are_bound_by_what_takes_the_frames_in_order() -> None:

@@ -28,14 +28,14 @@ def clips(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_leanest_and_the_fattest_clip_of_the_size_are_taken(clips: Path) -> None:
-    assert recording_time._clip("copied", clips).name == "lean.mp4"
-    assert recording_time._clip("encoded", clips).name == "fat.mp4"
+    assert recording_time.clip_of_kind("copied", clips).name == "lean.mp4"
+    assert recording_time.clip_of_kind("encoded", clips).name == "fat.mp4"
     with pytest.raises(TsrError, match="no clip of 64x48"):
-        recording_time._clip("copied", clips / "nothing")
+        recording_time.clip_of_kind("copied", clips / "nothing")
 
 
 def test_a_clip_is_joined_to_itself_until_it_is_long_enough(clips: Path) -> None:
-    recording_time._join(clips / "fat.mp4", clips / "joined.mp4")
+    recording_time.repeat_clip(clips / "fat.mp4", clips / "joined.mp4")
     with av.open(clips / "joined.mp4") as container:
         pictures = [(frame.pts, frame.to_ndarray(format="gray")) for frame in container.decode(video=0)]
     times = np.array([pts for pts, _ in pictures])

@@ -111,11 +111,11 @@ def test_levels_too_large_or_small_for_any_sign_are_not_made(tmp_path, monkeypat
         return levels(picture, scales)
 
     monkeypatch.setattr(hog_training, "levels", few)
-    found = hog_training._windows_on_signs(scene)
+    found = hog_training.windows_on_signs(scene)
     monkeypatch.setattr(hog_training, "levels", lambda picture, _: levels(picture, every))
     assert asked[0] < len(every)
     assert len(found) == len(scene.boxes)
-    for windows, same in zip(found, hog_training._windows_on_signs(scene), strict=True):
+    for windows, same in zip(found, hog_training.windows_on_signs(scene), strict=True):
         np.testing.assert_array_equal(windows, same)
 
 

@@ -149,17 +149,17 @@ def test_scenes_that_are_done_are_not_searched_again(tmp_path: Path) -> None:
     kept = Cache(tmp_path / "kept")
     stopped = {"a": _Counting(), "b": _Counting(stop_at=2)}  # b is stopped in the second scene
     with pytest.raises(KeyboardInterrupt):
-        detection._side_by_side(stopped, scenes, kept, ["models"])
+        detection.rows_side_by_side(stopped, scenes, kept, ["models"])
     goes_on = {"a": _Counting(), "b": _Counting()}
-    found, ms = detection._side_by_side(goes_on, scenes, kept, ["models"])
+    found, ms = detection.rows_side_by_side(goes_on, scenes, kept, ["models"])
     assert goes_on["a"].pictures == 3  # two scenes, the first of them once more before it is timed
-    whole, _ = detection._side_by_side({"a": _Counting(), "b": _Counting()}, scenes, Cache(None), ["models"])
+    whole, _ = detection.rows_side_by_side({"a": _Counting(), "b": _Counting()}, scenes, Cache(None), ["models"])
     assert set(ms) == {"a", "b"}
     for one, other in zip(found["b"], whole["b"], strict=True):
         for mine, theirs in zip(one, other, strict=True):
             np.testing.assert_array_equal(mine, theirs)
     others = {"a": _Counting(), "b": _Counting()}
-    detection._side_by_side(others, scenes, kept, ["other models"])
+    detection.rows_side_by_side(others, scenes, kept, ["other models"])
     assert others["a"].pictures == 4
 
 
@@ -173,12 +173,12 @@ def test_a_clip_is_watched_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         frames = [plain_seen(_seen(k, (SIGN, 1.0))) for k in range(3)]
         return {"seen": {"ACF": frames, "ACF and prior": frames}, "times": [0.1, 0.2, 0.3]}
 
-    monkeypatch.setattr(detection_video, "_watch", watch)
+    monkeypatch.setattr(detection_video, "watch_video", watch)
     monkeypatch.setattr(detection_video, "load_components", lambda _: SimpleNamespace(models={"detector": "a digest"}))
     truth = TrackTable.empty()
     for _ in range(2):
         times: list[float] = []
-        clip = detection_video._watched(video, truth, times, Cache(tmp_path / "kept"))
+        clip = detection_video.watched_clip(video, truth, times, Cache(tmp_path / "kept"))
         assert times == [0.1, 0.2, 0.3]
         assert [seen.ordinal for seen in clip.seen["ACF and prior"]] == [0, 1, 2]
     assert watched == [video]

@@ -35,7 +35,7 @@ def test_everyone_has_every_picture_and_who_begins_changes() -> None:
 
 def test_of_several_turns_the_least_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     seconds = iter([5.0, 1.0, 3.0, 2.0, 4.0, 6.0])
-    monkeypatch.setattr("benchmarks.timing.in_turn._thread_seconds", lambda work, picture: next(seconds))
+    monkeypatch.setattr("benchmarks.timing.in_turn.thread_seconds", lambda work, picture: next(seconds))
     pictures = [np.zeros((2, 2, 3), np.uint8)]
     turns = scenes_in_turn({"a": lambda _: None, "b": lambda _: None}, pictures, rounds=3)
     # turn by turn: a 5 b 1, b 3 a 2, a 4 b 6
@@ -172,6 +172,6 @@ def test_the_text_about_scale_says_how_far_it_got(sections: list[dict[str, float
 
 
 def test_bars_are_judged() -> None:
-    assert yolo_time._judged(0.2, 0.5, 0.25).endswith("(aim met)")
-    assert "bar met, aim not" in yolo_time._judged(0.4, 0.5, 0.25)
-    assert "**bar missed**" in yolo_time._judged(0.51, 0.5, 0.25)
+    assert yolo_time.judged(0.2, 0.5, 0.25).endswith("(aim met)")
+    assert "bar met, aim not" in yolo_time.judged(0.4, 0.5, 0.25)
+    assert "**bar missed**" in yolo_time.judged(0.51, 0.5, 0.25)

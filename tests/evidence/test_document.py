@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import fields
 from pathlib import Path
 
 from tsr_engine.evidence import SCHEMA_VERSION, EvidenceWriter, RunHeader
-from tsr_engine.evidence.schema import TABLES
+from tsr_engine.evidence.schema import DATABASE, TABLES
 from tsr_engine.records import FrameEvidence
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "evidence.md"
@@ -32,18 +34,19 @@ def test_every_table_and_column_is_documented_with_its_meaning() -> None:
 def test_the_store_has_the_documented_tables(
     folder: Path, header: RunHeader, make_frame: Callable[..., FrameEvidence]
 ) -> None:
-    writer = EvidenceWriter.create(folder, header)
-    names = writer._connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
-    real = {n: [c[1] for c in writer._connection.execute(f"PRAGMA table_info({n})")] for (n,) in names}
-    writer.close()
+    EvidenceWriter.create(folder, header).close()
+    with closing(sqlite3.connect(folder / DATABASE)) as store:
+        names = store.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
+        real = {n: [c[1] for c in store.execute(f"PRAGMA table_info({n})")] for (n,) in names}
     assert real == {name: list(columns) for name, columns in documented().items()}
 
 
 def test_queries_by_frame_and_by_track_use_an_index(folder: Path, header: RunHeader) -> None:
-    writer = EvidenceWriter.create(folder, header)
+    EvidenceWriter.create(folder, header).close()
+    store = sqlite3.connect(folder / DATABASE)
 
     def plan(sql: str) -> str:
-        return " ".join(row[3] for row in writer._connection.execute(f"EXPLAIN QUERY PLAN {sql}"))
+        return " ".join(row[3] for row in store.execute(f"EXPLAIN QUERY PLAN {sql}"))
 
     for table in TABLES:
         if table.name not in ("meta", "tracks"):
@@ -52,7 +55,7 @@ def test_queries_by_frame_and_by_track_use_an_index(folder: Path, header: RunHea
     assert "track_frames_by_track" in plan("SELECT min(frame), max(frame) FROM track_frames WHERE track_id = 4")
     assert "events_by_track" in plan("SELECT * FROM events WHERE track_id = 4")
     assert "quiet_frames" in plan("SELECT max(frame) FROM frames WHERE alive = 0 AND frame < 900")
-    writer.close()
+    store.close()
 
 
 def test_run_json_holds_every_field_of_the_header(folder: Path, header: RunHeader) -> None:

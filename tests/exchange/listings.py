@@ -6,12 +6,15 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
+import pytest
+
 from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
+from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 
-__all__ = ["LISTING_FORMATS", "found_in", "listing", "read"]
+__all__ = ["LISTING_FORMATS", "found_in", "listing", "read", "refused", "text_file"]
 
 LISTING_FORMATS = ("coco", "yolo", "voc", "cvat-images", "datumaro", "gtsdb")
 
@@ -86,15 +89,29 @@ def cvat(images: Sequence[str], meta: str = "") -> str:
 def listing(folder: Path, format: str, names: Sequence[str]) -> Path:
     """Write a data set that lists these pictures, one box in each."""
     for name, text in _files(format, names).items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        text_file(folder, name, text)
     return folder
+
+
+def text_file(folder: Path, name: str, text: str) -> Path:
+    """Write a file and the folders above it."""
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
 
 
 def read(path: Path, format: str | None = None, **switches: str) -> Dataset:
     """Read it onto ``drive.mp4``, 100 frames at 25 a second."""
     return read_dataset(path, target_of(a_dataset(), switches=switches), None if format is None else FORMATS[format])
+
+
+def refused(path: Path, format: str | None, *words: str, **switches: str) -> None:
+    """It cannot be read, and the sentence has these words."""
+    with pytest.raises(ImportFormatError) as error:
+        read(path, format, **switches)
+    for word in words:
+        assert word in str(error.value)
 
 
 def found_in(dataset: Dataset) -> dict[int, int]:

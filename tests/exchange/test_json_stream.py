@@ -47,7 +47,7 @@ def test_the_pieces_are_the_whole(
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "pieces.json"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(json_stream, "_CHUNK", chunk)
+        patch.setattr(json_stream, "CHUNK", chunk)
         path.write_text(json.dumps(content, ensure_ascii=plain, indent=None if plain else 1), encoding="utf-8-sig")
         assert gathered(path) == content
         path.write_text(json.dumps([content, 1.5e-7, -3]), encoding="utf-8")
@@ -77,7 +77,7 @@ def test_what_is_wrong_is_told_with_its_line(
 ) -> None:
     if chunk == 1 and (len(content) > 100 or content.startswith(b"\xff")):
         pytest.skip("takes long letter by letter, or needs two bytes to be seen")
-    monkeypatch.setattr(json_stream, "_CHUNK", chunk)
+    monkeypatch.setattr(json_stream, "CHUNK", chunk)
     path = tmp_path / "wrong.json"
     path.write_bytes(content)
     with pytest.raises(ImportFormatError) as caught:

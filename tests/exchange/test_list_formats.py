@@ -8,25 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_set, a_track, target_of, tracks_of
-from tsr_engine.errors import ImportFormatError
+from tests.exchange.exchange_toys import a_dataset, a_set, a_track, tracks_of
+from tests.exchange.listings import read, refused
 from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
-
-
-def _read(path: Path, name: str, **switches: str) -> Dataset:
-    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS[name])
-
-
-def _refused(path: Path, name: str, *words: str, **switches: str) -> None:
-    with pytest.raises(ImportFormatError) as error:
-        _read(path, name, **switches)
-    for word in words:
-        assert word in str(error.value)
 
 
 def _count(dataset: Dataset) -> int:
@@ -53,7 +41,7 @@ def _note(**changes: object) -> list[object]:
 
 
 def test_coco_of_somebody_else(tmp_path: Path) -> None:
-    back = _read(_coco(tmp_path), "coco")
+    back = read(_coco(tmp_path), "coco")
     (track,) = tracks_of(back).values()
     assert (track.frames.tolist(), track.label, track.boxes.tolist()) == ([10], 14, [[10, 10, 30, 32]])
     assert any("no track id" in sentence for sentence in back.repaired)
@@ -77,27 +65,27 @@ def test_coco_of_somebody_else(tmp_path: Path) -> None:
     ],
 )
 def test_coco_that_breaks_a_rule(tmp_path: Path, changes: dict[str, object], words: tuple[str, ...]) -> None:
-    _refused(_coco(tmp_path, **changes), "coco", *words)
+    refused(_coco(tmp_path, **changes), "coco", *words)
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
 def test_coco_with_numbers_that_are_none(tmp_path: Path, number: str) -> None:
     path = _coco(tmp_path)
     path.write_text(path.read_text().replace("[10, 10,", f"[{number}, 10,"))
-    _refused(path, "coco", "instances.json", "finite")
+    refused(path, "coco", "instances.json", "finite")
 
 
 def test_coco_results_are_detections(tmp_path: Path) -> None:
     results = [{"image_id": k + 1, "category_id": 15, "bbox": [10.0 + k, 10, 20, 20], "score": 0.5} for k in range(4)]
     path = tmp_path / "predictions.json"
     path.write_text(json.dumps(results))
-    back = _read(path, "coco")
+    back = read(path, "coco")
     (track,) = tracks_of(back).values()
     assert (track.frames.tolist(), track.label, track.score.tolist()) == ([0, 1, 2, 3], 14, [0.5] * 4)
     assert any("counted from 1" in sentence for sentence in back.repaired)
     from_zero = [dict(result, image_id=result["image_id"] - 1) for result in results]
     path.write_text(json.dumps(from_zero))
-    _refused(path, "coco", "predictions.json, result 1", "counts from 0 or 1")
+    refused(path, "coco", "predictions.json, result 1", "counts from 0 or 1")
 
 
 def test_coco_results_beside_their_images(tmp_path: Path) -> None:
@@ -105,7 +93,7 @@ def test_coco_results_beside_their_images(tmp_path: Path) -> None:
     (tmp_path / "results.json").write_text(
         json.dumps([{"image_id": "x", "category_id": 1, "bbox": [1, 2, 30, 40], "score": 0.25}])
     )
-    (track,) = tracks_of(_read(tmp_path, "coco")).values()
+    (track,) = tracks_of(read(tmp_path, "coco")).values()
     assert (track.frames.tolist(), track.label, track.score.tolist()) == ([42], 14, [0.25])
 
 
@@ -139,7 +127,7 @@ def test_yolo_has_five_columns_and_tracks_beside(tmp_path: Path) -> None:
             assert len(cells) == 5
             assert all(0 <= float(cell) <= 1 and len(cell.split(".")[1]) >= 6 for cell in cells[1:])
     assert "path:" not in (tmp_path / "out" / "data.yaml").read_text()
-    assert set(tracks_of(_read(tmp_path / "out", "yolo"))) == {"m1", "m2", "h3"}
+    assert set(tracks_of(read(tmp_path / "out", "yolo"))) == {"m1", "m2", "h3"}
 
 
 def test_yolo_keeps_tracks_of_boxes_that_were_edited(tmp_path: Path) -> None:
@@ -148,7 +136,7 @@ def test_yolo_keeps_tracks_of_boxes_that_were_edited(tmp_path: Path) -> None:
     lines = path.read_text().splitlines()
     assert len(lines) == 2
     path.write_text(f"{lines[1]}\n0 0.5 0.5 0.1 0.1\n")
-    back = _read(tmp_path / "out", "yolo")
+    back = read(tmp_path / "out", "yolo")
     assert set(tracks_of(back)) == {"m1", "m2", "h3"}
     moved = tracks_of(back)["m1"]
     assert moved.boxes[moved.frames.tolist().index(20)].tolist() == pytest.approx([288, 162, 352, 198])
@@ -162,7 +150,7 @@ def test_yolo_leaves_out_what_is_to_be_ignored(tmp_path: Path) -> None:
     assert any("to ignore" in item["what"] for item in reported.skipped)
     kept = ExportOptions(switches={"ignored": "box"})
     export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", kept, zipped=False)
-    track = tracks_of(_read(tmp_path / "out", "yolo"))["m1"]
+    track = tracks_of(read(tmp_path / "out", "yolo"))["m1"]
     assert track.ignore is not None
     assert track.ignore.tolist() == [True, False]
 
@@ -178,7 +166,7 @@ def test_yolo_leaves_out_what_is_to_be_ignored(tmp_path: Path) -> None:
 )
 def test_yolo_with_six_columns_is_told(tmp_path: Path, sixth: tuple[str, str], kind: str) -> None:
     rows = [f"0 0.{place + 2} 0.5 0.1 0.1 {number}\n" for place, number in enumerate(sixth)]
-    back = _read(_yolo(tmp_path, "".join(rows)), "yolo")
+    back = read(_yolo(tmp_path, "".join(rows)), "yolo")
     (reported,) = [sentence for sentence in back.repaired if "5 columns" in sentence]
     assert "labels/train/frame_000010.txt, line 1" in reported
     assert kind in reported
@@ -189,11 +177,11 @@ def test_yolo_with_six_columns_is_told(tmp_path: Path, sixth: tuple[str, str], k
 
 def test_yolo_decides_on_a_sixth_column_over_all_files(tmp_path: Path) -> None:
     _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 1\n", frame=3)
-    back = _read(_yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.75\n", frame=4), "yolo")
+    back = read(_yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.75\n", frame=4), "yolo")
     (track,) = tracks_of(back).values()
     assert track.score.tolist() == [1.0, 0.75]
     _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 3\n", frame=3)
-    _refused(tmp_path, "yolo", "labels/train/frame_000003.txt, line 1", "sixth column", "3")
+    refused(tmp_path, "yolo", "labels/train/frame_000003.txt, line 1", "sixth column", "3")
 
 
 @pytest.mark.parametrize(
@@ -210,18 +198,18 @@ def test_yolo_decides_on_a_sixth_column_over_all_files(tmp_path: Path) -> None:
     ],
 )
 def test_yolo_that_breaks_a_rule(tmp_path: Path, line: str, words: tuple[str, ...]) -> None:
-    _refused(_yolo(tmp_path, f"{line}\n"), "yolo", "labels/train/frame_000010.txt", *words)
+    refused(_yolo(tmp_path, f"{line}\n"), "yolo", "labels/train/frame_000010.txt", *words)
 
 
 def test_yolo_beyond_the_video_or_without_number(tmp_path: Path) -> None:
-    _refused(_yolo(tmp_path / "far", "0 0.5 0.5 0.1 0.1\n", frame=100), "yolo", "frame_000100.txt", "0 to 99")
+    refused(_yolo(tmp_path / "far", "0 0.5 0.5 0.1 0.1\n", frame=100), "yolo", "frame_000100.txt", "0 to 99")
     named = _yolo(tmp_path / "named", "0 0.5 0.5 0.1 0.1\n")
     (named / "labels/train/frame_000010.txt").rename(named / "labels/train/picture.txt")
-    _refused(named, "yolo", "picture.txt", "no frame number")
+    refused(named, "yolo", "picture.txt", "no frame number")
 
 
 def test_yolo_cuts_what_reaches_out_and_reads_polygons(tmp_path: Path) -> None:
-    back = _read(_yolo(tmp_path, "0 0.0 0.5 0.2 0.2\n1 0.1 0.1 0.3 0.1 0.3 0.3 0.1 0.3\n"), "yolo")
+    back = read(_yolo(tmp_path, "0 0.0 0.5 0.2 0.2\n1 0.1 0.1 0.3 0.1 0.3 0.3 0.1 0.3\n"), "yolo")
     boxes = sorted(tuple(np.round(track.boxes[0], 6)) for track in tracks_of(back).values())
     assert boxes == [(0.0, 144.0, 64.0, 216.0), (64.0, 36.0, 192.0, 108.0)]
     assert any("cut" in sentence for sentence in back.repaired)
@@ -246,7 +234,7 @@ def test_yolo_says_what_six_numbers_are_and_decides_over_all_files(tmp_path: Pat
     if apart:
         _yolo(tmp_path, f"{lines[1]}\n", frame=3)
         lines = lines[:1]
-    back = _read(_yolo(tmp_path, "\n".join(lines) + "\n", frame=10), "yolo")
+    back = read(_yolo(tmp_path, "\n".join(lines) + "\n", frame=10), "yolo")
     (reported,) = [sentence for sentence in back.repaired if "six numbers" in sentence]
     assert reported.startswith("labels/train/frame_0000")
     assert kind in reported
@@ -263,13 +251,13 @@ def test_yolo_with_six_numbers_that_are_neither(tmp_path: Path) -> None:
     _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.9 7\n", frame=3)
     _yolo(tmp_path, "0 0.5 0.5 0.6 0.5 0.5 0.75\n", frame=10)
     words = ("line 1", "three corners", "Got 7 at the end here, 0.75 in labels/train/frame_000010.txt, line 1")
-    _refused(tmp_path, "yolo", "labels/train/frame_000003.txt", *words)
+    refused(tmp_path, "yolo", "labels/train/frame_000003.txt", *words)
 
 
 def test_yolo_in_another_encoding(tmp_path: Path) -> None:
     path = _yolo(tmp_path, "0 0.5 0.5 0.1 0.1\n")
     (path / "data.yaml").write_bytes("names: [Überholverbot]\n".encode("latin-1"))
-    _refused(path, "yolo", "data.yaml, line 1", "UTF-8")
+    refused(path, "yolo", "data.yaml, line 1", "UTF-8")
 
 
 # ----------------------------------------------------------------------------------------------------------------- VOC
@@ -301,18 +289,18 @@ def test_voc_writes_both_readings(tmp_path: Path) -> None:
         assert corner in text
         assert "<xmax>20" in text
         assert reported.content["format"]["coordinates"] == kind
-        assert _one(_read(tmp_path / kind, "voc")) == [10, 10, 20, 22]
+        assert _one(read(tmp_path / kind, "voc")) == [10, 10, 20, 22]
 
 
 def test_voc_of_somebody_else_is_taken_by_its_numbers(tmp_path: Path) -> None:
-    devkit = _read(_voc(tmp_path / "a", (11, 11, 20, 22)), "voc")
+    devkit = read(_voc(tmp_path / "a", (11, 11, 20, 22)), "voc")
     assert _one(devkit) == [10, 10, 20, 22]
     assert any("lowered by 1" in sentence for sentence in devkit.repaired)
-    assert _one(_read(tmp_path / "a", "voc", coordinates="cvat")) == [11, 11, 20, 22]
-    assert _one(_read(_voc(tmp_path / "b", (10.5, 11, 20, 22)), "voc")) == [10.5, 11, 20, 22]
+    assert _one(read(tmp_path / "a", "voc", coordinates="cvat")) == [11, 11, 20, 22]
+    assert _one(read(_voc(tmp_path / "b", (10.5, 11, 20, 22)), "voc")) == [10.5, 11, 20, 22]
     zero = _voc(tmp_path / "c", (0, 11, 20, 22))
-    assert _one(_read(zero, "voc")) == [0, 11, 20, 22]
-    _refused(zero, "voc", "frame_000010.xml, line 2", "cannot count from 1", coordinates="devkit")
+    assert _one(read(zero, "voc")) == [0, 11, 20, 22]
+    refused(zero, "voc", "frame_000010.xml, line 2", "cannot count from 1", coordinates="devkit")
 
 
 @pytest.mark.parametrize(
@@ -324,17 +312,17 @@ def test_voc_of_somebody_else_is_taken_by_its_numbers(tmp_path: Path) -> None:
     ],
 )
 def test_voc_that_breaks_a_rule(tmp_path: Path, box: tuple[object, ...], words: tuple[str, ...]) -> None:
-    _refused(_voc(tmp_path, box), "voc", *words)
+    refused(_voc(tmp_path, box), "voc", *words)
 
 
 def test_voc_with_entities(tmp_path: Path) -> None:
     head = '<!DOCTYPE a [<!ENTITY e SYSTEM "file:///etc/passwd">]>'
-    _refused(_voc(tmp_path, (1, 2, 3, 4), head=head, name="&e;"), "voc", "frame_000010.xml, line 1", "DOCTYPE")
+    refused(_voc(tmp_path, (1, 2, 3, 4), head=head, name="&e;"), "voc", "frame_000010.xml, line 1", "DOCTYPE")
 
 
 def test_voc_with_classes_that_nobody_knows(tmp_path: Path) -> None:
     with pytest.raises(UnknownLabels, match=r"'zebra' \(1 track, 1 box\)"):
-        _read(_voc(tmp_path, (1.5, 2, 30, 40), name="zebra"), "voc")
+        read(_voc(tmp_path, (1.5, 2, 30, 40), name="zebra"), "voc")
 
 
 def test_voc_names_with_colons(tmp_path: Path) -> None:

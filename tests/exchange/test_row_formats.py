@@ -12,37 +12,18 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, target_of, tracks_of
-from tsr_engine.errors import ImportFormatError
+from tests.exchange.exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, tracks_of
+from tests.exchange.listings import read, refused, text_file
 from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_mot_truth, read_results
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.gtsrb.writer import crop_with_border
-from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.split import deal
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.video_writer import VideoWriter
-
-
-def _read(path: Path, name: str, **switches: str) -> Dataset:
-    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS[name])
-
-
-def _refused(path: Path, name: str, *words: str, **switches: str) -> None:
-    with pytest.raises(ImportFormatError) as error:
-        _read(path, name, **switches)
-    for word in words:
-        assert word in str(error.value)
-
-
-def _file(folder: Path, name: str, text: str) -> Path:
-    path = folder / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def _one(dataset: Dataset) -> tuple[list[int], list[list[float]]]:
@@ -91,10 +72,10 @@ def test_mot_from_one(tmp_path: Path) -> None:
     assert reported.content["format"]["origin"] == 1
     assert (tmp_path / "out/gt/gt.txt").read_text() == "11,7,11.00,21.00,20.00,30.00,1,15,1\n"
     # The manifest beside tells; without it a person must.
-    assert _one(_read(tmp_path / "out", "mot"))[1] == [[10, 20, 30, 50]]
+    assert _one(read(tmp_path / "out", "mot"))[1] == [[10, 20, 30, 50]]
     (tmp_path / "out" / "manifest.json").unlink()
-    assert _one(_read(tmp_path / "out", "mot"))[1] == [[11, 21, 31, 51]]
-    assert _one(_read(tmp_path / "out", "mot", origin="1"))[1] == [[10, 20, 30, 50]]
+    assert _one(read(tmp_path / "out", "mot"))[1] == [[11, 21, 31, 51]]
+    assert _one(read(tmp_path / "out", "mot", origin="1"))[1] == [[10, 20, 30, 50]]
 
 
 def test_mot_scores_go_out_as_detections(tmp_path: Path) -> None:
@@ -102,7 +83,7 @@ def test_mot_scores_go_out_as_detections(tmp_path: Path) -> None:
     export_dataset(dataset, FORMATS["mot"], tmp_path / "out", zipped=False)
     path = tmp_path / "out" / "det" / "det.txt"
     assert path.read_text() == "1,-1,10.00,20.00,20.00,30.00,0.5,-1,-1,-1\n"
-    (track,) = tracks_of(_read(path, "mot")).values()
+    (track,) = tracks_of(read(path, "mot")).values()
     assert (track.frames.tolist(), track.score.tolist(), track.label) == ([0], [0.5], -1)
     assert track.silent is not None, "rows without a class say nothing about it"
 
@@ -124,20 +105,20 @@ def test_mot_scores_go_out_as_detections(tmp_path: Path) -> None:
     ],
 )
 def test_mot_that_breaks_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
-    _refused(_file(tmp_path, "gt.txt", row + "\n"), "mot", "gt.txt", *words)
+    refused(text_file(tmp_path, "gt.txt", row + "\n"), "mot", "gt.txt", *words)
 
 
 def test_mot_classes_that_count_from_zero(tmp_path: Path) -> None:
-    _file(tmp_path, "gt/gt.txt", "1,1,10,10,20,20,1,0,1\n")
-    _file(tmp_path, "gt/labels.txt", "stop\nyield\n")
-    _refused(tmp_path, "mot", "gt/gt.txt, line 1", "class 0", "first_class=0")
-    (track,) = tracks_of(_read(tmp_path, "mot", first_class="0")).values()
+    text_file(tmp_path, "gt/gt.txt", "1,1,10,10,20,20,1,0,1\n")
+    text_file(tmp_path, "gt/labels.txt", "stop\nyield\n")
+    refused(tmp_path, "mot", "gt/gt.txt, line 1", "class 0", "first_class=0")
+    (track,) = tracks_of(read(tmp_path, "mot", first_class="0")).values()
     assert track.label == 14
 
 
 def test_mot_of_frames_that_count_from_zero(tmp_path: Path) -> None:
-    path = _file(tmp_path, "gt.txt", "0,1,10,10,20,20,1,14,1\n")
-    assert _one(_read(path, "mot", first_frame="0"))[0] == [0]
+    path = text_file(tmp_path, "gt.txt", "0,1,10,10,20,20,1,14,1\n")
+    assert _one(read(path, "mot", first_frame="0"))[0] == [0]
 
 
 # --------------------------------------------------------------------------------------------------------------- GTSDB
@@ -158,9 +139,9 @@ def test_gtsdb_is_read_by_the_engine_as_it_was(tmp_path: Path, clip: Path) -> No
 
 
 def test_gtsdb_corners(tmp_path: Path) -> None:
-    path = _file(tmp_path, "gt.txt", "00010.ppm;10;11;29;32;14\n")
-    assert _one(_read(path, "gtsdb"))[1] == [[10, 11, 30, 33]]
-    assert _one(_read(path, "gtsdb", corners="exclusive"))[1] == [[10, 11, 29, 32]]
+    path = text_file(tmp_path, "gt.txt", "00010.ppm;10;11;29;32;14\n")
+    assert _one(read(path, "gtsdb"))[1] == [[10, 11, 30, 33]]
+    assert _one(read(path, "gtsdb", corners="exclusive"))[1] == [[10, 11, 29, 32]]
 
 
 @pytest.mark.parametrize(
@@ -176,7 +157,7 @@ def test_gtsdb_corners(tmp_path: Path) -> None:
     ],
 )
 def test_gtsdb_that_breaks_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
-    _refused(_file(tmp_path, "gt.txt", row + "\n"), "gtsdb", "gt.txt", *words)
+    refused(text_file(tmp_path, "gt.txt", row + "\n"), "gtsdb", "gt.txt", *words)
 
 
 # --------------------------------------------------------------------------------------------------------------- GTSRB
@@ -228,13 +209,13 @@ def test_crops_of_one_sign_are_on_one_side(tmp_path: Path, clip: Path) -> None:
 
 def test_crops_of_the_benchmark_say_no_place(tmp_path: Path) -> None:
     header = "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId"
-    _file(tmp_path, "00014/GT-00014.csv", f"{header}\n00000_00000.ppm;29;30;5;6;24;25;14\n")
-    _refused(tmp_path, "gtsrb", "crops.csv", "where in the video")
+    text_file(tmp_path, "00014/GT-00014.csv", f"{header}\n00000_00000.ppm;29;30;5;6;24;25;14\n")
+    refused(tmp_path, "gtsrb", "crops.csv", "where in the video")
 
 
 def _of_videos(folder: Path, *names: str) -> Path:
     """Crops of the videos of these names, without a manifest; the box of each lies 10 px right of the one before."""
-    _file(
+    text_file(
         folder,
         "00014/GT-00014.csv",
         "Filename;Width;Height;RoiX1;RoiY1;RoiX2;RoiY2;ClassId\n"
@@ -245,17 +226,17 @@ def _of_videos(folder: Path, *names: str) -> Path:
         for k, name in enumerate(names)
     )
     head = "file,video,video_sha256,frame,left,top,picture_sha256,uid,key,occluded,ignore,score,state,source,note\n"
-    _file(folder, "crops.csv", head + rows)
+    text_file(folder, "crops.csv", head + rows)
     return folder
 
 
 def test_crops_tell_of_their_video(tmp_path: Path) -> None:
-    found = _read(_of_videos(tmp_path / "one", "other.mp4"), "gtsrb")
+    found = read(_of_videos(tmp_path / "one", "other.mp4"), "gtsrb")
     assert "speaks of other.mp4" in found.repaired[0]
     assert _one(found) == ([3], [[5, 6, 24, 25]])
     two = _of_videos(tmp_path / "two", "other.mp4", "rear-drive.mp4")
-    _refused(two, "gtsrb", "2 videos, none about drive.mp4", "other.mp4", "task=NAME")
-    assert _one(_read(two, "gtsrb", task="rear-drive"))[1] == [[15, 6, 34, 25]]
+    refused(two, "gtsrb", "2 videos, none about drive.mp4", "other.mp4", "task=NAME")
+    assert _one(read(two, "gtsrb", task="rear-drive"))[1] == [[15, 6, 34, 25]]
 
 
 # --------------------------------------------------------------------------------------------------------------- plain
@@ -271,12 +252,12 @@ def test_the_layouts_of_tables_are_those_of_the_engine(tmp_path: Path) -> None:
     assert read_results(tmp_path / "full" / "drive.csv").boxes[0].tolist() == [10, 20, 30.125, 50]
     assert read_clip_truth(tmp_path / "truth" / "drive.csv").frame.tolist() == [3, 4]
     for layout, uid in (("full", "m7"), ("results", "7"), ("truth", "7")):
-        assert set(tracks_of(_read(tmp_path / layout, "tracks-csv"))) == {uid}
+        assert set(tracks_of(read(tmp_path / layout, "tracks-csv"))) == {uid}
 
 
 def test_tables_of_somebody_else(tmp_path: Path) -> None:
-    path = _file(tmp_path, "det.csv", "Frame;Left;Top;Width;Height;Label;Confidence\n1;10;20;30;40;stop;0.5\n")
-    back = _read(path, "tracks-csv", first_frame="1")
+    path = text_file(tmp_path, "det.csv", "Frame;Left;Top;Width;Height;Label;Confidence\n1;10;20;30;40;stop;0.5\n")
+    back = read(path, "tracks-csv", first_frame="1")
     (track,) = tracks_of(back).values()
     assert (track.frames.tolist(), track.boxes.tolist()) == ([0], [[10, 20, 40, 60]])
     assert (track.label, track.score.tolist()) == (14, [0.5])
@@ -295,21 +276,21 @@ def test_tables_of_somebody_else(tmp_path: Path) -> None:
 )
 def test_the_box_columns_that_belong_together_count(tmp_path: Path, header: str, row: str, frame: int) -> None:
     frame = 0 if "bb_left" in header else frame
-    (track,) = tracks_of(_read(_file(tmp_path, "rows.csv", f"{header}\n{row}\n"), "tracks-csv")).values()
+    (track,) = tracks_of(read(text_file(tmp_path, "rows.csv", f"{header}\n{row}\n"), "tracks-csv")).values()
     assert (track.frames.tolist(), track.boxes.tolist()) == ([frame], [[100, 50, 160, 90]])
     assert (track.score is not None and track.score.tolist() == [0.9]) == (",0.9," in row)
 
 
 def test_frames_of_mots_names_can_be_said_otherwise(tmp_path: Path) -> None:
-    path = _file(tmp_path, "rows.csv", "frame,id,bb_left,bb_top,bb_width,bb_height\n1,1,100,50,60,40\n")
-    (track,) = tracks_of(_read(path, "tracks-csv", first_frame="0")).values()
+    path = text_file(tmp_path, "rows.csv", "frame,id,bb_left,bb_top,bb_width,bb_height\n1,1,100,50,60,40\n")
+    (track,) = tracks_of(read(path, "tracks-csv", first_frame="0")).values()
     assert track.frames.tolist() == [1]
 
 
 @pytest.mark.parametrize("header", ["frame,x,y,w,h,left,top,width,height", "frame,x,y,bb_left,bb_top,width,height,z,s"])
 def test_two_sets_of_box_columns_are_refused(tmp_path: Path, header: str) -> None:
-    path = _file(tmp_path, "rows.csv", f"{header}\n1,1,1,1,1,1,1,1,1\n")
-    _refused(path, "tracks-csv", "rows.csv, line 1", "more than one set", "Keep one")
+    path = text_file(tmp_path, "rows.csv", f"{header}\n1,1,1,1,1,1,1,1,1\n")
+    refused(path, "tracks-csv", "rows.csv, line 1", "more than one set", "Keep one")
 
 
 @pytest.mark.parametrize(
@@ -326,30 +307,30 @@ def test_two_sets_of_box_columns_are_refused(tmp_path: Path, header: str) -> Non
     ],
 )
 def test_tables_that_break_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
-    path = _file(tmp_path, "rows.csv", f"frame,track_id,x1,y1,x2,y2,class_id\n{row}\n")
-    _refused(path, "tracks-csv", "rows.csv", *words)
+    path = text_file(tmp_path, "rows.csv", f"frame,track_id,x1,y1,x2,y2,class_id\n{row}\n")
+    refused(path, "tracks-csv", "rows.csv", *words)
 
 
 def test_none_of_the_classes_is_said_and_an_empty_cell_says_nothing(tmp_path: Path) -> None:
-    path = _file(tmp_path, "rows.csv", "frame,track_id,x1,y1,x2,y2,class_id\n0,1,1,2,30,40,-1\n0,2,1,2,30,40,\n")
-    said, empty = tracks_of(_read(path, "tracks-csv")).values()
+    path = text_file(tmp_path, "rows.csv", "frame,track_id,x1,y1,x2,y2,class_id\n0,1,1,2,30,40,-1\n0,2,1,2,30,40,\n")
+    said, empty = tracks_of(read(path, "tracks-csv")).values()
     assert (said.label, said.silent) == (empty.label, None) == (-1, None)
     assert empty.silent is not None
     entries = [
         {"frame": 3, "id": 5, "class_id": -1, "box": [1, 2, 30, 40]},
         {"frame": 3, "id": 6, "box": [1, 2, 30, 40]},
     ]
-    path = _file(tmp_path, "rows.json", json.dumps(entries))
-    said, empty = tracks_of(_read(path, "tracks-json")).values()
+    path = text_file(tmp_path, "rows.json", json.dumps(entries))
+    said, empty = tracks_of(read(path, "tracks-json")).values()
     assert (said.label, said.silent) == (empty.label, None) == (-1, None)
     assert empty.silent is not None
 
 
 def test_a_table_without_boxes(tmp_path: Path) -> None:
-    _refused(_file(tmp_path, "rows.csv", "frame,speed\n0,1\n"), "tracks-csv", "rows.csv, line 1", "header")
+    refused(text_file(tmp_path, "rows.csv", "frame,speed\n0,1\n"), "tracks-csv", "rows.csv, line 1", "header")
     path = tmp_path / "latin.csv"
     path.write_bytes("frame,x1,y1,x2,y2,label\n0,1,2,30,40,Überholverbot\n".encode("latin-1"))
-    _refused(path, "tracks-csv", "latin.csv, line 2", "UTF-8")
+    refused(path, "tracks-csv", "latin.csv, line 2", "UTF-8")
 
 
 def test_cells_that_are_formulas(tmp_path: Path) -> None:
@@ -357,7 +338,7 @@ def test_cells_that_are_formulas(tmp_path: Path) -> None:
     options = ExportOptions(switches={"formulas": "quoted"})
     export_dataset(dataset, FORMATS["tracks-csv"], tmp_path / "out", options, zipped=False)
     assert ",'=1+1," in (tmp_path / "out" / "drive.csv").read_text()
-    assert set(tracks_of(_read(tmp_path / "out", "tracks-csv"))) == {"=1+1"}
+    assert set(tracks_of(read(tmp_path / "out", "tracks-csv"))) == {"=1+1"}
 
 
 @pytest.mark.parametrize(
@@ -370,7 +351,7 @@ def test_cells_that_are_formulas(tmp_path: Path) -> None:
     ],
 )
 def test_json_of_somebody_else(tmp_path: Path, content: object) -> None:
-    back = _read(_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json")
+    back = read(text_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json")
     track = tracks_of(back)["5"]
     assert (track.frames.tolist(), track.boxes.tolist(), track.label) == ([3], [[1, 2, 30, 40]], 14)
 
@@ -380,10 +361,10 @@ def test_detections_are_linked_or_not(tmp_path: Path) -> None:
         {"frame": k, "box": [10 + 2 * k, 10, 40 + 2 * k, 40], "class": "stop", "score": 0.5} for k in (0, 1, 2, 5, 20)
     ]
     other = [{"frame": k, "box": [300, 10, 330, 40], "class": "yield"} for k in range(3)]
-    path = _file(tmp_path, "mine.json", json.dumps({"detections": [*moving, *other]}))
-    linked = tracks_of(_read(path, "tracks-json"))
+    path = text_file(tmp_path, "mine.json", json.dumps({"detections": [*moving, *other]}))
+    linked = tracks_of(read(path, "tracks-json"))
     assert sorted(track.frames.tolist() for track in linked.values()) == [[0, 1, 2], [0, 1, 2, 5], [20]]
-    assert len(tracks_of(_read(path, "tracks-json", link="none"))) == 8
+    assert len(tracks_of(read(path, "tracks-json", link="none"))) == 8
 
 
 @pytest.mark.parametrize(
@@ -403,13 +384,13 @@ def test_detections_are_linked_or_not(tmp_path: Path) -> None:
     ],
 )
 def test_json_that_breaks_a_rule(tmp_path: Path, content: object, words: tuple[str, ...]) -> None:
-    _refused(_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json", "mine.json", *words)
+    refused(text_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json", "mine.json", *words)
 
 
 def test_the_table_of_track_has_log_odds_for_scores(tmp_path: Path) -> None:
     head = "frame,track_id,x1,y1,x2,y2,class_id,score,source"
     rows = ["0,1,5,5,15,15,14,-1.0827,detected", "1,1,6,5,16,15,14,900,relocalised", "2,1,7,5,17,15,14,0,predicted"]
-    (track,) = tracks_of(_read(_file(tmp_path, "rows.csv", "\n".join([head, *rows])), "tracks-csv")).values()
+    (track,) = tracks_of(read(text_file(tmp_path, "rows.csv", "\n".join([head, *rows])), "tracks-csv")).values()
     np.testing.assert_allclose(track.score, [0.25298, 1.0, 0.5], atol=1e-4)
-    other = _file(tmp_path, "others.csv", "\n".join([head, rows[0].replace("detected", "sort")]))
-    _refused(other, "tracks-csv", "others.csv, line 2", "score -1.0827 must be in 0 to 1")
+    other = text_file(tmp_path, "others.csv", "\n".join([head, rows[0].replace("detected", "sort")]))
+    refused(other, "tracks-csv", "others.csv, line 2", "score -1.0827 must be in 0 to 1")

@@ -177,6 +177,6 @@ def test_a_row_that_breaks_a_rule_is_refused(
     text = (TARGET.with_suffix(".csv")).read_text(encoding="utf-8")
     assert change[0] in text
     (tmp_path / "vienna.csv").write_text(text.replace(*change), encoding="utf-8")
-    monkeypatch.setattr(making, "_SETS", tmp_path)
+    monkeypatch.setattr(making, "SETS", tmp_path)
     with pytest.raises(ValueError, match=reported):
         make_vienna()

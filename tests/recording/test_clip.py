@@ -17,7 +17,7 @@ from tsr_engine.errors import VideoError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 from tsr_engine.recording import RecordingRequest, groups, transcode, write_recording
-from tsr_engine.recording.clip import _choose, cut_clip
+from tsr_engine.recording.clip import cut_clip, packets_of
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.sink import video_stamps
 from tsr_engine.recording.stored import frames_of
@@ -118,7 +118,7 @@ def test_pictures_that_are_encoded_anew_keep_their_numbers_and_times(
         frames = frames_of(reader, 7, 40)
     with av.open(video.path) as container:
         stream = container.streams.video[0]
-        packets = _choose(container, stream, frames.pts)
+        packets = packets_of(container, stream, frames.pts)
         data = transcode.encode_packets(stream, packets, frames.pts, 60_000)
         other = transcode.encode_packets(stream, packets, frames.pts + 1, 60_000)
     assert data is not None
@@ -134,7 +134,7 @@ def test_300_frames_of_720p_are_five_megabytes_whatever_the_video_takes(
     threads: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Changing noise is the worst that can be. Scaled down to a 16th of the area."""
-    monkeypatch.setattr(transcode, "_threads", lambda: threads)
+    monkeypatch.setattr(transcode, "encoder_threads", lambda: threads)
     path, count = tmp_path / "noise.mp4", 60
     rng = np.random.default_rng(1)
     with av.open(path, "w") as out:

@@ -131,8 +131,8 @@ def test_bridge_takes_the_light(town: Drive) -> None:
     assert town.bridge is not None
     rendered = Renderer(town, SIZE, 25, 1)
     middle = town.path.point((town.bridge[0] + town.bridge[1]) / 2, 0.0)
-    assert rendered._lit(middle) == (0.0, 0.16)
-    assert rendered._lit(town.path.point(town.bridge[0] - 60, 0.0)) == (1.0, 1.0)
+    assert rendered.light_at(middle) == (0.0, 0.16)
+    assert rendered.light_at(town.path.point(town.bridge[0] - 60, 0.0)) == (1.0, 1.0)
 
 
 def test_all_classes_come_in_a_long_drive() -> None:

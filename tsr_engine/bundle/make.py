@@ -6,7 +6,6 @@ import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tsr_engine.bundle.clip import Clip, cut_clip
 from tsr_engine.bundle.judge import Finding, judge
@@ -49,11 +48,9 @@ from tsr_engine.io.opened_file import named
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.pipeline import ResultStream
+from tsr_engine.recording import RecordingRequest, write_recording
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["BundleReport", "BundleRequest", "make_bundle"]
 
@@ -194,8 +191,6 @@ class _Maker:
         if not request.recording:
             return "not asked for."
         try:
-            from tsr_engine.recording import RecordingRequest, write_recording
-
             write_recording(
                 RecordingRequest(
                     request.evidence,

@@ -13,9 +13,9 @@ from tsr_engine.cli.common import JsonOption, ModelsOption, print_json, say
 from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
 
-__all__ = ["classify"]
+__all__ = ["BATCH", "classify"]
 
-_BATCH = 256
+BATCH = 256
 
 
 def classify(
@@ -56,8 +56,8 @@ def classify(
         progress_bar("classifying", "crops") as show,
     ):
         out.write("filename,class_id,probability\n")
-        for first in range(0, len(items), _BATCH):
-            batch = items[first : first + _BATCH]
+        for first in range(0, len(items), BATCH):
+            batch = items[first : first + BATCH]
             names, crops, truth = [], [], []
             for root, item in batch:
                 try:

@@ -24,14 +24,14 @@ Status = Literal["ok", "warning", "missing"]
 
 _PYTHON = (3, 11)
 _COMPONENTS = ("detector", "prior", "classifier")
-_CODECS: tuple[tuple[str, str, Status], ...] = (
+CODECS: tuple[tuple[str, str, Status], ...] = (
     ("h264", "r", "missing"),
     ("libx264", "w", "missing"),
     ("hevc", "r", "warning"),
     ("vp9", "r", "warning"),
     ("mjpeg", "r", "warning"),
 )
-_WANTED_MEMORY = 2.0
+WANTED_MEMORY = 2.0
 _REINSTALL = "pip install --force-reinstall tsr"
 
 
@@ -124,7 +124,7 @@ def _codecs() -> Iterator[Check]:
     except ImportError as error:
         yield Check("codecs", "missing", str(error), "pip install --force-reinstall av")
         return
-    for codec, mode, otherwise in _CODECS:
+    for codec, mode, otherwise in CODECS:
         purpose = "decode" if mode == "r" else "encode"
         try:
             av.Codec(codec, mode)
@@ -148,9 +148,9 @@ def _memory() -> Check:
     except (OSError, IndexError, ValueError):
         return Check("memory", "ok", "unknown on this system")
     found = f"{available:.1f} GiB available"
-    if available >= _WANTED_MEMORY:
+    if available >= WANTED_MEMORY:
         return Check("memory", "ok", found)
-    return Check("memory", "warning", found, f"Close other programs until {_WANTED_MEMORY:.0f} GiB are free.")
+    return Check("memory", "warning", found, f"Close other programs until {WANTED_MEMORY:.0f} GiB are free.")
 
 
 def _numba_cache() -> Check:

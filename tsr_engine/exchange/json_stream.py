@@ -12,13 +12,13 @@ from typing import Any, BinaryIO
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, refuse
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["OPENED", "heads", "members"]
+__all__ = ["CHUNK", "OPENED", "heads", "members"]
 
 Member = tuple[str, int | None, Any]
 """Key, place in its list, and value; see ``members``."""
 OPENED = 0
 """The place that is informed when a list begins; its elements count from 1."""
-_CHUNK = 4 << 20
+CHUNK = 4 << 20
 _AFTER = frozenset(" \t\n\r,:]}")
 _SPACE = re.compile(r"[ \t\n\r]*")
 
@@ -179,7 +179,7 @@ class _Text:
         """Read on, and let go of what was passed; a value that does not fit makes the steps longer."""
         self._before = self.line
         rest = self._buffer[self._at :]
-        content = self._stream.read(max(_CHUNK, len(rest)))
+        content = self._stream.read(max(CHUNK, len(rest)))
         if not self._newlines and content.startswith((b"\xff\xfe", b"\xfe\xff")) and not rest:
             raise refuse(self.file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
         self._end = not content

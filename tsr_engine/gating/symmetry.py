@@ -74,7 +74,7 @@ class SymmetryDetector:
 
     def __init__(self, size: int = 48, contrast: float = 0.003, layers: int = 3, features: int = 80) -> None:
         self.size = size
-        self._sift = cv2.SIFT.create(
+        self.sift = cv2.SIFT.create(
             nfeatures=features,
             nOctaveLayers=layers,
             contrastThreshold=contrast,
@@ -96,12 +96,12 @@ class SymmetryDetector:
         shrinks = min(height, width) > self.size
         way = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
         grey = cv2.resize(grey, (self.size, self.size), interpolation=way)
-        keypoints, descriptors = self._sift.detectAndCompute(grey, None)
+        keypoints, descriptors = self.sift.detectAndCompute(grey, None)
         if len(keypoints) < 2:
             return _none(len(keypoints))
         points = np.array([(*k.pt, k.size, np.deg2rad(k.angle)) for k in keypoints], dtype=np.float64)
         points[:, :2] -= (self.size - 1) / 2
-        similarity = _similarity(descriptors)
+        similarity = similarities(descriptors)
         angle, offset, magnitude, partner, agreement = _strongest_axis(points, similarity, float(self.size))
         support = np.flatnonzero(partner >= 0)
         scale = np.array([width, height]) / self.size
@@ -117,7 +117,7 @@ def _none(features: int) -> Symmetry:
     return Symmetry(0.0, 0.0, 0.0, np.zeros((0, 4)), np.zeros(0), features)
 
 
-def _similarity(descriptors: NDArray[np.generic]) -> FloatArray:
+def similarities(descriptors: NDArray[np.generic]) -> FloatArray:
     """How well each feature, mirrored, looks like each other: shape (n, n), in [0, 1], symmetric.
 
     Args:

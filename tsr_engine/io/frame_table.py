@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import InputError
-from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 FORMAT = 1
 APART = 32
@@ -64,7 +63,10 @@ class FrameTable:
         return len(self.pts)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, FrameTable) and self.to_dict() == other.to_dict()
+        if not isinstance(other, FrameTable):
+            return False
+        theirs = other.to_arrays()
+        return all(np.array_equal(values, theirs[name]) for name, values in self.to_arrays().items())
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -117,40 +119,6 @@ class FrameTable:
             )
         except (KeyError, TypeError, ValueError, OverflowError, ZeroDivisionError) as error:
             raise InputError(f"The frame table is damaged: {error}. Import the video again.") from None
-
-    def to_dict(self) -> JsonObject:
-        """The table as plain JSON values; key and corrupt frames are listed by ordinal."""
-        content: JsonObject = {
-            "format": FORMAT,
-            "time_base": [self.time_base.numerator, self.time_base.denominator],
-            "confirmed": self.confirmed,
-            "complete": self.complete,
-            "pts": self.pts.tolist(),
-            "key": np.flatnonzero(self.key).tolist(),
-            "corrupt": np.flatnonzero(self.corrupt).tolist(),
-        }
-        if not np.array_equal(self.pts, self.stamps):
-            content["stamps"] = self.stamps.tolist()
-        return content
-
-    @classmethod
-    def from_dict(cls, content: JsonMapping) -> FrameTable:
-        """The inverse of ``to_dict``.
-
-        Raises:
-            InputError: values are missing, contradict each other or are of another format.
-        """
-        try:
-            pts = np.array(content["pts"], dtype=np.int64)
-            flags = {}
-            for name in ("key", "corrupt"):
-                flags[name] = np.zeros(len(pts), dtype=np.bool_)
-                flags[name][np.array(content[name], dtype=np.int64)] = True
-            header = [content["format"], *content["time_base"], content["confirmed"], content["complete"]]
-            arrays = {"header": np.array(header, dtype=np.int64), "pts": pts, "stamps": content.get("stamps", pts)}
-        except (KeyError, IndexError, TypeError, ValueError, OverflowError) as error:
-            raise InputError(f"The frame table is damaged: {error!r}. Import the video again.") from None
-        return cls.from_arrays(arrays | flags)
 
 
 class FrameLedger:

@@ -41,7 +41,7 @@ from tsr_engine.version import __version__
 
 FORMAT = 2
 MANIFEST = "manifest.json"
-_MOST_BYTES = 1 << 30
+MOST_BYTES = 1 << 30
 """What one component may unfold to, in memory too; the largest that ships holds 13 MB."""
 UNREADABLE = (
     *(ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error, OSError),
@@ -113,8 +113,8 @@ def _arrays(content: bytes) -> dict[str, NDArray[np.generic]]:
     """
     with np.load(io.BytesIO(content), allow_pickle=False) as archive:
         unfolded = sum(member.file_size for member in archive.zip.infolist())
-        if unfolded > _MOST_BYTES:
-            raise ValueError(f"it unfolds to {unfolded} bytes, allowed are {_MOST_BYTES}")
+        if unfolded > MOST_BYTES:
+            raise ValueError(f"it unfolds to {unfolded} bytes, allowed are {MOST_BYTES}")
         return {key: archive[key] for key in archive.files}
 
 

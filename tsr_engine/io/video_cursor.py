@@ -70,7 +70,7 @@ class Cursor:
             VideoError: the frame is not the one in the ledger.
         """
         try:
-            return self._step()
+            return self.step()
         except _MismatchError:
             raise self._other_file() from None
 
@@ -94,7 +94,8 @@ class Cursor:
                 return None
         return self._current
 
-    def _step(self) -> Decoded | None:
+    def step(self) -> Decoded | None:
+        """Decode the next picture; None: there is none."""
         decoded = next(self._pictures, None)
         if decoded is None:
             if not self._ledger.finish(self.position + 1):
@@ -157,7 +158,7 @@ class Cursor:
         self.position, self._current = start, decoded
         try:
             while self.position < k:
-                if self._step() is None:
+                if self.step() is None:
                     return False
         except _MismatchError:
             return False

@@ -239,7 +239,7 @@ class Decoder:
     def _decoded(self) -> Iterator[Decoded]:
         for packet in self._stamped():
             self._begun |= bool(packet.size and packet.is_keyframe)
-            for raw in self._decode(packet):
+            for raw in self.decode(packet):
                 self._begun = True
                 if raw.pts is None:
                     self.failed += 1
@@ -304,7 +304,8 @@ class Decoder:
                 return
         yield av.Packet()
 
-    def _decode(self, packet: av.Packet) -> list[av.VideoFrame]:
+    def decode(self, packet: av.Packet) -> list[av.VideoFrame]:
+        """Pictures that a packet completes; an empty packet asks for the last ones."""
         try:
             return list(self.stream.codec_context.decode(packet if packet.size else None))
         except EOFError:

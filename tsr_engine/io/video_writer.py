@@ -21,7 +21,7 @@ _TICKS = 90_000
 _STORAGE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM)
 # MP4 has 32 bits with sign for how far a picture's time lies behind its place in the file, which is up to four pictures
 # further on where pictures are predicted from later ones.
-_LONGEST_GAP = 2**28
+LONGEST_GAP = 2**28
 
 
 class VideoWriter:
@@ -145,13 +145,13 @@ class VideoWriter:
         if not self.shortened:
             return ()
         gaps = "1 gap" if self.shortened == 1 else f"{self.shortened} gaps"
-        most = _LONGEST_GAP // _TICKS // 60
+        most = LONGEST_GAP // _TICKS // 60
         return (f"{self.path.name} has {gaps} in time cut to {most} minutes, which is what an MP4 can hold.",)
 
     def _tick(self, wanted: int) -> int:
         """When a picture is shown, of one that is wanted at ``wanted``; in ticks after the first picture."""
         tick = max(self._last_tick + 1, wanted - self._left_out)
-        over = tick - self._last_tick - _LONGEST_GAP
+        over = tick - self._last_tick - LONGEST_GAP
         if self.frames and over > 0:
             self.shortened += 1
             self._left_out += over

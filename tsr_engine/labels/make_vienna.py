@@ -13,10 +13,10 @@ from pathlib import Path
 from tsr_engine.labels.files import save_set, shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
-__all__ = ["TARGET", "make_vienna"]
+__all__ = ["SETS", "TARGET", "make_vienna"]
 
-_SETS = Path(str(resources.files("tsr_engine.labels"))) / "sets"
-TARGET = _SETS / "vienna.json"
+SETS = Path(str(resources.files("tsr_engine.labels"))) / "sets"
+TARGET = SETS / "vienna.json"
 """The file that ships."""
 
 TEMPORARY = Attribute(name="temporary", kind="checkbox", default=False)
@@ -33,7 +33,7 @@ def make_vienna() -> LabelSet:
     """
     known = {label.id: label for label in shipped_set("gtsrb-43")}
     labels = []
-    with (_SETS / "vienna.csv").open(encoding="utf-8", newline="") as file:
+    with (SETS / "vienna.csv").open(encoding="utf-8", newline="") as file:
         for number, row in enumerate(csv.DictReader(file)):
             if row["id"] != str(number):
                 raise ValueError(f"vienna.csv: the row of {row['key']!r} has id {row['id']}, but {number} is next")

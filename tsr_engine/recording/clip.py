@@ -28,7 +28,7 @@ from tsr_engine.io.video_probe import open_container, reason
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.transcode import allowance, encode_frames, encode_packets
 
-__all__ = ["MOST_BYTES", "STORABLE", "Clip", "cut_clip"]
+__all__ = ["MOST_BYTES", "STORABLE", "Clip", "cut_clip", "packets_of"]
 
 STORABLE: Final = frozenset({"h264", "hevc", "av1", "vp9"})
 """Codecs that a viewer plays out of an MP4 file."""
@@ -115,7 +115,7 @@ def _packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool
             raise UnfitPackets(f"viewers do not play {codec}")
         if _orientation(container, stream) != Orientation():
             raise UnfitPackets("the picture is stored rotated")
-        chosen = _choose(container, stream, frames.pts)
+        chosen = packets_of(container, stream, frames.pts)
         size = sum(packet.size for packet in chosen)
         _check_size(path, size)
         pts = times_of(chosen)
@@ -147,7 +147,7 @@ def _orientation(container: InputContainer, stream: av.VideoStream) -> Orientati
     return Orientation()
 
 
-def _choose(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
+def packets_of(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
     """Packets in decoding order from the last key frame before the first wanted picture to the last one needed."""
     base = Fraction(stream.time_base)
     for back in _EARLIER:

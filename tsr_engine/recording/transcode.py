@@ -22,7 +22,7 @@ from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.groups import GroupEncoder
 
-__all__ = ["FRAME_BYTES", "USUAL_FRAMES", "allowance", "encode_frames", "encode_packets"]
+__all__ = ["FRAME_BYTES", "USUAL_FRAMES", "allowance", "encode_frames", "encode_packets", "encoder_threads"]
 
 Ints = NDArray[np.int64]
 
@@ -63,13 +63,13 @@ def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted:
     start, target = left[-1], BytesIO()
     with av.open(target, "w", format="mp4", options={"use_editlist": "0"}) as out:
         made: GroupEncoder | None = None
-        for picture in _decoded(stream.codec_context, packets, _threads()):
+        for picture in _decoded(stream.codec_context, packets, encoder_threads()):
             if not left or picture.pts != left[-1]:
                 continue  # only leads in
             if made is None:
                 if picture.width % 2 or picture.height % 2:
                     return None
-                made = GroupEncoder(out, picture, stream.time_base, len(left), budget, _threads())
+                made = GroupEncoder(out, picture, stream.time_base, len(left), budget, encoder_threads())
             elif (picture.width, picture.height) != made.size:
                 return None
             left.pop()
@@ -104,7 +104,7 @@ def _decoded(context: av.VideoCodecContext, packets: Sequence[av.Packet], thread
             yield from one.result()
 
 
-def _threads() -> int:
+def encoder_threads() -> int:
     """For each of decoder and encoder. More for one of them, on two cores, only makes both wait for each other."""
     return max(1, min(_MOST_CORES, usable_cores()) // 2)
 

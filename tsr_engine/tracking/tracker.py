@@ -199,7 +199,7 @@ class Tracker:
                 track.score = floor + (track.score - floor) * self._params.score_decay
             if track.state == "tentative" and track.may_confirm(self._params):
                 track.state = "confirmed"
-                events.append(_confirmed(track, self._params.confirm_window))
+                events.append(confirmed_event(track, self._params.confirm_window))
             elif track.missed == 1 and track.state == "confirmed":
                 text = f"Track {track.track_id} has neither a detection nor a sure relocalisation and is predicted."
                 events.append(Event("missed", track.track_id, text))
@@ -319,7 +319,7 @@ class Tracker:
             events.append(Event("born", track.track_id, text, {"score": score, "frame": ordinal}))
             if track.may_confirm(self._params):
                 track.state = "confirmed"
-                events.append(_confirmed(track, self._params.confirm_window))
+                events.append(confirmed_event(track, self._params.confirm_window))
         return events
 
     def _is_second_view(self, box: FloatArray) -> bool:
@@ -334,7 +334,7 @@ class Tracker:
         return False
 
 
-def _confirmed(track: Track, window: int) -> Event:
+def confirmed_event(track: Track, window: int) -> Event:
     """``window``: frames in which the detections must fall that count; the value ``frames`` is the track's age."""
     hits, age = len(track.recent), track.age + 1
     values = {"hits": hits, "frames": age, "since": track.born}

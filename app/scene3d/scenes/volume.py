@@ -43,15 +43,15 @@ class VolumeScene:
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
         self._root = stage.scene.add_frame("/volume", show_axes=False)
-        self._volume = Volume(stage.data.width, stage.data.height, 0.0, 1.0)
-        self._around = (0, -1)
+        self.volume = Volume(stage.data.width, stage.data.height, 0.0, 1.0)
+        self.around = (0, -1)
         self._paint: Paint | None = None
         self._fixed: list[viser.SceneNodeHandle] = []
         self._plane: viser.ImageHandle | None = None
         self._outline: viser.LineSegmentsHandle | None = None
         self._now = 0.0
         self._label: viser.LabelHandle | None = None
-        self._beads: viser.BatchedMeshHandle | None = None
+        self.beads: viser.BatchedMeshHandle | None = None
         self._turn = 0
         self._chosen: list[viser.SceneNodeHandle] = []
         self._left_out = 0
@@ -64,11 +64,11 @@ class VolumeScene:
         """Bring the scene up to date; within the stretch that is shown only the cursor's parts are sent."""
         data = self._stage.data
         around = self._stretch(view_state)
-        anew = before is None or around != self._around or view_state.colour != before.colour
+        anew = before is None or around != self.around or view_state.colour != before.colour
         if anew:
-            self._around = around
+            self.around = around
             first, last = data.seconds(np.array(around))
-            self._volume = Volume(data.width, data.height, float(first), float(last), depth=12.0)
+            self.volume = Volume(data.width, data.height, float(first), float(last), depth=12.0)
             self._paint = paint(
                 view_state.colour, data.track, data.class_id, data.source, data.verdict, data.sign_names
             )
@@ -79,7 +79,7 @@ class VolumeScene:
             self._draw_beads(view_state)
             self._draw_selected(view_state)
         assert self._paint is not None
-        deep = self._volume.depth
+        deep = self.volume.depth
         return Look(
             position=(-0.86 * deep, -0.96 * deep, 0.55 * deep),
             look_at=(0.0, 0.0, -0.7),
@@ -113,7 +113,7 @@ class VolumeScene:
 
     def _within(self) -> NDArray[np.bool_]:
         frame = self._stage.data.frame
-        return np.asarray((frame >= self._around[0]) & (frame <= self._around[1]))
+        return np.asarray((frame >= self.around[0]) & (frame <= self.around[1]))
 
     # ------------------------------------------------------------------------------------------- lines and axes
 
@@ -121,7 +121,7 @@ class VolumeScene:
         drop(*self._fixed)
         self._fixed = []
         assert self._paint is not None
-        data, volume = self._stage.data, self._volume
+        data, volume = self._stage.data, self.volume
         rows = np.flatnonzero(self._within())
         points = volume.places(data.boxes[rows], data.seconds(data.frame[rows]))
         strand, ink = strands(data.track[rows], data.frame[rows]), self._paint.rows[rows]
@@ -145,7 +145,7 @@ class VolumeScene:
         self._fixed += handles
 
     def _draw_box(self) -> None:
-        volume = self._volume
+        volume = self.volume
         w, h, d = volume.half_width, volume.size / 2, volume.depth / 2
         corners = np.array([[x, y, z] for x in (-w, w) for y in (-d, d) for z in (-h, h)])
         pairs = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
@@ -160,7 +160,7 @@ class VolumeScene:
         )
 
     def _draw_ticks(self) -> None:
-        volume, scene = self._volume, self._stage.scene
+        volume, scene = self.volume, self._stage.scene
         w, h = volume.half_width, volume.size / 2
         step = nice_step(volume.last - volume.first, 8)
         moments = np.arange(np.ceil(volume.first / step - 1e-9), np.floor(volume.last / step + 1e-9) + 1) * step
@@ -182,7 +182,7 @@ class VolumeScene:
 
     def show(self, picture: Image | None) -> None:
         """Stand the picture up at its time."""
-        volume = self._volume
+        volume = self.volume
         if picture is None:
             if self._plane is not None:
                 self._plane.visible = False
@@ -196,7 +196,7 @@ class VolumeScene:
 
     def _draw_now(self, frame: int) -> None:
         """The outline of the present frame, and which one it is."""
-        volume, scene = self._volume, self._stage.scene
+        volume, scene = self.volume, self._stage.scene
         at = float(self._stage.data.seconds(frame))
         self._now = float(volume.along(at))
         w, h = volume.half_width, volume.size / 2
@@ -225,26 +225,26 @@ class VolumeScene:
             data.frame[within], data.track[within], view_state.frame, reach, always, MOST_BEADS
         )
         rows = within[found]
-        drop(self._beads)
-        self._beads = None
+        drop(self.beads)
+        self.beads = None
         if not len(rows):
             return
         # A click names the node: one on blocks that have been replaced meanwhile must not meet those in their place.
         self._turn = (self._turn + 1) % 32
         places, sizes = bead_places(
-            self._volume, data.boxes[rows], data.seconds(data.frame[rows]), data.interval, LEAST_SIDE
+            self.volume, data.boxes[rows], data.seconds(data.frame[rows]), data.interval, LEAST_SIDE
         )
         ink = self._paint.rows[rows].astype(np.float64)
         if chosen is not None:
             mine = data.track[rows] == chosen
             ink[mine] = ink[mine] * 0.45 + 255 * 0.55
-        self._beads = self._stage.scene.add_batched_meshes_simple(
+        self.beads = self._stage.scene.add_batched_meshes_simple(
             f"/volume/beads{self._turn}", _CORNERS, _FACES, np.tile([1.0, 0.0, 0.0, 0.0], (len(rows), 1)), places,
             batched_scales=sizes.astype(np.float32), batched_colors=linear(ink), lod="off",
             flat_shading=True, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
 
-        @self._beads.on_click  # type: ignore[untyped-decorator]
+        @self.beads.on_click  # type: ignore[untyped-decorator]
         def _(event: viser.SceneNodePointerEvent[viser.BatchedMeshHandle]) -> None:
             i = event.instance_index
             if i is not None and 0 <= i < len(rows):
@@ -258,7 +258,7 @@ class VolumeScene:
         rows = np.flatnonzero(self._within() & (data.track == chosen)) if chosen is not None else np.zeros(0, np.int64)
         if chosen is None or not len(rows):
             return
-        points = self._volume.places(data.boxes[rows], data.seconds(data.frame[rows]))
+        points = self.volume.places(data.boxes[rows], data.seconds(data.frame[rows]))
         if len(rows) > 1:
             segments = np.stack([points[:-1], points[1:]], axis=1)
             self._chosen.append(

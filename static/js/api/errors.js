@@ -48,7 +48,7 @@ export function errorOfAnswer(status, text) {
   return new ApiError(
     status,
     'bad_answer',
-    `The server answered ${status} without saying why. Try again; if it stays, look at the terminal where it runs.`,
+    `The server answered ${status} without saying why. Try again. If it keeps failing, look at the terminal in which the server runs.`,
   );
 }
 

@@ -49,7 +49,7 @@ export function upload(url, file, { onProgress, signal, method = 'PUT', request 
       onProgress?.(event.loaded, file.size);
     });
     request.upload.addEventListener('load', () =>
-      wait(ANSWER, 'The server has not answered for half an hour. Reload the page and see what is there.'),
+      wait(ANSWER, 'The server has not answered for half an hour. Reload the page to see what has arrived.'),
     );
     request.addEventListener('load', () => {
       if (request.status < 200 || request.status >= 300) {

@@ -80,7 +80,7 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
     if (op_id !== '') return next;
     if (nextOf(work.line, name) === UNKNOWN) await refresh();
     const about = nextOf(work.line, name);
-    if (about === UNKNOWN) throw new ApiError(0, 'offline', 'The server did not say what is next.');
+    if (about === UNKNOWN) throw new ApiError(0, 'offline', 'The server did not say what comes next.');
     return about && { ...next, command: { name, op_id: about.op_id }, about };
   }
 

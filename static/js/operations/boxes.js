@@ -117,7 +117,7 @@ export const boxes = [
     keys: ['K'],
     icon: 'key',
     group: GROUP,
-    tooltip: 'Keep this box, or let it go; where the track has no box, its nearest one is carried here (K)',
+    tooltip: 'Keep this box, or release it. If the track has no box here, its nearest one is copied (K)',
     disabled: needsBoxes,
     run: (app) => {
       setKeyFrame(app);

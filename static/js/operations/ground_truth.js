@@ -79,7 +79,7 @@ export const groundTruth = [
     group: GROUP,
     available: isShown,
     disabled: needsTruthBox,
-    tooltip: 'The track that the box lies on gets it; else it becomes a new track (Shift+Y)',
+    tooltip: 'The box goes to the track that it lies on, or becomes a new track (Shift+Y)',
     run: takeBox,
   }),
   operation({

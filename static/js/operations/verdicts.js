@@ -111,7 +111,7 @@ export const verdicts = [
     label: 'False positive, go to the next',
     short: 'False positive',
     keys: ['X'],
-    tooltip: 'The track is no sign: it counts nowhere, and a retraining takes its places for background. Then the next (X)',
+    tooltip: 'The track is no sign: it is not counted, and a retraining uses its places as background. Then the next (X)',
     icon: 'reject',
     group: GROUP,
     disabled: needsTrack,
@@ -166,7 +166,7 @@ export const verdicts = [
     icon: 'ignore',
     group: GROUP,
     disabled: needsTrack,
-    tooltip: 'Neither a sign nor background: comparisons leave the track out, and no training learns from it (U)',
+    tooltip: 'Neither a sign nor background: comparisons and training ignore the track (U)',
     run: (app) => {
       const { review } = app.store.get();
       editSelected(app, { name: 'ignore', value: !(review?.selected && review.docs[review.selected]?.ignore) });

@@ -123,7 +123,7 @@ export const view = [
     label: 'Carry over corrections of an earlier run',
     keys: [],
     group: 'History',
-    tooltip: 'Each is found again in this run, left out where this run shows it by itself, or told as a conflict',
+    tooltip: 'Each is found in this run, skipped if this run shows it already, or reported as a conflict',
     disabled: (state) => (state.review?.earlier ? null : 'No earlier run has corrections that this one lacks.'),
     run: (app) =>
       app.store.dispatch((state) => {

@@ -125,11 +125,7 @@ function stateOf(video, runs) {
   const lines = [];
   if (video.missing) {
     lines.push(
-      message(
-        'warn',
-        'The file is not where it was. Put it back, or add it from its new place: runs and corrections stay with it.',
-        video.path,
-      ),
+      message('warn', 'The file is missing. Put it back, or add it from its new place; runs and corrections are kept.', video.path),
     );
   }
   if (video.state === 'importing') {

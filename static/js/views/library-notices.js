@@ -10,7 +10,7 @@ export const noVideo = (addVideo, upload) =>
   emptyState({
     icon: 'film',
     title: 'No video yet',
-    text: 'Add one that lies on this machine, upload one, or drop files anywhere on this page. Nothing leaves this machine.',
+    text: 'Add a video from this machine, upload one, or drop files anywhere on this page. Nothing leaves this machine.',
     actions: [
       h('button', { class: 'btn btn-primary', type: 'button', onclick: addVideo }, icon('folder'), 'Add from folder'),
       h('button', { class: 'btn', type: 'button', onclick: upload }, icon('upload'), 'Upload'),

@@ -108,7 +108,7 @@ export function startLive(app, hooks = {}) {
         tone: 'error',
         ...(people && { action: { label: 'Sign in', operation: 'sign-in' } }),
         text: people
-          ? 'You are signed out. What is not saved yet is kept in this browser until you sign in again.'
+          ? 'You are signed out. Unsaved changes are kept in this browser until you sign in again.'
           : `${why.message} Nothing that is in this page is lost until you close it.`,
       }),
     );

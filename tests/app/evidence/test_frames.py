@@ -194,7 +194,7 @@ def test_the_explaining_process_comes_back_when_it_was_killed(home: Any) -> None
     lane = home.evidence.track(home.run_id, track)
     frame = next(k for k, value in zip(lane.frame, lane.l_positive, strict=True) if value is not None)
     before = home.pixels.explain(home.run_id, track, frame)
-    home.pixels._explainer._process.kill()
+    home.pixels.explainer.process.kill()
     assert home.pixels.explain(home.run_id, track, frame) == before
 
 
@@ -204,7 +204,7 @@ def test_the_explaining_process_ends_when_nobody_asks(home: Any) -> None:
     asker = Explainer(idle=0.1)
     folder = str(home.folder)
     assert asker.ask(Question(folder, folder, "", 999, 20)) is None
-    until(lambda: asker._process is None)
+    until(lambda: asker.process is None)
     asker.close()
 
 

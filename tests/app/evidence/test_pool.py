@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from app.evidence.pool import ReaderPool
+from tsr_engine.evidence.reader import EvidenceReader
 
 
 def test_a_reader_serves_one_request_after_the_other(home: Any) -> None:
@@ -37,23 +38,23 @@ def test_a_replaced_store_is_opened_anew(home: Any, tmp_path: Path) -> None:
 
 def test_few_readers_are_kept(home: Any, tmp_path: Path) -> None:
     pool = ReaderPool(runs=2, idle=1)
-    folders = []
-    for name in "abc":
-        folders.append(tmp_path / name)
-        shutil.copytree(home.folder, folders[-1])
-        with pool.reading(folders[-1]), pool.reading(folders[-1]):
-            pass
-    assert [len(pool._kept[folder]) for folder in folders[1:]] == [1, 1]
-    assert folders[0] not in pool._kept
+    folders = [shutil.copytree(home.folder, tmp_path / name) for name in "abc"]
+
+    def two_readers(folder: Path) -> set[EvidenceReader]:
+        with pool.reading(folder) as first, pool.reading(folder) as second:
+            return {first, second}
+
+    before = [two_readers(folder) for folder in folders]
+    assert [len(before[k] & two_readers(folders[k])) for k in (1, 2, 0)] == [1, 1, 0]
     pool.close()
-    assert not pool._kept
 
 
 def test_a_reader_that_failed_is_not_kept(home: Any) -> None:
     pool = ReaderPool()
-    with pytest.raises(KeyError), pool.reading(home.folder):
+    with pytest.raises(KeyError), pool.reading(home.folder) as failed:
         raise KeyError
-    assert not pool._kept.get(home.folder)
+    with pool.reading(home.folder) as another:
+        assert another is not failed
     pool.close()
 
 

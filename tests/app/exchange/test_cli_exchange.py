@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.cli.home import describe_choice, open_home, run_named
 from app.cli.main import run as tsr
-from app.exchange.home import describe_choice, open_home, run_named
 from app.settings import DATABASE_FILE, MAKE_HOME
 from app.storage.models import Run
 from tests.app.exchange.exchange_desk import Desk, assert_same_track, visible

@@ -243,7 +243,7 @@ def test_an_export_that_has_not_begun_is_cancelled_at_once(desk: Desk) -> None:
 
 
 def test_an_export_is_cancelled_while_it_is_made(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.outputs.service._TELL", 0.0)
+    monkeypatch.setattr("app.outputs.service.TELL", 0.0)
     output = queued(desk)
     with claimed(desk) as task:
         desk.post(f"/api/outputs/{output}/cancel")

@@ -60,12 +60,12 @@ def test_a_folder_comes_back_as_it_was(store: SharedStore, run: Path, tmp_path: 
 def test_what_is_damaged_there_is_not_taken(store: SharedStore, run: Path, tmp_path: Path) -> None:
     store.put("runs/1", run)
     files = store.listed("runs/1")
-    store._system.pipe_file(store._place("runs/1", "evidence.sqlite"), bytes(256 * 999))
+    store.system.pipe_file(store.place("runs/1", "evidence.sqlite"), bytes(256 * 999))
     with pytest.raises(FilesAwayError, match=r"runs/1/evidence.sqlite in the shared files .* is damaged") as damaged:
         store.get("runs/1", files, tmp_path / "back")
     assert damaged.value.code == "files_damaged"
     for text in (b"[]", b'{"files": {"../x": [1, "a"]}}', b'{"files": {"x": 1}}', b"\xff"):
-        store._system.pipe_file(store._place("runs/1.json"), text)
+        store.system.pipe_file(store.place("runs/1.json"), text)
         with pytest.raises(FilesAwayError, match=r"runs/1.json .* is damaged"):
             store.listed("runs/1")
 
@@ -74,7 +74,7 @@ def test_other_files_than_those_known_are_refused(store: SharedStore) -> None:
     number = store.number(None)
     with pytest.raises(StorageError, match=r"does not hold the shared files that this server knows"):
         store.number("0" * 32)
-    store._system.rm(store._place("store.id"))
+    store.system.rm(store.place("store.id"))
     with pytest.raises(StorageError, match=r"store.id is missing"):
         store.number(number)
 
@@ -93,7 +93,7 @@ def test_a_full_folder_keeps_nothing_half_written(run: Path, tmp_path: Path, mon
         Path(place).write_bytes(b"half")
         raise OSError(errno.ENOSPC, "No space left on device", place)
 
-    monkeypatch.setattr(store._system, "put_file", full)
+    monkeypatch.setattr(store.system, "put_file", full)
     with pytest.raises(FilesAwayError, match=r"are full. Free some space there"):
         store.put("runs/1", run)
     assert [path.name for path in (tmp_path / "mounted").rglob("*") if path.is_file()] == ["store.id"]
@@ -123,7 +123,7 @@ def test_credentials_that_are_wrong(bucket: str, strict: None) -> None:
 @pytest.mark.parametrize("listens", [True, False])
 def test_s3_that_does_not_answer(s3: str, listens: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     quick = {"connect_timeout": 0.2, "read_timeout": 0.2, "retries": {"max_attempts": 1}}
-    monkeypatch.setattr(store_module, "_PATIENCE", quick)
+    monkeypatch.setattr(store_module, "PATIENCE", quick)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         port = silent.getsockname()[1]
         if not listens:

@@ -100,7 +100,7 @@ def test_what_lies_here_makes_room_and_comes_back(two: Two, monkeypatch: pytest.
     until(lambda: len(list((home / "fetched").glob("runs-*"))) == 1)
     sending.tidy()
     assert (home / "runs" / two.run).is_dir(), "within the bound"
-    object.__setattr__(sending._settings, "files_cache_mb", 0)
+    sending.cache_mb = 0
     sending.tidy()
     assert (home / "runs" / two.run).is_dir(), "it was used just now"
     monkeypatch.setattr(shared_module, "UNUSED", -1.0)
@@ -118,7 +118,8 @@ def test_what_lies_here_makes_room_and_comes_back(two: Two, monkeypatch: pytest.
     until(lambda: [path.name for path in two.mounted.rglob("*") if path.is_file()] == ["store.id"], within(10))
 
 
-def test_a_folder_that_is_gone_for_a_while(two: Two) -> None:
+def test_a_folder_that_is_gone_for_a_while(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.sending.AGAIN", 0.5)
     sent(two)
     two.mounted.rename(two.mounted.with_name("away"))
     status, answer = two.ask(two.second, f"/api/runs/{two.run}/tracks")
@@ -134,7 +135,6 @@ def test_a_folder_that_is_gone_for_a_while(two: Two) -> None:
     assert two.ask(two.second, f"/api/runs/{more}/tracks")[1]["error"]["code"] == "elsewhere"
     assert not two.mounted.exists(), "nothing is written to where they are not mounted"
     two.mounted.with_name("away").rename(two.mounted)
-    sending._later.clear()
     until(lambda: two.ask(two.second, f"/api/runs/{more}/tracks")[0] == 200, within(15))
 
 
@@ -142,7 +142,7 @@ def test_a_slow_fetch_holds_nobody_up(two: Two, monkeypatch: pytest.MonkeyPatch)
     sent(two)
     files = shared_files(two.second.settings)
     assert files is not None
-    monkeypatch.setattr(shared_module, "_PATIENCE", 0.05)
+    monkeypatch.setattr(shared_module, "PATIENCE", 0.05)
     get = files.store.get
 
     def slow(*arguments: Any) -> None:

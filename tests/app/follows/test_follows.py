@@ -263,7 +263,7 @@ def test_a_file_that_is_gone_or_replaced_meanwhile_is_told(server: Server, run: 
 def test_a_sign_is_followed_on_a_video_that_the_engine_has_not_seen(
     server: Server, run: str, short: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.exchange.caged._SHORT", short)
+    monkeypatch.setattr("app.exchange.caged.SHORT", short)
     anchor = anchor_of(server, run)
     with server.context.database.read() as session:
         video = session.scalars(select(Video.id)).one()

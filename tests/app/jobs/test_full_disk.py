@@ -28,7 +28,7 @@ NO_ROOM = OSError(errno.ENOSPC, "No space left on device")
 @pytest.fixture
 def claimed(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], TaskContext]:
     """A claimed job whose work raises something."""
-    monkeypatch.setattr(worker, "_AGAIN", 0.01)
+    monkeypatch.setattr(worker, "AGAIN", 0.01)
 
     def make(error: Exception) -> TaskContext:
         def work(_: TaskContext) -> None:
@@ -60,7 +60,7 @@ def test_a_job_that_meets_a_full_disk_says_so(
     claimed: Callable[[Exception], TaskContext], error: Exception, caplog: pytest.LogCaptureFixture
 ) -> None:
     task = claimed(error)
-    worker._execute(task)
+    worker.execute(task)
     assert ended(task) == ("failed", "The disk is full. Free some space, then ask for it again.")
     assert len(warnings(caplog)) <= 1
 
@@ -77,7 +77,7 @@ def test_the_end_of_a_job_is_stored_as_soon_as_there_is_room(
         tell(task, message)
 
     monkeypatch.setattr(worker, "report_failure", at_last)
-    worker._execute(task)
+    worker.execute(task)
     assert ended(task)[0] == "failed"
     assert len(warnings(caplog)) == 1
 
@@ -85,7 +85,7 @@ def test_the_end_of_a_job_is_stored_as_soon_as_there_is_room(
 def test_a_worker_waits_for_room_and_does_not_end(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(worker, "_AGAIN", 0.01)
+    monkeypatch.setattr(worker, "AGAIN", 0.01)
     answers: Iterator[Exception | bool] = iter([FULL, FULL, NO_ROOM, NO_ROOM, True, True])
     left = 6
 
@@ -97,7 +97,7 @@ def test_a_worker_waits_for_room_and_does_not_end(
             raise answer
         return answer
 
-    worker._work(one_job, JobKinds([], worker="w"), lambda: left == 0, stays=False)
+    worker.work(one_job, JobKinds([], worker="w"), lambda: left == 0, stays=False)
     reported = warnings(caplog)
     assert [("disk is full" in text, "No space left" in text) for text in reported] == [
         (True, False),
@@ -120,7 +120,6 @@ def test_the_supervisor_says_once_that_it_cannot_look_after_the_workers(
         if turns < 4:
             raise FULL
 
-    monkeypatch.setattr(supervisor, "_turn", turn)
-    monkeypatch.setattr(supervisor._stop, "wait", lambda _: turns > 4)
-    supervisor._watch()
+    monkeypatch.setattr(supervisor, "turn", turn)
+    supervisor.watch(lambda _: turns > 4)
     assert len(warnings(caplog)) == 2, "that it came and that it went"

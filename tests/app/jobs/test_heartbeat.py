@@ -6,12 +6,10 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from app.events import EventBus
-from app.jobs import supervisor as supervising
 from app.jobs import worker
 from app.jobs.context import TaskContext
 from app.jobs.heartbeat import beating
@@ -52,23 +50,22 @@ def test_who_has_a_heartbeat_lives_though_its_job_tells_no_position(
     shared: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = 0.0  # as the supervisor sees it: a machine that is busy for a while must not make anybody look dead
-    monkeypatch.setattr(supervising, "time", SimpleNamespace(monotonic=lambda: now))
-    supervisor = Supervisor(Settings(home=tmp_path), shared, JobQueue(EventBus(), KINDS))
+    supervisor = Supervisor(Settings(home=tmp_path), shared, JobQueue(EventBus(), KINDS), clock=lambda: now)
     job = claimed(shared)
     with beating(shared, job, every=0.05):
         for _ in range(3):
             seen = until(lambda: one if (one := again(shared, job)).heartbeat else None)
-            assert not supervisor._is_dead(seen)
+            assert not supervisor.is_dead(seen)
             now += 0.8 * supervisor.silence
             until(lambda seen=seen: again(shared, job).heartbeat != seen.heartbeat)
     last = again(shared, job)
     assert last.position is None
     for later, dead in ((0.0, False), (0.8, False), (1.6, True)):
         before, now = now, now + later * supervisor.silence
-        assert supervisor._is_dead(last) is dead
+        assert supervisor.is_dead(last) is dead
         now = before
     own = claimed(shared, place_of(tmp_path))
-    assert supervisor._is_dead(again(shared, own)), "of this machine the lock is asked"
+    assert supervisor.is_dead(again(shared, own)), "of this machine the lock is asked"
 
 
 def test_a_worker_has_one_while_it_works(shared: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,8 +78,8 @@ def test_a_worker_has_one_while_it_works(shared: Database, tmp_path: Path, monke
         first = until(lambda: again(shared, task.job).heartbeat)
         until(lambda: again(shared, task.job).heartbeat != first)
 
-    monkeypatch.setattr(worker, "_execute", work)
-    assert worker._one_job(Settings(home=tmp_path), shared, jobs.events, jobs, lambda: False, "short")  # type: ignore[arg-type]
+    monkeypatch.setattr(worker, "execute", work)
+    assert worker.do_next(Settings(home=tmp_path), shared, jobs.events, jobs, lambda: False, "short")
     last = again(shared, job).heartbeat
     time.sleep(0.3)
     assert again(shared, job).heartbeat == last

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 
@@ -15,7 +16,8 @@ from app.jobs.outcome import tell_subject
 from app.jobs.queue import MOST_CRASHES, JobQueue
 from app.jobs.readiness import preparations
 from app.jobs.supervisor import Supervisor
-from app.jobs.worker import _execute
+from app.jobs.worker import execute
+from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
@@ -35,14 +37,14 @@ class Bakery:
     work: Callable[[TaskContext], None] = lambda _: None
 
     def __post_init__(self) -> None:
-        kind = JobKind("bake", "short", lambda: self.work, self._settle, self._clear, by_frame=True)
+        kind = JobKind("bake", "short", lambda: self.work, self.settle, self.clear, by_frame=True)
         self.jobs = JobQueue(EventBus(), JobKinds([kind], worker="no.such.module"))
 
-    def _settle(self, session: object, events: EventBus, job: Job, state: str, error: str | None) -> None:
+    def settle(self, session: object, events: EventBus, job: Job, state: str, error: str | None) -> None:
         assert (job.subject, events) == (SUBJECT, self.jobs.events)
         self.reported.append((state, error))
 
-    def _clear(self, home: Path, subject: str) -> None:
+    def clear(self, home: Path, subject: str) -> None:
         self.cleared.append((home, subject))
 
     def submit(self) -> str:
@@ -82,40 +84,38 @@ def test_what_is_done_is_nobodys_business_but_the_tasks(bakery: Bakery) -> None:
     seen: list[str] = []
     bakery.work = lambda task: seen.append(task.job.subject)
     job = bakery.submit()
-    _execute(bakery.claim(job))
+    execute(bakery.claim(job))
     assert (bakery.state(job), seen, bakery.reported, bakery.cleared) == ("done", [SUBJECT], [], [])
 
 
-def test_what_fails_is_settled_and_cleared_as_its_kind_says(bakery: Bakery) -> None:
+def test_what_fails_issettled_andcleared_as_its_kind_says(bakery: Bakery) -> None:
     bakery.work = fail
     job = bakery.submit()
-    _execute(bakery.claim(job))
+    execute(bakery.claim(job))
     assert bakery.state(job) == "failed"
     assert bakery.reported == [("failed", "The flour is gone.")]
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
 
-def test_what_is_given_back_is_settled_and_what_is_cancelled_is_cleared_too(bakery: Bakery) -> None:
+def test_what_is_given_back_issettled_and_what_is_cancelled_iscleared_too(bakery: Bakery) -> None:
     bakery.work = stop
     job = bakery.submit()
-    _execute(bakery.claim(job))
+    execute(bakery.claim(job))
     assert (bakery.state(job), bakery.reported, bakery.cleared) == ("queued", [("queued", None)], [])
     task = bakery.claim(job)
     with bakery.database.write() as session:
         bakery.jobs.cancel(session, SUBJECT)
-    _execute(task)
+    execute(task)
     assert bakery.state(job) == "cancelled"
     assert bakery.reported[1:] == [("cancelled", None)]
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
 
-def test_what_keeps_dying_is_settled_by_the_supervisor(bakery: Bakery) -> None:
+def test_what_keeps_dying_issettled_by_the_supervisor(bakery: Bakery) -> None:
     job = bakery.submit()
     for _ in range(MOST_CRASHES):
         task = bakery.claim(job)
-        supervisor = Supervisor(task.settings, bakery.database, bakery.jobs)
-        supervisor._cause = lambda _: "crashed"  # type: ignore[method-assign]
-        supervisor._bury(task.job)
+        Supervisor(task.settings, bakery.database, bakery.jobs).bury(task.job, "crashed")
     assert [state for state, _ in bakery.reported] == ["queued"] * (MOST_CRASHES - 1) + ["failed"]
     assert "died 3 times before its first frame" in (bakery.reported[-1][1] or "")
     assert bakery.cleared == [(bakery.home, SUBJECT)]
@@ -135,7 +135,7 @@ def test_what_is_short_is_prepared_in_order_and_names_are_ones_own(bakery: Baker
 
     def kind(name: str, lane: str) -> JobKind:
         load, ready = (lambda text=text: steps.append(f"{text} {name}") for text in ("load", "ready"))
-        return JobKind(name, lane, load, bakery._settle, prepare=(ready,))  # type: ignore[arg-type]
+        return JobKind(name, lane, load, bakery.settle, prepare=(ready,))  # type: ignore[arg-type]
 
     kinds = JobKinds([kind("a", "short"), kind("b", "long"), kind("c", "short")], worker="w")
     for step in preparations(kinds):
@@ -143,3 +143,8 @@ def test_what_is_short_is_prepared_in_order_and_names_are_ones_own(bakery: Baker
     assert steps == ["load a", "ready a", "load c", "ready c"]
     with pytest.raises(ValueError, match="a name of its own"):
         JobKinds([kind("a", "short"), kind("a", "long")], worker="w")
+
+
+@pytest.mark.parametrize("kind", list(KINDS), ids=lambda kind: kind.name)
+def test_the_task_of_a_kind_takes_a_job(kind: JobKind) -> None:
+    assert get_type_hints(kind.load()) == {"task": TaskContext, "return": type(None)}

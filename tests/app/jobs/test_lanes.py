@@ -109,12 +109,12 @@ def test_two_imports_hold_up_neither_a_what_if_nor_an_export(tmp_path: Path, mon
         started.append(lane)
         return Running()
 
-    monkeypatch.setattr(supervisor, "_spawn", start)
+    monkeypatch.setattr(supervisor, "spawn", start)
 
     def submit(kind: str, subject: str) -> JobLock:
         with made.database.write() as session:
             job = made.jobs.submit(session, kind, subject)
-        supervisor._turn()
+        supervisor.turn()
         lock = JobLock(home, job.id)
         assert lock.take()
         with made.database.write() as session:
@@ -144,7 +144,7 @@ def test_what_ends_while_the_supervisor_looks_stays_ended(drive: Path, tmp_path:
 
     with made.database.write() as session:
         made.jobs.finish(session, job.id, job.token, "done")
-    Supervisor(made.settings, made.database, Late(made.events, KINDS))._turn()
+    Supervisor(made.settings, made.database, Late(made.events, KINDS)).turn()
     assert (row(made, Run, run.id).state, job_of(made, run.id).state) == ("complete", "done")
     made.close()
 

@@ -17,10 +17,9 @@ import pytest
 
 from app.context import Context, build_context
 from app.exchange.export import ExportRequest
-from app.jobs import supervisor as supervisor_module
 from app.jobs.locks import holder
 from app.jobs.supervisor import Supervisor
-from app.jobs.worker import _prepared
+from app.jobs.worker import prepared
 from app.settings import Settings
 from app.storage.models import Job, Output, Run
 from tests.app.toy_server import SECRET
@@ -41,19 +40,18 @@ class Desk:
 
     def standing(self) -> int | None:
         """The process that stands by."""
-        found = [worker.pid for worker in self.supervisor._lanes["short"] if "stay" in _command(worker.pid)]
-        return found[0] if found else None
+        process = self.supervisor.standing
+        return process if process is not None and "stay" in _command(process) else None
 
 
 @pytest.fixture
-def desk(drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
+def desk(drive: Path, tmp_path: Path) -> Iterator[Desk]:
     """With a page open; nobody lingers."""
-    monkeypatch.setattr(supervisor_module, "_LINGER", 0.3)
-    monkeypatch.setattr(supervisor_module, "_AGAIN", 0.1)
     home = shutil.copytree(drive, tmp_path / "home")
     context = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
-    made = Desk(context, Supervisor(context.settings, context.database, context.jobs))
-    made.supervisor._watched = lambda: made.open
+    supervisor = Supervisor(context.settings, context.database, context.jobs, watched=lambda: made.open)
+    supervisor.linger, supervisor.again = 0.3, 0.1
+    made = Desk(context, supervisor)
     made.supervisor.start()
     yield made
     made.supervisor.stop()
@@ -117,10 +115,10 @@ def test_what_cannot_be_loaded_ends_the_preparation_and_not_the_worker() -> None
     def fail() -> None:
         raise ImportError("no such thing")
 
-    assert not _prepared(fail)
-    assert _prepared(lambda: None)
+    assert not prepared(fail)
+    assert prepared(lambda: None)
 
 
 def test_bare_evidence_is_named_without_loading_a_database() -> None:
-    code = "import sys, app.exchange.named; assert not {'sqlalchemy', 'alembic'} & set(sys.modules)"
+    code = "import sys, app.cli.named; assert not {'sqlalchemy', 'alembic'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

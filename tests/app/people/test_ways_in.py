@@ -206,13 +206,13 @@ def test_while_the_database_is_away_nobody_with_an_account_comes_in(
 def test_a_view_s_socket_ends_with_what_let_it_in(served: Server, team: Team, monkeypatch: pytest.MonkeyPatch) -> None:
     from app.api import viser
 
-    monkeypatch.setattr(viser, "_LOOK", 0.05)
+    monkeypatch.setattr(viser, "LOOK", 0.05)
     found, _ = served.context.directory.by_secret(team.tokens["Vera"], "token")
 
     socket = SimpleNamespace(app=served.app, scope={"tsr.identity": found})
 
     async def ends() -> None:
-        watching = asyncio.ensure_future(viser._while_let_in(socket))  # type: ignore[arg-type]
+        watching = asyncio.ensure_future(viser.while_let_in(socket))  # type: ignore[arg-type]
         await asyncio.sleep(0.3)
         assert not watching.done()
         await asyncio.to_thread(served.context.people.revoke, "Vera")

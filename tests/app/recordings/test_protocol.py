@@ -70,7 +70,7 @@ def numbers(message: bytes) -> tuple[str, dict[str, int]]:
 
 @pytest.fixture(scope="module")
 def descriptor() -> Descriptor:
-    binary = viewer._binary()
+    binary = viewer.viewer_binary()
     assert binary is not None
     with binary.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         return dict(numbers(message) for name in FILES for message in file_descriptor(data, name))

@@ -74,7 +74,7 @@ def test_a_viser_that_lets_everybody_in_is_not_used(monkeypatch: pytest.MonkeyPa
         ports.append(port)
         return False
 
-    monkeypatch.setattr(host_module, "_refuses", open_to_all)
+    monkeypatch.setattr(host_module, "refuses_strangers", open_to_all)
     with pytest.raises(StorageError, match="everybody"):
         Host("open")
     until(lambda: is_closed(ports[0]))

@@ -40,7 +40,7 @@ def test_the_program_is_unpacked_to_name_it() -> None:
     text = viser_page().content.decode()
     for ours in (page_module.HUSH, page_module.BAR, page_module.PLAIN):
         text = text.replace(f"<script>{ours}</script>", "")
-    loader, program = page_module._scripts(text)
+    loader, program = page_module.page_scripts(text)
     assert b"DecompressionStream" in loader
     assert len(program) > 1_000_000
     assert b"WebSocket" in program
@@ -48,7 +48,7 @@ def test_the_program_is_unpacked_to_name_it() -> None:
 
 def test_another_make_of_the_page_is_refused() -> None:
     with pytest.raises(StorageError, match="made differently"):
-        page_module._scripts("<html><head><script>1</script></head></html>")
+        page_module.page_scripts("<html><head><script>1</script></head></html>")
 
 
 @pytest.mark.parametrize("size", [0, 1, 2, 3, 4, 5, 7, 64, 1001])
@@ -60,6 +60,6 @@ def test_base_88_is_read_back(size: int) -> None:
         number, digits = int.from_bytes(group, "big"), ""
         for _ in range(len(group) + 1):
             number, digit = divmod(number, 88)
-            digits = page_module._ALPHABET[digit] + digits
+            digits = page_module.ALPHABET[digit] + digits
         text += digits
-    assert page_module._base88(text) == data
+    assert page_module.from_base88(text) == data

@@ -84,7 +84,7 @@ def test_an_unknown_run_has_no_page(desk: Desk) -> None:
 )
 def test_sockets_are_guarded_like_everything_else(desk: Desk, named: str, headers: dict[str, str]) -> None:
     given = {name: desk.live.url if value == "OWN" else value for name, value in headers.items()}
-    before = desk.scene3d.open_views()
+    before = len(desk.scene3d.views())
     if "Host" in given:
         # the client library writes the Host header itself: say it by hand
         lines = [
@@ -99,7 +99,7 @@ def test_sockets_are_guarded_like_everything_else(desk: Desk, named: str, header
         with pytest.raises(InvalidStatus) as refused, desk.socket(desk.name(), given):
             pass
         assert refused.value.response.status_code == 403, named
-    assert desk.scene3d.open_views() == before, "nothing is started for strangers"
+    assert len(desk.scene3d.views()) == before, "nothing is started for strangers"
 
 
 def test_the_cookie_opens_the_socket_with_and_without_a_slash(desk: Desk) -> None:
@@ -140,19 +140,19 @@ def test_a_view_that_nobody_looks_at_is_stopped_and_opens_again(desk: Desk) -> N
     try:
         with desk.socket(name) as line:
             line.recv(timeout=PATIENCE)
-            port = desk.scene3d._views[desk.run, name].host.port
+            port = desk.scene3d.views()[desk.run, name].host.port
             for _ in range(3):
                 desk.scene3d.stop_idle()
-            assert desk.scene3d.open_views() == 1, "somebody looks"
-        until(lambda: desk.scene3d.open_views() == 0)  # without being asked to
+            assert len(desk.scene3d.views()) == 1, "somebody looks"
+        until(lambda: len(desk.scene3d.views()) == 0)  # without being asked to
         until(lambda: is_closed(port))
         desk.scene3d.idle = math.inf
         with desk.socket(name) as line:
             assert line.recv(timeout=PATIENCE)
-            view = desk.scene3d._views[desk.run, name]
+            view = desk.scene3d.views()[desk.run, name]
         until(lambda: view.clients == 0)
         desk.scene3d.stop_idle()
-        assert desk.scene3d.open_views() == 1, "it waits for somebody to come back"
+        assert len(desk.scene3d.views()) == 1, "it waits for somebody to come back"
     finally:
         desk.scene3d.idle = usual
 
@@ -166,10 +166,10 @@ def test_too_many_views_are_refused_and_idle_ones_make_room(desk: Desk) -> None:
     finally:
         for line in lines:
             line.close()
-    until(lambda: all(view.clients == 0 for view in desk.scene3d._views.values()))
+    until(lambda: all(view.clients == 0 for view in desk.scene3d.views().values()))
     with desk.socket(desk.name()) as line:
         assert line.recv(timeout=PATIENCE)
-    assert desk.scene3d.open_views() <= 4
+    assert len(desk.scene3d.views()) <= 4
 
 
 def test_an_open_view_does_not_hold_the_server_up(toy: ToyHome) -> None:

@@ -115,7 +115,7 @@ def test_a_click_on_a_block_names_its_track_and_frame(host: Host) -> None:
     stage.on_pick = lambda track, frame: picked.append((track, frame))
     scene: Any = SCENES["volume"](stage)
     scene.draw(ViewState(frame=40 + 12, track="m7"), None)
-    handle = scene._beads
+    handle = scene.beads
     callbacks = [entry.callback if hasattr(entry, "callback") else entry for entry in handle._impl.click_cb]
 
     class Click:
@@ -128,7 +128,7 @@ def test_a_click_on_a_block_names_its_track_and_frame(host: Host) -> None:
     assert len(picked) == 1
     track, frame = picked[0]
     row = int(np.flatnonzero((data.track == track) & (data.frame == frame))[0])
-    assert np.allclose(scene._volume.places(data.boxes[[row]], data.seconds(data.frame[[row]]))[0], position, atol=1e-4)
+    assert np.allclose(scene.volume.places(data.boxes[[row]], data.seconds(data.frame[[row]]))[0], position, atol=1e-4)
 
 
 @pytest.mark.parametrize("tracks", [500, 5000])
@@ -141,7 +141,7 @@ def test_many_tracks_stay_within_what_a_browser_can_draw(host: Host, tracks: int
     whole = time.monotonic() - began
     lines = host.server.scene._handle_from_node_name["/volume/lines"]
     assert len(lines.points) <= MOST_CORNERS + 2 * tracks
-    assert 0 < len(scene._beads.batched_positions) <= MOST_BEADS
+    assert 0 < len(scene.beads.batched_positions) <= MOST_BEADS
     began = time.monotonic()
     for step in range(10):
         after = replace(view_state, frame=view_state.frame + 1 + step)
@@ -161,8 +161,8 @@ def test_within_a_stretch_most_steps_leave_the_lines_alone(host: Host) -> None:
         after = replace(view_state, frame=frame)
         scene.draw(after, view_state)
         view_state = after
-        first, last = scene._around
+        first, last = scene.around
         assert first <= frame <= last
-        drawn.add(scene._around)
+        drawn.add(scene.around)
     scene.clear()
     assert len(drawn) <= 4

@@ -26,11 +26,11 @@ def opened(desk: Desk, name: str) -> ClientConnection:
 
 
 def test_the_address_of_a_view_is_told_without_starting_anything(desk: Desk) -> None:
-    before = desk.scene3d.open_views()
+    before = len(desk.scene3d.views())
     answer = desk.call("GET", f"/api/runs/{desk.run}/scene3d").json()
     assert answer["url"] == f"/viser/{desk.run}/{answer['view']}"
     assert [mode["id"] for mode in answer["modes"]] == ["volume", "prior", "drive"]
-    assert desk.scene3d.open_views() == before
+    assert len(desk.scene3d.views()) == before
     named = desk.call("GET", f"/api/runs/{desk.run}/scene3d", params={"view": "ab" * 8}).json()
     assert named["view"] == "ab" * 8
     assert desk.call("GET", f"/api/runs/{'0' * 32}/scene3d").status_code == 404
@@ -50,9 +50,9 @@ def test_the_cursor_moves_the_plane_and_the_last_of_many_wins(desk: Desk) -> Non
 def test_a_click_is_told_to_the_page_and_selects(desk: Desk) -> None:
     name = desk.name()
     with opened(desk, name) as line:
-        view = desk.scene3d._views[desk.run, name]
+        view = desk.scene3d.views()[desk.run, name]
         assert view.wait(PATIENCE)
-        node = view._scene._beads.name
+        node = view.scene.beads.name
         before = len(events(desk))
         say(
             line, "SceneNodeClickMessage", name=node, instance_index=0, ray_origin=(0.0, 0.0, 0.0),
@@ -88,9 +88,9 @@ def test_the_page_chooses_the_mode(desk: Desk, mode: str, node: bytes) -> None:
 def test_a_mode_that_is_chosen_inside_viser_is_told_to_the_page(desk: Desk) -> None:
     name = desk.name()
     with opened(desk, name) as line:
-        view = desk.scene3d._views[desk.run, name]
+        view = desk.scene3d.views()[desk.run, name]
         before = len(events(desk))
-        uuid = view._gui.mode._impl.uuid
+        uuid = view.gui.mode._impl.uuid
         say(line, "GuiUpdateMessage", uuid=uuid, updates={"value": "Metric drive"})
         reported = until(lambda: events(desk)[before:])
         assert reported == [{"run": desk.run, "view": name, "mode": "drive"}]

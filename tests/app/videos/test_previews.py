@@ -25,8 +25,8 @@ from tsr_engine.io.video_writer import VideoWriter
 @pytest.fixture
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """The small pictures of the corpus count as slow."""
-    monkeypatch.setattr(app.videos.frame_server, "_NEAR", 0.0002)
-    monkeypatch.setattr(app.videos.previews, "_WORST", 0.001)
+    monkeypatch.setattr(app.videos.frame_server, "NEAR", 0.0002)
+    monkeypatch.setattr(app.videos.previews, "WORST", 0.001)
 
 
 def _long(corpus: ModuleType, server: Server) -> tuple[Any, str]:
@@ -68,8 +68,8 @@ def test_a_preview_shows_the_frame_itself_softly(server: Server, corpus: ModuleT
             assert answer.headers["cache-control"] == "no-store"
             assert "etag" not in answer.headers
     assert soft > len(order) // 4
-    previews = server.context.frames._open[video]._previews
-    assert isinstance(previews._decoder, CagedDecoder), "the server itself decodes nothing"
+    previews = server.context.frames.open_servers[video].previews
+    assert isinstance(previews.decoder, CagedDecoder), "the server itself decodes nothing"
     exact = _ask(server, video, far, "")
     assert exact.headers["x-frame-exact"] == "true"
     assert _code(corpus, exact) == made.codes[far]

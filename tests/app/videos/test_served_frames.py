@@ -133,12 +133,12 @@ def test_stepping_hits_the_cache(server: Server, corpus: ModuleType) -> None:
     video = _add(server, _file(corpus, "b_frames", server.settings.home).path)
     frames = server.context.frames
     frames.picture(video, 5, None, "jpeg")
-    frame_server = frames._open[video]
+    frame_server = frames.open_servers[video]
     for _ in range(200):
-        if (video, 12, frame_server.snap(None), "jpeg") in frames._cache:
+        if (video, 12, frame_server.snap(None), "jpeg") in frames.cache:
             break
         threading.Event().wait(0.01)
-    assert (video, 12, frame_server.snap(None), "jpeg") in frames._cache, "nothing was decoded ahead"
+    assert (video, 12, frame_server.snap(None), "jpeg") in frames.cache, "nothing was decoded ahead"
 
 
 def test_the_cache_is_bounded() -> None:
@@ -181,14 +181,14 @@ def test_frames_asked_for_at_once_open_the_file_once(
     video = _add(server, made.path)
     frames = server.context.frames
     frames.forget(video)
-    opened, load = [], frames._load
+    opened, load = [], frames.load
 
     def slow(video_id: str) -> Any:
         opened.append(video_id)
         time.sleep(0.05)
         return load(video_id)
 
-    monkeypatch.setattr(frames, "_load", slow)
+    monkeypatch.setattr(frames, "load", slow)
     with ThreadPoolExecutor(5) as pool:
         served = list(pool.map(lambda k: frames.picture(video, k, None, "jpeg"), range(5)))
     assert [one.ordinal for one in served] == list(range(5))

@@ -233,7 +233,7 @@ def test_an_upload_that_fails_leaves_the_file_of_one_at_the_same_moment(
 ) -> None:
     content = clip.read_bytes()
     other = _Meanwhile(lambda: _upload(server, content))
-    add, first = VideoService._add, threading.get_ident()
+    add, first = VideoService.add_row, threading.get_ident()
 
     def fail_first(self: VideoService, *given: Any, **more: Any) -> Any:
         if threading.get_ident() != first:
@@ -242,7 +242,7 @@ def test_an_upload_that_fails_leaves_the_file_of_one_at_the_same_moment(
             other()
         raise StorageFull("The disk is full.")
 
-    monkeypatch.setattr(VideoService, "_add", fail_first)
+    monkeypatch.setattr(VideoService, "add_row", fail_first)
     if decided:
         _before_unlink(monkeypatch, other)
     with pytest.raises(StorageFull):
@@ -260,13 +260,13 @@ def test_an_upload_that_fails_alone_leaves_nothing_but_what_a_video_names(
 
     content = clip.read_bytes()
     with monkeypatch.context() as patch:
-        patch.setattr(VideoService, "_add", fail)
+        patch.setattr(VideoService, "add_row", fail)
         with pytest.raises(StorageFull):
             _upload(server, content)
         assert _left(server) == []
     place = Path(_upload(server, content).path)
     place.unlink()
-    monkeypatch.setattr(VideoService, "_add", fail)
+    monkeypatch.setattr(VideoService, "add_row", fail)
     with pytest.raises(StorageFull):
         _upload(server, content)
     assert place.read_bytes() == content, "the row names it, and it is what the row says"

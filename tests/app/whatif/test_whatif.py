@@ -210,7 +210,7 @@ def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
     leaving["now"] = True
     WhatIfService(database, events, jobs).start("a" * 32, {"tau": 30.0})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.whatif.task._TELL", 0.0)
+        patch.setattr("app.whatif.task.TELL", 0.0)
         with pytest.raises(Stopped):
             work(run_whatif)
     leaving["now"] = False

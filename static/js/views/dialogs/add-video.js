@@ -155,7 +155,7 @@ export function addVideoDialog({ app, close, signal }) {
         h(
           'span',
           { class: 'field-hint', id: 'add-hint' },
-          'Choose one or several below, or type a path. Files stay where they are. Videos can be added from these folders:',
+          'Choose one or several below, or type a path. Files are not moved. Videos can be added from these folders:',
         ),
       ),
       places,

@@ -23,7 +23,7 @@ const MOST = 3000;
  * @param {number} corrected   tracks that people accepted, rejected or corrected
  */
 export function expectedWords(corrected) {
-  if (!corrected) return 'No track is corrected yet. Correct what is wrong first: the replay is held against what you corrected.';
+  if (!corrected) return 'No track is corrected yet. Correct what is wrong first: the replay is compared with your corrections.';
   return `The replay is held against what you said of ${plural(corrected, 'track')}, as far as these frames show ${corrected === 1 ? 'it' : 'them'}.`;
 }
 
@@ -145,7 +145,7 @@ export function bundleDialog({ app, close, signal }) {
       h(
         'p',
         { class: 'muted' },
-        'The clip of these frames, the parameters and models, what the engine gave and what you corrected, in one ZIP. Whoever gets it runs ',
+        'One ZIP file with the clip of these frames, the parameters and models, the output of the engine and your corrections. The recipient runs ',
         h('code', { class: 'mono' }, 'tsr replay FILE'),
         ' and sees whether it is fixed.',
       ),

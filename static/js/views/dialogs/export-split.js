@@ -6,7 +6,7 @@ import { h } from '../dom.js';
 import { field, numberInput, tick } from './fields.js';
 
 const HELP =
-  'The shares are of boxes. The same sign in thirty frames is thirty near copies, so signs that share a frame go to one side as a group. The leakage check then proves that no sign and no picture stands on two sides; otherwise nothing is written.';
+  'The shares count boxes. The same sign in thirty frames gives thirty near copies, so signs that share a frame go to one side as a group. The leakage check proves that no sign and no picture is on two sides; otherwise nothing is written.';
 const SHARE = { name: 'The share', low: 0, high: 1000, empty: 0 };
 
 /**

@@ -22,7 +22,7 @@ import { field, group, numberInput, tick } from './fields.js';
 /** @typedef {import('../../types.js').ExportRequest} ExportRequest */
 
 const STATES = /** @type {const} */ ([
-  ['open', 'Open', 'Nobody has judged or edited them yet.'],
+  ['open', 'Open', 'Not judged or edited yet.'],
   ['edited', 'Edited', 'Open tracks that a person has drawn, moved, relabelled or cut.'],
   ['accepted', 'Accepted', ''],
   ['needs_work', 'Needs work', ''],
@@ -218,7 +218,7 @@ export function exportDialog({ app, data, close, signal }) {
         h(
           'p',
           { class: 'muted small' },
-          'You can close this: it goes on, and stays under ',
+          'You can close this. It continues and is listed under ',
           h('a', { href: '#/files', onclick: close }, 'Files'),
           '.',
         ),

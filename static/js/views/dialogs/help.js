@@ -102,7 +102,7 @@ export function helpDialog({ app, close }) {
       h(
         'p',
         { class: 'muted' },
-        'Every action also has a button with its key in the tooltip; what Tab, Enter and the arrows do to boxes, the mouse does in the picture. Keys work where no text field has the focus.',
+        'Every action also has a button with its key in the tooltip; the mouse does in the picture what Tab, Enter and the arrows do to boxes. Keys work unless a text field has the focus.',
       ),
       h('div', { class: 'input-with-icon' }, icon('search'), search),
       found,

@@ -22,7 +22,7 @@ export function importBundleDialog({ app, data, close, signal }) {
     id: 'bundle-file',
     label: 'Bug bundle',
     accept: '.zip',
-    hint: 'A ZIP file that “Report a bug” or tsr bundle made. It is checked before anything of it is used.',
+    hint: 'A ZIP file from “Report a bug” or tsr bundle. It is checked before any of it is used.',
     onChange: () => {
       setText(error, '');
       go.disabled = false;

@@ -21,8 +21,8 @@ import { createImportProgress } from './import-progress.js';
 /** @typedef {import('../../types.js').ImportResult} ImportResult */
 
 const KINDS = /** @type {const} */ ([
-  ['annotation', 'Corrections', 'Merged into a run, track by track. One undo takes all of it back.'],
-  ['truth', 'Ground truth', 'A layer of its own, and what runs are compared with.'],
+  ['annotation', 'Corrections', 'Merged into a run, track by track. One undo reverts all of it.'],
+  ['truth', 'Ground truth', 'A separate layer that runs are compared with.'],
   ['run', 'Run', 'Somebody else’s detector or tracker, shown and compared like a run of the engine.'],
 ]);
 

@@ -64,7 +64,7 @@ export function recordDialog({ app, close, signal }) {
       h(
         'p',
         { class: 'muted' },
-        'Pictures, boxes, the gate’s factors, votes and events of these frames in one .rrd file. It can be looked at beside the picture, or downloaded for a viewer of its own.',
+        'Pictures, boxes, the gate’s factors, votes and events of these frames in one .rrd file. View it beside the picture, or download it for a separate viewer.',
       ),
       range.element,
     ),

@@ -15,9 +15,9 @@ import { field, group, numberInput, tick } from './fields.js';
 
 const PARTS = /** @type {const} */ ([
   ['detector', PART_NAMES.detector, 'Boosted trees go on from the earlier version.'],
-  ['prior', PART_NAMES.prior, 'Where in the picture signs stand, and how large.'],
+  ['prior', PART_NAMES.prior, 'Where in the picture signs appear, and how large they are.'],
   ['lambda', PART_NAMES.lambda, 'Found again on the corrections.'],
-  ['classifier', PART_NAMES.classifier, 'Keeps what it knew by the memory of its training data.'],
+  ['classifier', PART_NAMES.classifier, 'Keeps what it knew with the stored training data.'],
   ['online', PART_NAMES.online, 'First samples of each class.'],
 ]);
 
@@ -38,7 +38,7 @@ export function retrainDialog({ app, data, close, signal }) {
   const noReview = h(
     'p',
     { class: 'muted' },
-    'Nobody has corrected a run yet. Accept or correct some tracks first, or take a file or public data below.',
+    'No run has corrections yet. Accept or correct some tracks first, or choose a file or public data below.',
   );
   const exports = h('ul', { class: 'pick-list', 'aria-label': 'Exports to learn from' });
   const none = h(
@@ -249,7 +249,7 @@ export function retrainDialog({ app, data, close, signal }) {
         h(
           'p',
           { class: 'field-hint' },
-          'Background is what no track covers in a reviewed video, false positives, and labels that the set counts as background. Open tracks, ignored ones, those that are not in the set, and labels that teach nothing are left alone: neither sign nor background.',
+          'Background is everything outside the tracks of a reviewed video, false positives, and labels that the set counts as background. Open and ignored tracks, tracks that are not in the set, and labels that are not used for training count as neither sign nor background.',
         ),
         h(
           'details',

@@ -14,7 +14,7 @@ import { pictureThatMayMiss, showPicture } from '../pictures.js';
 /** @type {{review: Review, label: string, icon: import('../icons.js').IconName, key: string, title?: string}[]} */
 const CHOICES = [
   { review: 'accepted', label: 'Accept', icon: 'accept', key: 'A' },
-  { review: 'rejected', label: 'False positive', icon: 'reject', key: 'X', title: 'No sign: a retraining takes its places for background' },
+  { review: 'rejected', label: 'False positive', icon: 'reject', key: 'X', title: 'No sign: a retraining uses its places as background' },
   { review: 'needs_work', label: 'Needs work', icon: 'needs_work', key: 'W' },
 ];
 

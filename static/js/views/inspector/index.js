@@ -42,7 +42,7 @@ export function createInspector(app) {
     h(
       'p',
       null,
-      'Select a track in the picture, the lanes or the queue: here stands why its boxes are where they are and why it has its label. J selects the most uncertain one.',
+      'Select a track in the picture, the lanes or the queue. This panel explains its boxes and its label. J selects the most uncertain track.',
     ),
   );
   const element = h(

@@ -103,7 +103,7 @@ export function createLabels(app) {
         {
           class: 'btn',
           type: 'button',
-          title: 'Who changed what and when; take a change back',
+          title: 'Who changed what and when; undo a change',
           onclick: () => dialog((set) => ({ kind: 'label-history', data: set })),
         },
         icon('undo'),

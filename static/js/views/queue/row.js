@@ -74,7 +74,7 @@ export function createRow(key) {
       setText(score, Number.isFinite(entry.score) ? `· score ${figure(entry.score)}` : '');
       const known = entry.uncertainty !== null;
       setText(uncertaintyText, known ? `uncertainty ${roundPercent(entry.uncertainty)}` : 'uncertainty not known');
-      setAttribute(uncertaintyText, 'title', known ? 'How likely a person changes the track' : 'An imported run tells nothing of it');
+      setAttribute(uncertaintyText, 'title', known ? 'How likely a person changes the track' : 'An imported run does not record this');
       uncertainty.hidden = !known;
       /** @type {HTMLElement} */ (uncertainty.firstElementChild).style.setProperty('width', `${(entry.uncertainty ?? 0) * 100}%`);
     },

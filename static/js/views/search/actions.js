@@ -184,7 +184,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     {
       key: 'I',
       label: 'Ignore',
-      title: 'Regions that nobody counts, or count them again (I)',
+      title: 'Regions that are not counted, or count them again (I)',
       icon: 'ignore',
       run: () =>
         void (ignored() ? act({ type: 'ignore', value: false }, 'Counted again') : act({ type: 'ignore', value: true }, 'Ignored')),

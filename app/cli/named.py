@@ -69,7 +69,7 @@ def track_key(text: str) -> str:
 
 def _stored(name: str, home: Path | None, tell: Callable[[str], None]) -> Source:
     """A run of a data folder."""
-    from app.exchange.home import (  # the database takes longer to load than all else here
+    from app.cli.home import (  # the database takes longer to load than all else here
         describe_choice,
         open_home,
         run_named,
