@@ -11,7 +11,10 @@ from typing import Final
 from app.jobs.kinds import JobKind, JobKinds, Task
 from app.on_job_failed import on_job_failed
 from app.outputs.folders import clear_folder
+from app.settings import Settings
+from app.storage.database import Database
 from app.storage.models import Follow, ModelVersion, Output, Run, Video
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["KINDS"]
 
@@ -44,6 +47,12 @@ def _follower() -> None:
     from app.follows.task import warm
 
     warm()
+
+
+def _follow_soon(settings: Settings, database: Database, about: JsonObject) -> None:
+    from app.follows.soon import get_ready
+
+    get_ready(settings, database, about["run"], about["frame"])
 
 
 def _import() -> Task:
@@ -89,7 +98,7 @@ _run_failed = partial(on_job_failed, Run)
 
 KINDS: Final = JobKinds(
     (
-        JobKind("follow", "short", _follow, partial(on_job_failed, Follow), prepare=(_follower,)),
+        JobKind("follow", "short", _follow, partial(on_job_failed, Follow), prepare=(_follower,), expect=_follow_soon),
         JobKind("recording", "short", _recording, _output_failed, clear_folder, prepare=(_sdk,)),
         JobKind("whatif", "short", _whatif, _run_failed),
         JobKind("import", "imports", _import, partial(on_job_failed, Video), by_frame=True),
