@@ -305,7 +305,12 @@ def test_what_was_made_ready_changes_nothing_but_when_proposals_come(
     anchor = anchor_of(server, run)
     opened: list[object] = []
     open_anew = soon._open
-    monkeypatch.setattr(soon, "_open", lambda *args: opened.append(args) or open_anew(*args))
+
+    def counted(*args: Any) -> Any:
+        opened.append(args)
+        return open_anew(*args)
+
+    monkeypatch.setattr(soon, "_open", counted)
 
     def proposals() -> list[Any]:
         follow = started(server, run, [anchor])
