@@ -13,7 +13,10 @@ from typing import Final
 from app.jobs.kinds import JobKind, JobKinds, Task
 from app.on_job_failed import on_job_failed
 from app.outputs.folders import clear_folder
+from app.settings import Settings
+from app.storage.database import Database
 from app.storage.models import Follow, ModelVersion, Output, Run, Video
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["KINDS"]
 
@@ -28,6 +31,11 @@ def _prepare(name: str) -> Callable[[], object]:
     return lambda: resolve_name(name)()
 
 
+def _expect(name: str) -> Callable[[Settings, Database, JsonObject], None]:
+    """Imports ``module:function`` and calls it with what is known of the job that may come."""
+    return lambda settings, database, about: resolve_name(name)(settings, database, **about)
+
+
 _output_failed = partial(on_job_failed, Output)
 _run_failed = partial(on_job_failed, Run)
 
@@ -39,6 +47,7 @@ KINDS: Final = JobKinds(
             _task("app.follows.task:follow_track"),
             partial(on_job_failed, Follow),
             prepare=(_prepare("app.follows.task:warm"),),
+            expect=_expect("app.follows.soon:get_ready"),
         ),
         JobKind(
             "recording",

@@ -34,6 +34,12 @@ class NewFollow(Model):
     author: Author | None = None
 
 
+class ExpectedFollow(Model):
+    """What somebody may be about to follow."""
+
+    frame: Frame
+
+
 class FoundFollow(Model):
     """The follow of an author in a run."""
 
@@ -52,6 +58,12 @@ def start_follow(run_id: RunId, wanted: NewFollow, context: ContextDep, who: Who
         wanted.first,
         wanted.last,
     )
+
+
+@router.post("/runs/{run_id}/follows/expected", operation_id="expect_follow", status_code=204, responses=failures(404))
+def expect_follow(run_id: RunId, expected: ExpectedFollow, context: ContextDep) -> None:
+    """A person looks at a box and may follow it from this frame: the server gets ready, so that proposals come soon."""
+    context.follows.expect(run_id, expected.frame)
 
 
 @router.get("/runs/{run_id}/follows", operation_id="find_follow", responses=failures(404))

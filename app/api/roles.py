@@ -83,6 +83,7 @@ _ANNOTATOR: Final = frozenset(
         "undo_tracks",
         "tag_videos",
         "adopt_edits",
+        "expect_follow",
         "start_follow",
         "drop_follow",
         "start_run_by_hand",

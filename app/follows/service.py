@@ -32,6 +32,8 @@ _RENEW = 4.0
 """Seconds between two notes of when a page asked last."""
 _LOOK = 0.025
 """Seconds between two looks at the database while a page waits for proposals."""
+_SOON = 0.008
+"""The same until the first one, for which a person waits."""
 
 
 class FollowService:
@@ -67,7 +69,7 @@ class FollowService:
             Conflict: the frames of the video are not known yet.
             Invalid: a frame that the video does not have, two anchors in one frame, or one outside of first to last.
         """
-        with self._database.write() as session:
+        with self._database.write(lasting=False) as session:
             run = require_run(session, run_id)
             require_here(session, run.place, run.name)
             frames = known_frames(session, run)
@@ -94,7 +96,19 @@ class FollowService:
             session.add(follow)
             session.flush()
             self._jobs.submit(session, "follow", follow.id, priority=_PRIORITY)
-            return follow_view(follow, (), 0)
+            begun = follow_view(follow, (), 0)
+        self._jobs.ring(None)
+        return begun
+
+    def expect(self, run_id: str, frame: int) -> None:
+        """Somebody looks at a box and may follow it: let a worker that stands by get ready.
+
+        Raises:
+            NotFound: no such run.
+        """
+        with self._database.ask() as session:
+            require_run(session, run_id)
+        self._jobs.ring(("follow", {"run_id": run_id, "frame": frame}))
 
     def view(self, follow_id: str, after: int = 0) -> FollowView:
         """What there is from one piece on; the question keeps the follow alive.
@@ -122,7 +136,7 @@ class FollowService:
             found = await asyncio.to_thread(self.view, follow_id, after)
             if found.next > after or found.state not in ("queued", "running") or time.monotonic() >= until:
                 return found
-            await asyncio.sleep(_LOOK)
+            await asyncio.sleep(_LOOK if after else _SOON)
 
     def newest(self, run_id: str, author: str) -> FollowView | None:
         """The follow that an author has in a run; None: there is none."""

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 from sqlalchemy.orm import undefer
 
+from app.follows.soon import opened
 from app.jobs.context import Stopped, TaskContext
 from app.storage.models import Follow, FollowPiece, Run, Video
 from app.training.folders import models_of_run
@@ -17,8 +18,9 @@ from app.videos.opened import library_file
 from app.videos.same_file import require_same
 from app.videos.table import unpack
 from tsr_engine.follow import Anchor, FollowerModels, Proposal, follow
-from tsr_engine.following import follow_video, load_follower
+from tsr_engine.following import load_follower
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.pipeline import one_blas_thread
 
 __all__ = ["follow_track", "warm"]
 
@@ -29,34 +31,34 @@ _TELL = 0.08
 def follow_track(task: TaskContext) -> None:
     """Follow from the anchors; a follow that was stopped half way starts over, for it takes seconds."""
     with task.database.read() as session:
-        follow = _still_wanted(session.get(Follow, task.job.subject))
-        run = session.get_one(Run, follow.run_id)
+        asked = _still_wanted(session.get(Follow, task.job.subject))
+        run = session.get_one(Run, asked.run_id)
         video = session.get_one(Video, run.video_id, options=(undefer(Video.frame_table),))
         models = models_of_run(task.settings, session, run) if run.kind != "imported" else task.settings.models
     file = library_file(task.settings, video)
     require_same(task.database, file, video)
     pieces = _Pieces(task)
     pieces.begin()
-    request = follow.request
-    events = follow_video(
-        file,
-        [Anchor(anchor["frame"], np.array(anchor["box"], dtype=np.float64)) for anchor in request["anchors"]],
-        _parts(models),
-        direction=request["only"] if request["only"] in ("forward", "backward") else None,
-        first=request["first"],
-        last=request["last"],
-        between=request["only"] == "between",
-        table=None if video.frame_table is None else unpack(video.frame_table),
-        limits=task.settings.video_limits,
-        cancelled=task.stop,
-    )
-    for event in events:
-        if isinstance(event, Proposal):
-            pieces.add(event)
-        elif event.reason == "cancelled":
-            raise Stopped
-        else:
-            pieces.end({name: getattr(event, name) for name in ("direction", "frame", "reason", "sentence")})
+    request = asked.request
+    table = None if video.frame_table is None else unpack(video.frame_table)
+    with opened(file, table, task.settings.video_limits) as pictures, one_blas_thread():
+        events = follow(
+            pictures,
+            [Anchor(anchor["frame"], np.array(anchor["box"], dtype=np.float64)) for anchor in request["anchors"]],
+            _parts(models),
+            direction=request["only"] if request["only"] in ("forward", "backward") else None,
+            first=request["first"],
+            last=request["last"],
+            between=request["only"] == "between",
+            cancelled=task.stop,
+        )
+        for event in events:
+            if isinstance(event, Proposal):
+                pieces.add(event)
+            elif event.reason == "cancelled":
+                raise Stopped
+            else:
+                pieces.end({name: getattr(event, name) for name in ("direction", "frame", "reason", "sentence")})
     if task.stop():
         raise Stopped
     pieces.complete()
@@ -95,7 +97,7 @@ class _Pieces:
 
     def begin(self) -> None:
         """Forget what an earlier attempt has proposed."""
-        with self._task.write() as session:
+        with self._task.write(lasting=False) as session:
             follow = _still_wanted(session.get(Follow, self._task.job.subject))
             self._number = follow.pieces
             follow.state, follow.error, follow.endings = "running", None, []
@@ -119,7 +121,7 @@ class _Pieces:
 
     def _store(self, state: str) -> None:
         self._reported = time.monotonic()
-        with self._task.write() as session:
+        with self._task.write(lasting=False) as session:
             follow = _still_wanted(session.get(Follow, self._task.job.subject))
             if self._waiting:
                 session.add(FollowPiece(follow_id=follow.id, number=self._number, proposals=self._waiting))

@@ -40,13 +40,16 @@ class TaskContext:
     _cancelled: bool = field(default=False)
 
     @contextmanager
-    def write(self) -> Iterator[Session]:
+    def write(self, *, lasting: bool = True) -> Iterator[Session]:
         """A writing session in which the job is still ours.
+
+        Args:
+            lasting: as of :meth:`app.storage.database.Database.write`.
 
         Raises:
             Fenced: it is not.
         """
-        with self.database.write() as session:
+        with self.database.write(lasting=lasting) as session:
             self.jobs.held(session, self.job.id, self.job.token)
             yield session
 

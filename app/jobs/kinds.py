@@ -12,9 +12,12 @@ from sqlalchemy.orm import Session
 from app.events import EventBus
 from app.jobs.lanes import Lane
 from app.storage.models import Job
+from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
     from app.jobs.context import TaskContext
+    from app.settings import Settings
+    from app.storage.database import Database
 
 __all__ = ["JobKind", "JobKinds", "OnJobFailed", "Task"]
 
@@ -52,6 +55,7 @@ class JobKind:
         on_failed: what becomes of the subject of a job that does not end well.
         clear: data folder, subject: removes what a job that is over without an end has left.
         prepare: steps of a second at most that a worker does in advance, after ``load``.
+        expect: gets ready for a job that a person may be about to ask for: settings, database, what is known of it.
         by_frame: a job's position is a frame of a video, so that people can be informed where it died.
     """
 
@@ -61,6 +65,7 @@ class JobKind:
     on_failed: OnJobFailed
     clear: Callable[[Path, str], None] = _nothing
     prepare: tuple[Callable[[], object], ...] = ()
+    expect: Callable[[Settings, Database, JsonObject], None] | None = None
     by_frame: bool = False
 
 

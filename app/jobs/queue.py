@@ -7,13 +7,14 @@ after a crash, but takes effect once.
 from __future__ import annotations
 
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
+from app.jobs.bell import Expected
 from app.jobs.deaths import Cause
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import Lane
@@ -21,7 +22,7 @@ from app.storage.models import Job
 from app.storage.places import is_here
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MOST_CRASHES", "MOST_KILLS", "STRIDE", "Fenced", "JobQueue"]
+__all__ = ["MOST_CRASHES", "MOST_KILLS", "STRIDE", "Fenced", "JobQueue", "silent"]
 
 MOST_CRASHES = 3
 """A job in which this many processes crash at one place, or run out of memory there, is given up."""
@@ -35,17 +36,25 @@ class Fenced(Exception):
     """The job belongs to another process by now."""
 
 
+def silent(_expected: Expected | None = None) -> None:
+    """Tell nobody: no worker stands by, and the others look for themselves."""
+
+
 class JobQueue:
     """Operations on the queue; each runs in the caller's transaction.
 
     Args:
         events: where pages hear of jobs.
         kinds: what can be submitted.
+
+    Attributes:
+        ring: tells the worker that stands by of a job that is committed, or that a person may be about to ask for.
     """
 
     def __init__(self, events: EventBus, kinds: JobKinds) -> None:
         self.events = events
         self.kinds = kinds
+        self.ring: Callable[[Expected | None], None] = silent
 
     def submit(
         self,

@@ -15,11 +15,12 @@ from contextlib import suppress
 
 from sqlalchemy.exc import SQLAlchemyError
 
+from app.jobs.bell import Bell
 from app.jobs.deaths import Cause, cause_of, memory_kills
 from app.jobs.lanes import AT_ONCE, LANES, Lane
 from app.jobs.locks import holder, is_alive, last_holder
 from app.jobs.outcome import clear_subject, take_back, tell_subject
-from app.jobs.queue import Fenced, JobQueue
+from app.jobs.queue import Fenced, JobQueue, silent
 from app.jobs.readiness import STAY
 from app.log_once import LogOnce
 from app.settings import Settings
@@ -87,6 +88,7 @@ class Supervisor:
         self._clock = clock
         self._watched_at = self._stood_at = -self.linger
         self._standing: subprocess.Popen[bytes] | None = None
+        self._bell = Bell()
         self._stop = threading.Event()
         self._overdue: dict[str, float] = {}
         self._beats: dict[str, tuple[object, float]] = {}
@@ -110,6 +112,7 @@ class Supervisor:
 
     def start(self) -> None:
         """Begin to watch."""
+        self._jobs.ring = self._bell.ring
         self._thread.start()
 
     def stop(self) -> None:
@@ -125,6 +128,8 @@ class Supervisor:
                 worker.wait(max(0.05, until - time.monotonic()))
             except subprocess.TimeoutExpired:
                 self._end(worker)
+        self._jobs.ring = silent
+        self._bell.close()
 
     def _end(self, worker: subprocess.Popen[bytes]) -> None:
         """Kill a worker that is too slow and take its job back: that death is ours and does not count as a crash."""
@@ -187,7 +192,7 @@ class Supervisor:
             self._standing = None
         if self._standing is None:
             if watched and now - self._stood_at > self.again:
-                self._standing, self._stood_at = self.spawn("short", STAY), now
+                self._standing, self._stood_at = self.spawn("short", STAY, stdin=self._bell.heard), now
                 workers.append(self._standing)
         elif now - self._watched_at > self.linger and not any(
             holder(self._settings.home, job.id) == self._standing.pid for job in running
@@ -259,13 +264,13 @@ class Supervisor:
             assert process is not None
             os.kill(process, signal.SIGKILL if waited > 2 * _PATIENCE else signal.SIGTERM)
 
-    def spawn(self, lane: Lane, *further: str) -> subprocess.Popen[bytes]:
-        """Start a worker of a lane; ``further`` arguments are those of :mod:`app.jobs.worker`."""
+    def spawn(self, lane: Lane, *further: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[bytes]:
+        """Start a worker of a lane; ``further`` arguments and what it hears are those of :mod:`app.jobs.worker`."""
         passed = {f"TSR_{name.upper()}": value for name, value in as_environment(self._settings).items()}
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         command = [sys.executable, "-m", self._jobs.kinds.worker, str(os.getpid()), lane, *further]
         environment = {**os.environ, **threads, **passed}
-        return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
+        return subprocess.Popen(command, env=environment, stdin=stdin)
 
 
 def as_environment(settings: Settings) -> dict[str, str]:

@@ -14,6 +14,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from sqlalchemy.exc import DBAPIError
 
@@ -21,6 +22,7 @@ from app.cages.confine import die_with_parent, stay_in
 from app.cages.limits import stored_in
 from app.errors import Busy, StorageFull
 from app.events import EventBus
+from app.jobs.bell import Expected, Listener
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.deaths import LEFT
 from app.jobs.heartbeat import beating
@@ -106,7 +108,13 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     database = database_of(settings)
     events = EventBus()
     jobs = JobQueue(events, kinds)
-    work(lambda: do_next(settings, database, events, jobs, leaving, lane), kinds, leaving, stays)
+
+    def expect(expected: Expected) -> None:
+        kind = kinds.get(expected[0])
+        if kind is not None and kind.expect is not None:
+            kind.expect(settings, database, expected[1])
+
+    work(lambda: do_next(settings, database, events, jobs, leaving, lane), expect, kinds, leaving, stays)
     database.close()
     return 0
 
@@ -123,9 +131,16 @@ def _stay_in(settings: Settings, lane: Lane) -> None:
     stay_in(writable, network=database is None or lane == "scenes" or settings.executor != "local")
 
 
-def work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bool], stays: bool) -> None:
+def work(
+    one_job: Callable[[], bool],
+    expect: Callable[[Expected], None],
+    kinds: JobKinds,
+    leaving: Callable[[], bool],
+    stays: bool,
+) -> None:
     """Do one job after the other until there are none for a while, or until asked to leave."""
     since = time.monotonic()
+    listener = Listener()
     ahead = preparations(kinds) if stays else iter(())
     log_once = LogOnce(_log, "Jobs cannot be taken from the queue")
     while not leaving() and (stays or time.monotonic() - since < IDLE):
@@ -142,8 +157,10 @@ def work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], boo
             since = time.monotonic()
         elif (step := next(ahead, None)) is not None:
             ahead = ahead if prepared(step) else iter(())
-        else:
-            time.sleep(_STANDING if stays else _LOOK)
+        elif not stays:
+            time.sleep(_LOOK)
+        elif (expected := listener.wait(_STANDING)) is not None:
+            prepared(partial(expect, expected))
 
 
 def prepared(step: Callable[[], object]) -> bool:
@@ -151,7 +168,7 @@ def prepared(step: Callable[[], object]) -> bool:
     try:
         step()
     except Exception:
-        _log.exception("A worker could not load everything in advance; it goes on without.")
+        _log.exception("A worker could not get everything ready in advance; it goes on without.")
         return False
     return True
 
@@ -167,7 +184,7 @@ def do_next(
         if not lock.take():
             continue
         try:
-            with database.write() as session:
+            with database.write(lasting=False) as session:  # a loss of power ends this process too
                 job = jobs.claim(session, job_id, place_of(settings.home) or "")
             if job is not None:
                 with beating(database, job):

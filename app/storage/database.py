@@ -100,7 +100,8 @@ class Database:
             event.listen(self.engine, "checkout", self._on_checkout)
         self._closed = False
         event.listen(self.engine, "checkin", self._on_checkin)
-        self._writer = self.engine.execution_options(tsr_write=True)
+        self._writer = self.engine.execution_options(tsr_write="FULL")
+        self._hasty = self.engine.execution_options(tsr_write="NORMAL")
         self._asker = self.engine if self.is_sqlite else self.engine.execution_options(isolation_level="AUTOCOMMIT")
         self._turn = threading.RLock()
 
@@ -117,9 +118,16 @@ class Database:
             yield session
 
     @contextmanager
-    def write(self) -> Iterator[Session]:
-        """A session whose changes are committed together at the end, or not at all."""
-        with self._queue(), Session(self._writer, expire_on_commit=False) as session, session.begin():
+    def write(self, *, lasting: bool = True) -> Iterator[Session]:
+        """A session whose changes are committed together at the end, or not at all.
+
+        Args:
+            lasting: whether they must survive a loss of power, for which SQLite waits for the disk. If not, such a loss
+                may take the last of them, never a part of them; the end of a process takes none. PostgreSQL, which has
+                several machines write, always waits.
+        """
+        writer = self._writer if lasting else self._hasty
+        with self._queue(), Session(writer, expire_on_commit=False) as session, session.begin():
             yield session
 
     @contextmanager
@@ -195,8 +203,10 @@ def _on_connect(connection: sqlite3.Connection, _record: object) -> None:
 
 
 def _on_begin(connection: Connection) -> None:
-    write = connection.get_execution_options().get("tsr_write", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if write else "BEGIN")
+    synchronous = connection.get_execution_options().get("tsr_write")
+    if synchronous is not None:
+        connection.exec_driver_sql(f"PRAGMA synchronous = {synchronous}")
+    connection.exec_driver_sql("BEGIN" if synchronous is None else "BEGIN IMMEDIATE")
 
 
 def storage_failure(error: DBAPIError) -> ApiError | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,7 +14,7 @@ from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.experiments.follow import TUNED_BOARDS
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.figures import figures_of, mean_of, overlaps
-from benchmarks.following.signs import POSITIONS, signs_of
+from benchmarks.following.signs import POSITIONS, Sign, signs_of
 from benchmarks.following.ways import KltBox, by_peer, by_us
 from tsr_engine.following import load_follower
 from tsr_engine.io.video import open_video
@@ -30,14 +31,20 @@ OURS, PEER = "ours", "KLT"
 BOARDS = "no label set"
 
 
-def _videos(data: Data) -> Iterator[tuple[str, Path, TrackTable]]:
+def _videos(data: Data) -> Iterator[tuple[str, Path, TrackTable, range]]:
     tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
     approaches = read_looming(data.need("looming"), without=tuned)
     for name, (path, truth) in approaches.videos.items():
-        yield approaches.stress[name], path, truth
+        yield approaches.stress[name], path, truth, approaches.hidden[name]
     if data.boards is not None:
-        for path, truth in read_looming(data.boards, without=TUNED_BOARDS).videos.values():
-            yield BOARDS, path, truth
+        boards = read_looming(data.boards, without=TUNED_BOARDS)
+        for name, (path, truth) in boards.videos.items():
+            yield BOARDS, path, truth, boards.hidden[name]
+
+
+def _drawable(sign: Sign, hidden: range) -> Sign:
+    """Nobody draws a sign where a block covers it; of signs beside the target the truth does not say so."""
+    return replace(sign, clear=[k for k in sign.clear if k not in hidden])
 
 
 def _run(data: Data) -> Result:
@@ -49,11 +56,14 @@ def _run(data: Data) -> Result:
     cv2.setNumThreads(1)
     try:
         with one_blas_thread():
-            for group, path, truth in _videos(data):
+            for group, path, truth, hidden in _videos(data):
                 with open_video(path) as video:
                     pictures = [frame.picture for frame in video.frames()]
                 height, width = pictures[0].shape[:2]
-                for sign in signs_of(truth, width, height)[:SIGNS]:
+                for whole in signs_of(truth, width, height)[:SIGNS]:
+                    sign = _drawable(whole, hidden)
+                    if not sign.clear:
+                        continue
                     for position in POSITIONS:
                         start = sign.anchor(position)
                         for way, filled in (
@@ -74,7 +84,7 @@ def _run(data: Data) -> Result:
         "follow_approaches",
         data="All simulated approaches to scenes that values were not chosen on, under each stress, and approaches to "
         f"signs of no label set in other photographs than values were chosen on. Of each the {SIGNS} signs that get "
-        "widest.",
+        "widest, drawn where no block covers them.",
         figures=figures,
         settings={"opencv": cv2.__version__},
         machine=machine(),

@@ -46,7 +46,8 @@ def _run(data: Data) -> Result:
         data=f"The sample drives, with the truth of each sign that is seen for {_LEAST} frames as a track. *Late*: it "
         "begins with the last third of the sign's life. *Missed*: there is none. The first proposed box: T is pressed "
         f"{PRESSES} times, on the first sample drive, on a track at random in a frame at random, on a page that has "
-        "been open for some seconds. Chromium without a GPU, 1280x720, on the machine of the server.",
+        "been open for some seconds; the frame is looked at for a second before the key. Chromium without a GPU, "
+        "1280x720, on the machine of the server.",
         figures=figures,
         settings={"seed": data.seed},
         machine=machine(),

@@ -28,12 +28,15 @@ class LoomingClips:
         videos: clip -> (video, truth).
         stress: clip -> its stress.
         scenes: names of the photographs that they show.
+        hidden: clip -> frames in which a block covers its target, and whatever else is there: the truth tells it of the
+            target only.
     """
 
     seed: int
     videos: dict[str, tuple[Path, TrackTable]]
     stress: dict[str, str]
     scenes: frozenset[str]
+    hidden: dict[str, range]
 
     @property
     def stresses(self) -> tuple[str, ...]:
@@ -71,4 +74,5 @@ def read_looming(folder: Path, without: Iterable[str] = (), each: int | None = N
         {c["clip"]: (folder / c["clip"] / "video.mp4", read_mot_truth(folder / c["clip"] / "gt.txt")) for c in chosen},
         {c["clip"]: str(c["stress"]) for c in chosen},
         frozenset(str(c["image"]) for c in chosen),
+        {c["clip"]: range(*c.get("hidden", (-1, -1))) for c in chosen},
     )

@@ -23,6 +23,7 @@ import { createFrames } from './frames/frames.js';
 import { NEXT_TRACK, parseRoute, placeOf, samePlace } from './model/route.js';
 import { openFirst } from './operations/navigate.js';
 import { allOperations } from './operations/registry.js';
+import { createExpecting } from './review/expecting.js';
 import { createFollowing } from './review/following.js';
 import { createLoader } from './review/loader.js';
 import { closeDialog, setRoute, setTheme, setVideos, showBanner } from './store/actions/page.js';
@@ -73,6 +74,7 @@ const editor = createEditor({
   author,
 });
 const following = createFollowing({ store, api, edit: editor.edit, author, signal: ended.signal, toast });
+const expecting = createExpecting({ store, api, signal: ended.signal });
 /** @type {App} */
 const app = {
   store,
@@ -148,6 +150,7 @@ let scheduled = false;
 store.subscribe(() => {
   app.loader.sync();
   frames.sync();
+  expecting.sync();
   app.labels.sync();
   if (!scheduled) {
     scheduled = true;

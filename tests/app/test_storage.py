@@ -43,6 +43,13 @@ def test_migrations_make_what_the_models_say(database: Database) -> None:
     database.close()
 
 
+def test_sqlite_waits_for_the_disk_unless_a_change_need_not_last(database: Database) -> None:
+    for lasting, level in ((True, 2), (False, 1), (True, 2)):
+        with database.write(lasting=lasting) as session:
+            assert session.scalar(text("PRAGMA synchronous")) == level
+    database.close()
+
+
 def test_migrations_make_the_same_on_postgresql(cluster: str) -> None:
     database = Database(new_database(cluster, bare=True))
     database.migrate()

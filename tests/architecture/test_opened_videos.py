@@ -72,6 +72,7 @@ DECODING = {"open_video", "cv2.imdecode", "cv2.imread", "Image.open"}
 DECODERS = {
     "app/videos/decoding.py": "in a cage",
     "app/videos/importing.py": "in a worker",
+    "app/follows/soon.py": "in a worker",
     "app/evidence/explainer.py": "in a process of its own",
     "app/exchange/dataset.py": "on the command line",
     "app/check/report.py": "on the command line",

@@ -7,7 +7,9 @@ import pytest
 
 from tests.follow import drives
 from tests.follow.drives import Drive, covered, drive
-from tsr_engine.follow import Anchor, Ending, FollowerModels, Proposal, follow
+from tsr_engine.follow import Anchor, Ending, FollowerModels, Proposal, follow, one_way
+from tsr_engine.follow.search import Match
+from tsr_engine.follow.template import Template
 from tsr_engine.geometry.boxes import clip, iou_each
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_online
@@ -187,3 +189,13 @@ def test_pixels_of_damaged_frames_are_not_remembered() -> None:
     source = made.source(corrupt=range(21, 40))
     boxes = [e for e in follow(source, [Anchor(15, made.boxes[15])], PARTS) if isinstance(e, Proposal)]
     assert {e.frame for e in boxes} >= set(range(35))
+
+
+def test_what_hardly_resembles_the_sign_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = drive(frames=6)
+    picture, box = made.pictures[2], made.boxes[2]
+    monkeypatch.setattr(one_way, "search", lambda *_: Match(box + 30.0, 1e-4, 0.45, 0.45))
+    way = one_way.OneWay(picture, box, [Template.cut(picture, box, 0.0, True)], "forward", FollowerModels())
+    step = way.step(picture, (0.0, 0.0))
+    assert step.source == "predicted"
+    assert iou_each(step.box, box)[0] > 0.9

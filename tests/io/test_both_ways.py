@@ -50,6 +50,24 @@ def test_the_pictures_are_those_of_a_sequential_pass(kind: str, made: Any) -> No
                 assert frame is None
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_was_made_ready_is_the_same_and_needs_no_further_pass(kind: str, made: Any) -> None:
+    path = made(kind).path
+    with open_video(path) as video:
+        truth = pictures_of(video)
+    middle = len(truth) // 2
+    with Counting(OpenedFile.by_name(path), VideoLimits()) as video, BothWays(video) as give:
+        for k in (2, middle):
+            give.get_ready(k)
+        Counting.decoded = 0
+        give.get_ready(middle)
+        for k in (middle, middle + 1, middle - 1, middle, middle - 3):
+            frame = give(k)
+            assert frame is not None
+            assert np.array_equal(frame.picture, truth[k])
+        assert Counting.decoded == 0
+
+
 def test_a_jump_is_answered(made: Any) -> None:
     path = made("b_frames").path
     with open_video(path) as video:

@@ -31,6 +31,8 @@ _COMPARED: Final = 3
 """... and compared in each frame: those of the most similar size, an anchor's among them."""
 _NEW_SIZE: Final = math.log(1.2)
 """A look is worth remembering at a size that differs by this from all that are known."""
+_LIKELY: Final = 0.5
+"""Below this similarity a match is none: what is judged is the expected place, and nothing has been measured."""
 _UNCERTAIN: Final = 0.7
 """Below this similarity the search is repeated farther away."""
 _BETTER: Final = 0.1
@@ -120,7 +122,8 @@ class OneWay:
         if not self._in_view(expected):
             return self._hide(expected, 0.0, None)
         match, place_error = self._match(picture, expected)
-        where = expected if match is None or match.similarity < 0.5 else match.box
+        likely = match is not None and match.similarity >= _LIKELY
+        where = match.box if match is not None and likely else expected
         seen = None if self._shape is None else self._shape.at(picture, where)
         size = size_of(expected)
         evidence = Evidence(
@@ -132,10 +135,11 @@ class OneWay:
             score=None if seen is None else seen.score,
         )
         confidence = evidence.confidence
-        if confidence < KEPT:
+        measured = likely or (seen is not None and seen.box is not None)
+        if confidence < KEPT or not measured:
             return self._hide(expected, confidence, evidence)
         self.hidden = 0
-        if match is not None:
+        if match is not None and likely:
             self._path.correct(match.box, math.sqrt(match.variance))
         if seen is not None and seen.box is not None:
             self._path.correct(seen.box, seen.error)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterator
+from itertools import islice
 from typing import Final
 
 import numpy as np
@@ -80,6 +81,21 @@ class BothWays:
             if len(self._recent) > _RECENT:
                 self._recent.popitem(last=False)
         return frame
+
+    def get_ready(self, ordinal: int) -> None:
+        """Decode what going from a frame in either direction asks for first.
+
+        Raises:
+            UsageError: there is no such frame.
+            VideoError: as for a frame.
+        """
+        if ordinal not in self._recent and ordinal not in self._block:
+            self._leave()
+            start = max(0, ordinal + 1 - self._together)
+            self._onwards, self._next = self._video.frames(start, ahead=_AHEAD), ordinal + 1
+            self._block = {frame.ordinal: frame for frame in islice(self._onwards, self._next - start)}
+        self(ordinal)
+        self(ordinal + 1)
 
     def _after(self, ordinal: int) -> Frame | None:
         if self._onwards is None or not self._next <= ordinal < self._next + _NEAR:

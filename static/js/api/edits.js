@@ -59,6 +59,8 @@ export function editRoutes({ json }) {
     /** @param {string} run @param {{key: string, anchors: import('../types.js').FollowAnchor[], only: string|null, first: number, last: number|null, author: string|null}} wanted @param {Call} [call] @returns {Promise<import('../types.js').Follow>} */
     startFollow: async (run, wanted, call) =>
       expectObject('POST /runs/…/follows', await json(`/runs/${e(run)}/follows`, { ...call, method: 'POST', body: wanted }), FOLLOW),
+    /** @param {string} run @param {number} frame @param {Call} [call] @returns {Promise<void>} that somebody may follow a sign from there */
+    expectFollow: (run, frame, call) => json(`/runs/${e(run)}/follows/expected`, { ...call, method: 'POST', body: { frame } }),
     /** @param {string} run @param {string|null} author @param {Call} [call] @returns {Promise<import('../types.js').Follow|null>} */
     findFollow: async (run, author, call) =>
       expectObject('GET /runs/…/follows', await json(`/runs/${e(run)}/follows`, { ...call, query: { author } }), { found: 'nullable' })

@@ -472,6 +472,10 @@ export interface components {
                 [key: string]: unknown;
             } | null;
         };
+        /** @description What somebody may be about to follow. */
+        ExpectedFollow: {
+            frame: number;
+        };
         /** @description One expectation, and what became of it when the bundle was made. */
         ExpectedView: {
             id: string;

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from sqlalchemy import func, select
 
-from app.follows import service
+from app.follows import service, soon
 from app.follows.task import follow_track
 from app.jobs.context import Stopped, TaskContext
 from app.on_job_failed import on_job_failed
@@ -297,3 +297,61 @@ def test_a_page_that_waits_hears_at_once_of_what_is_there(server: Server, run: s
     work_off(server.context)
     answer = server.client.get(f"/api/follows/{follow['id']}", params={"wait": 10}).json()
     assert answer["state"] == "complete"
+
+
+def test_what_was_made_ready_changes_nothing_but_when_proposals_come(
+    server: Server, run: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    anchor = anchor_of(server, run)
+    opened: list[object] = []
+    open_anew = soon._open
+
+    def counted(*args: Any) -> Any:
+        opened.append(args)
+        return open_anew(*args)
+
+    monkeypatch.setattr(soon, "_open", counted)
+
+    def proposals() -> list[Any]:
+        follow = started(server, run, [anchor])
+        work_off(server.context)
+        found: list[Any] = server.client.get(f"/api/follows/{follow['id']}").json()["proposals"]
+        return found
+
+    cold = proposals()
+    for frame in (anchor["frame"] - 2, anchor["frame"], FRAMES + 5):
+        soon.get_ready(server.settings, server.context.database, run, frame)
+    assert len(opened) == 2
+    assert proposals() == cold
+    assert len(opened) == 2
+    assert soon._kept == []
+
+
+def test_another_file_in_the_place_of_one_that_was_made_ready_is_told(server: Server, run: str, home: Any) -> None:
+    anchor = anchor_of(server, run)
+    with server.context.database.write() as session:
+        video = session.scalars(select(Video)).one()
+        other = Path(str(server.settings.home)) / "other.mp4"
+        other.write_bytes(home.video.read_bytes())
+        video.path = str(other)
+    soon.get_ready(server.settings, server.context.database, run, anchor["frame"])
+    assert len(soon._kept) == 1
+    other.write_bytes(home.video.read_bytes() + b"\0")
+    follow = started(server, run, [anchor])
+    work_off(server.context)
+    found = server.client.get(f"/api/follows/{follow['id']}").json()
+    assert (found["state"], found["proposals"]) == ("failed", [])
+    assert "has changed" in found["error"]
+    soon.get_ready(server.settings, server.context.database, run, anchor["frame"])
+    assert soon._kept == []
+
+
+def test_the_worker_that_stands_by_is_told(server: Server, run: str) -> None:
+    heard: list[object] = []
+    server.context.jobs.ring = heard.append
+    answer = server.client.post(f"/api/runs/{run}/follows/expected", json={"frame": 7})
+    assert (answer.status_code, heard) == (204, [("follow", {"run_id": run, "frame": 7})])
+    started(server, run, [anchor_of(server, run)])
+    assert heard[1:] == [None]
+    assert server.client.post(f"/api/runs/{'0' * 32}/follows/expected", json={"frame": 7}).status_code == 404
+    assert len(heard) == 2

@@ -97,7 +97,7 @@ def test_a_worker_waits_for_room_and_does_not_end(
             raise answer
         return answer
 
-    worker.work(one_job, JobKinds([], worker="w"), lambda: left == 0, stays=False)
+    worker.work(one_job, lambda _: None, JobKinds([], worker="w"), lambda: left == 0, stays=False)
     reported = warnings(caplog)
     assert [("disk is full" in text, "No space left" in text) for text in reported] == [
         (True, False),

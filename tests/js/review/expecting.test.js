@@ -1,0 +1,50 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { createExpecting } from '../../../static/js/review/expecting.js';
+import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
+import { initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
+
+test('the server hears where a person looks at a box, once they rest there', (context) => {
+  context.mock.timers.enable({ apis: ['setTimeout'] });
+  const store = createStore(initialState(), (run) => run());
+  /** @type {[string, number][]} */ const told = [];
+  const ended = new AbortController();
+  const api = { expectFollow: async (/** @type {string} */ run, /** @type {number} */ frame) => void told.push([run, frame]) };
+  const expecting = createExpecting({ store, api: /** @type {any} */ (api), signal: ended.signal });
+  store.subscribe(expecting.sync);
+  /** @param {any} change */
+  const change = (change) => store.dispatch((state) => changeReview(state, change));
+  store.dispatch((state) => openReview(state, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 })));
+  change({ run: { id: 'r' }, frame: 5, shown: 5 });
+  context.mock.timers.tick(1000);
+  assert.deepEqual(told, []); // nothing is selected, and nothing is drawn
+  change({ mode: 'draw' });
+  context.mock.timers.tick(100);
+  change({ frame: 6, shown: 6 });
+  context.mock.timers.tick(100);
+  assert.deepEqual(told, []);
+  context.mock.timers.tick(100);
+  change({ hovered: 'm1' });
+  context.mock.timers.tick(1000);
+  assert.deepEqual(told, [['r', 6]]);
+  change({ frame: 7 }); // whose picture has not come yet
+  context.mock.timers.tick(1000);
+  change({ shown: 7, playing: true });
+  context.mock.timers.tick(1000);
+  change({ playing: false, following: /** @type {any} */ ({}) });
+  context.mock.timers.tick(1000);
+  assert.deepEqual(told, [['r', 6]]);
+  change({ following: null }); // dropped: from here it may be followed once more
+  context.mock.timers.tick(1000);
+  assert.deepEqual(told, [
+    ['r', 6],
+    ['r', 7],
+  ]);
+  change({ frame: 8, shown: 8 });
+  ended.abort();
+  context.mock.timers.tick(1000);
+  assert.equal(told.length, 2);
+});
