@@ -13,6 +13,7 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["EventBus"]
 
 _ORDERED = "events ordered"
+_IN_ORDER = text("SELECT pg_advisory_xact_lock(7461)")
 _APPEND = insert(Event)
 """A plain row: nobody asks for the object."""
 
@@ -26,7 +27,7 @@ class EventBus:
     def order(self, session: Session) -> None:
         """Let one writer at a time go on, so that numbers become visible in their order (SQLite does that anyway)."""
         if not session.info.get(_ORDERED) and session.get_bind().dialect.name == "postgresql":
-            session.execute(text("SELECT pg_advisory_xact_lock(7461)"))
+            session.connection().execute(_IN_ORDER)
             session.info[_ORDERED] = True  # sessions of app.storage.database last for one transaction
 
     def publish(self, session: Session, kind: str, subject: str, data: JsonObject) -> None:

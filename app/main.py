@@ -46,17 +46,18 @@ from tsr_engine.version import __version__
 
 __all__ = ["create_app"]
 
+# what is asked most comes first: each request looks for its route in this order
 _ROUTERS = (
+    edits,
+    evidence,
+    frames,
     session,
     catalogue,
     labels,
     search,
     videos,
-    frames,
     runs,
     events,
-    evidence,
-    edits,
     people,
     second_opinions,
     follows,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import threading
+import os
+import signal
+import subprocess
+import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,12 +16,14 @@ import pytest
 
 from sample_videos import SHIPPED
 from tests import pipeline_toys as toys
+from tests.patience import until
 from tests.test_pipeline_run import assert_same_run
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.cores import usable_cores
 from tsr_engine.params import Params
-from tsr_engine.pipeline import detected_ahead, load_components
-from tsr_engine.records import Detections
+from tsr_engine.pipeline import Detected, detected_ahead, load_components
+from tsr_engine.pipeline.helper import Detect
+from tsr_engine.records import Detections, Picture
 from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.runs.replay import ReplayReport, replay
 
@@ -27,9 +32,13 @@ FRAMES = 40
 
 @dataclass(frozen=True)
 class Numbered:
-    """A frame that is nothing but its number."""
+    """A frame that shows nothing but its number."""
 
     ordinal: int
+
+    @property
+    def picture(self) -> Picture:
+        return np.full((2, 3, 3), self.ordinal, np.uint8)
 
 
 def numbered(count: int, taken: list[int]) -> Iterator[tuple[Numbered, float]]:
@@ -38,69 +47,138 @@ def numbered(count: int, taken: list[int]) -> Iterator[tuple[Numbered, float]]:
         yield Numbered(k), float(k)
 
 
-def score_of(frame: Numbered) -> Detections:
-    """Detections whose score is the frame's number; even frames take longer than odd ones."""
-    time.sleep(0.01 if frame.ordinal % 2 == 0 else 0)
-    score = np.array([float(frame.ordinal)])
-    return Detections(np.array([[0.0, 0.0, 1.0, 1.0]]), score, score, score)
+def told(ordinal: int, picture: Picture) -> Detections:
+    """Who detected which picture as its scores; even frames take longer than odd ones."""
+    time.sleep(0.01 if ordinal % 2 == 0 else 0)
+    assert (picture == ordinal).all()
+    return Detections(
+        np.array([[0.0, 0.0, 1.0, 1.0]]), np.array([float(ordinal)]), *np.full((2, 1), float(os.getpid()))
+    )
+
+
+def detectors(rows: Iterable[tuple[Numbered, float, Detected | None]]) -> list[int]:
+    """Numbers of the processes that detected; all frames must have come, in order, with their own detections."""
+    found = []
+    for place, (frame, number, detected) in enumerate(rows):
+        assert detected is not None
+        assert frame.ordinal == place == number == detected[0].raw_scores[0]
+        assert detected[1] >= 0
+        found.append(int(detected[0].scores[0]))
+    assert len(found) == FRAMES
+    return found
+
+
+def helping(detect: Detect) -> Detect:
+    """Detects in other processes in one way, and here in the usual one."""
+    here = os.getpid()
+    return lambda ordinal, picture: (told if os.getpid() == here else detect)(ordinal, picture)
+
+
+def gone(process: int) -> bool:
+    """Whether a process has ended; one that nobody has asked for its code counts."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return True
 
 
 @pytest.mark.parametrize("cores", [1, 2, 5])
 def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
     taken: list[int] = []
     most = 0
-    for place, (frame, number, found) in enumerate(detected_ahead(numbered(FRAMES, taken), score_of, cores)):
-        assert found is not None
-        assert frame.ordinal == place == number == found[0].raw_scores[0]
-        assert found[1] >= 0
-        most = max(most, len(taken) - place)
+
+    def looked_at() -> Iterator[tuple[Numbered, float, Detected | None]]:
+        nonlocal most
+        for place, row in enumerate(detected_ahead(numbered(FRAMES, taken), told, cores)):
+            most = max(most, len(taken) - place)
+            yield row
+
+    processes = detectors(looked_at())
+    assert processes[0] == os.getpid()
+    assert 2 <= len(set(processes)) <= cores or cores == 1
+    assert all(gone(process) for process in set(processes) - {os.getpid()})
     assert taken == list(range(FRAMES))
-    assert most <= (1 if cores == 1 else cores + 2)
-
-
-def test_several_are_detected_at_a_time() -> None:
-    both = threading.Barrier(2, timeout=30)
-
-    def detect(frame: Numbered) -> Detections:
-        both.wait()
-        return score_of(frame)
-
-    assert len(list(detected_ahead(numbered(6, []), detect, 2))) == 6
+    assert most <= (1 if cores == 1 else 4 * cores)
 
 
 def test_frames_that_nobody_wants_are_not_detected() -> None:
-    seen: list[int] = []
-
-    def detect(frame: Numbered) -> Detections:
-        seen.append(frame.ordinal)
-        return score_of(frame)
+    def detect(ordinal: int, picture: Picture) -> Detections:
+        assert ordinal >= 5
+        return told(ordinal, picture)
 
     rows = list(detected_ahead(numbered(8, []), detect, 2, lambda frame: frame.ordinal >= 5))
     assert [row[2] is None for row in rows] == [True] * 5 + [False] * 3
-    assert sorted(seen) == [5, 6, 7]
 
 
 @pytest.mark.parametrize("cores", [1, 3])
 def test_a_failure_comes_after_the_frames_before_it(cores: int) -> None:
-    def detect(frame: Numbered) -> Detections:
-        if frame.ordinal == 7:
+    def detect(ordinal: int, picture: Picture) -> Detections:
+        if ordinal == 7:
             raise ValueError("seven")
-        return score_of(frame)
+        return told(ordinal, picture)
 
-    done = []
-    with pytest.raises(ValueError, match="seven"):
-        done.extend(frame.ordinal for frame, _, _ in detected_ahead(numbered(FRAMES, []), detect, cores))
-    before = threading.active_count()
-    rows = detected_ahead(numbered(FRAMES, []), score_of, cores)
-    next(rows)
-    rows.close()  # type: ignore[attr-defined]
-    assert threading.active_count() <= before
+    def cut() -> Iterator[tuple[Numbered, float]]:
+        yield from numbered(7, [])
+        raise ValueError("the file ends in a frame")
+
+    for frames, failing, message in ((numbered(FRAMES, []), detect, "seven"), (cut(), told, "the file ends")):
+        done = []
+        with pytest.raises(ValueError, match=message):
+            done.extend(frame.ordinal for frame, _, _ in detected_ahead(frames, failing, cores))
+        assert done == list(range(7))
+
+
+def killed(ordinal: int, picture: Picture) -> Detections:
+    if ordinal > 9:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return told(ordinal, picture)
+
+
+def short_of_memory(ordinal: int, picture: Picture) -> Detections:
+    if ordinal > 9:
+        raise MemoryError
+    return told(ordinal, picture)
+
+
+@pytest.mark.parametrize("trouble", [killed, short_of_memory])
+def test_frames_that_a_helper_cannot_detect_are_detected_here(trouble: Detect) -> None:
+    processes = detectors(detected_ahead(numbered(FRAMES, []), helping(trouble), 3))
+    assert len(set(processes[:10])) > 1
+    assert set(processes[10:]) == {os.getpid()}
+
+
+def test_signals_for_the_whole_group_do_not_end_a_helper() -> None:
+    def detect(ordinal: int, picture: Picture) -> Detections:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGTERM)
+        return told(ordinal, picture)
+
+    assert len(set(detectors(detected_ahead(numbered(FRAMES, []), helping(detect), 2)))) == 2
+
+
+ENDLESS = """
+import os, sys, time
+from tests.test_pipeline_ahead import detected_ahead, numbered, told
+for _, _, (found, _) in detected_ahead(numbered(250, []), told, 2):
+    print(int(found.scores[0]), flush=True)
+    time.sleep(0.01)
+"""
+
+
+def test_a_helper_ends_with_its_parent_however_that_ends() -> None:
+    with subprocess.Popen([sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        helper = next(number for line in process.stdout if (number := int(line)) != process.pid)
+        assert not gone(helper)
+        process.kill()
+        process.stdout.read()  # ends at once: the helper does not hold what belongs to its parent
+        until(lambda: gone(helper))
 
 
 def test_the_number_of_cores_is_checked() -> None:
     assert usable_cores() >= 1
     with pytest.raises(ValueError, match="at least 1"):
-        next(detected_ahead(numbered(1, []), score_of, 0))
+        next(detected_ahead(numbered(1, []), told, 0))
 
 
 def test_a_run_on_several_cores_stores_the_same(tmp_path: Path) -> None:

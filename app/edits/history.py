@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
-from sqlalchemy import select
+from sqlalchemy import JSON, bindparam, select
 from sqlalchemy.orm import Session
 
 from app.edits.documents import TrackDoc
@@ -17,6 +17,20 @@ __all__ = ["Last", "adopted_keys", "last_said", "taken_back"]
 _NO_END: Final = 2**62
 _PAGE: Final = 32
 """Rows of the log that are looked at first."""
+# made once: to put such a query together takes longer than to ask it
+_EARLIER: Final = (
+    select(
+        Edit.seq,
+        Edit.author,
+        Edit.created,
+        Edit.kind,
+        Edit.frame,
+        Edit.after[bindparam("key", type_=JSON.JSONStrIndexType())]["revision"].as_integer().label("revision"),
+    )
+    .where(Edit.run_id == bindparam("run"), Edit.seq < bindparam("before"))
+    .order_by(Edit.seq.desc())
+    .limit(bindparam("size"))
+)
 
 
 class Last(Model):
@@ -62,11 +76,8 @@ def last_said(session: Session, run_id: str, author: str, seen: Mapping[str, int
 
 def _since(session: Session, run_id: str, key: str, revision: int) -> Iterator[Any]:
     """The operations on a track since a revision of it: the run's log from its end on, no further than that takes."""
-    at = Edit.after[key, "revision"].as_integer()
-    columns = Edit.seq, Edit.author, Edit.created, Edit.kind, Edit.frame, at.label("revision")
-    query = select(*columns).where(Edit.run_id == run_id).order_by(Edit.seq.desc())
     before, size = _NO_END, _PAGE
-    while rows := session.execute(query.where(Edit.seq < before).limit(size)).all():
+    while rows := session.execute(_EARLIER, {"run": run_id, "key": key, "before": before, "size": size}).all():
         for row in rows:
             if row.revision is not None and row.revision > revision:
                 yield row

@@ -7,10 +7,11 @@ events, so that nobody waits in a circle.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 
-from sqlalchemy import Select, bindparam, select, text
+from sqlalchemy import Select, TextClause, bindparam, select, text
 from sqlalchemy.orm import Session
 
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
@@ -273,16 +274,18 @@ def lock_run(session: Session, run_id: str) -> None:
     _take(session, [f"run {run_id}"])
 
 
-def _take(session: Session, names: list[str], shared: Iterable[str] = (), then: Iterable[str] = ()) -> None:
-    if session.get_bind().dialect.name != "postgresql":
-        return
-    calls = [
-        *(f"pg_advisory_xact_lock({_number(name)})" for name in names),
-        *(f"pg_advisory_xact_lock_shared({_number(name)})" for name in shared),
-        *(f"pg_advisory_xact_lock({_number(name)})" for name in then),
-    ]
-    if calls:
-        session.execute(text(f"SELECT {', '.join(calls)}"))
+def _take(session: Session, names: list[str], shared: Sequence[str] = (), then: Sequence[str] = ()) -> None:
+    if session.get_bind().dialect.name == "postgresql" and (names or shared or then):
+        numbers = {f"n{place}": _number(name) for place, name in enumerate([*names, *shared, *then])}
+        session.connection().execute(_locks(len(names), len(shared), len(then)), numbers)
+
+
+@functools.lru_cache
+def _locks(names: int, shared: int, then: int) -> TextClause:
+    """The question that takes so many locks, one after the other."""
+    kinds = ["pg_advisory_xact_lock"] * names + ["pg_advisory_xact_lock_shared"] * shared
+    kinds += ["pg_advisory_xact_lock"] * then
+    return text("SELECT " + ", ".join(f"{kind}(:n{place})" for place, kind in enumerate(kinds)))
 
 
 def _number(name: str) -> int:

@@ -52,6 +52,11 @@ class Directory:
         """The library has no people, as was seen a moment ago; nobody needs to ask the database."""
         return self._empty and time.monotonic() < self._until
 
+    @property
+    def had_people(self) -> bool:
+        """The library had people when that was last looked at; they may all have gone since."""
+        return not self._empty
+
     def is_empty(self) -> bool:
         """Whether the library has no people.
 

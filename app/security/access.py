@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final, cast
 
@@ -118,6 +119,12 @@ class Access:
         return await anyio.to_thread.run_sync(self.directory.still, identity, limiter=self._limit)
 
     def _look(self, scope: Scope) -> Identity:
+        if self.directory.had_people:
+            # Who is found shows that there are people: one question to the database in place of two.
+            with suppress(Denied):
+                found = self._person(scope)
+                if found.person is not None:
+                    return found
         return self._owner(scope) if self.directory.is_empty() else self._person(scope)
 
     def _owner(self, scope: Scope) -> Identity:

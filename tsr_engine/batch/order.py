@@ -23,7 +23,7 @@ class Order:
         onnx: arguments of ``tsr_engine.pipeline.Network``; None: no network.
         evidence, csv, annotated: which results are kept.
         start, stop: first frame, and the frame after the last; None: to the end.
-        cores: frames detected at a time.
+        cores: processes that detect frames.
         memory_mb: address space that the process may use, MiB; 0: any.
         stamp: written into the results: whose they are, see ``tsr_engine.batch.run``.
     """

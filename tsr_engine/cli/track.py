@@ -63,7 +63,7 @@ def track(
     ] = False,
     cores: Annotated[
         int | None,
-        typer.Option("--cores", min=1, max=64, metavar="N", help="Frames detected at a time; unset: all cores."),
+        typer.Option("--cores", min=1, max=64, metavar="N", help="Processes that detect frames; unset: one a core."),
     ] = None,
     timing: Annotated[bool, typer.Option("--timing", help="Print the time of each stage.")] = False,
     json: JsonOption = False,

@@ -18,14 +18,14 @@ class VideoDetector:
 
     Attributes:
         detector: any.
-        alone: frames are detected on several threads, so each is detected on one.
+        alone: frames are detected in several processes, so each is detected on one core.
     """
 
     detector: OfflineDetector
     alone: bool = False
 
     def detect(self, ordinal: int, picture: Picture) -> Detections:
-        """Detections of a frame, without memory: in any order, and on any thread if ``alone``."""
+        """Detections of a frame, without memory: in any order and any process."""
         detector = self.detector
         if isinstance(detector, AcfDetector):
             if detector.params.scan_turns > 1:

@@ -213,10 +213,7 @@ class _Run:
         frames = self.video.frames(first, request.stop)
         decoded = read_ahead(lambda: _timed_frames(frames), AHEAD)
         source = detected_ahead(
-            decoded,
-            lambda f: self.detector.detect(f.ordinal, f.picture),
-            request.cores,
-            lambda f: last is None or f.ordinal > last,
+            decoded, self.detector.detect, request.cores, lambda f: last is None or f.ordinal > last
         )
         try:
             for frame, decode_seconds, detected in source:

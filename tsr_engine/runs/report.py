@@ -36,7 +36,7 @@ class RunRequest:
         table: the video's frame table from an earlier pass: a start in the middle is then reached at once.
         limits: what the video may demand; unset: ``VideoLimits()``.
         shared: other machines read the evidence while it is written.
-        cores: frames that are detected at a time, >= 1; the results are the same bytes for any number.
+        cores: processes that detect frames, >= 1, this one counted; the results are the same bytes for any number.
     """
 
     video: VideoSource

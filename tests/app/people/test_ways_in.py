@@ -11,6 +11,8 @@ import pytest
 import requests
 from starlette.testclient import TestClient
 
+from app.events import EventBus
+from app.people.service import PeopleService
 from app.security.access import cookie_name
 from tests.app.live_server import live
 from tests.app.people.team import Team, make_team
@@ -187,6 +189,17 @@ def test_the_first_person_ends_the_stream_of_the_one_user(alone: Server) -> None
         assert b"event: hello" in (next(lines), next(lines))
         alone.context.people.add("Ada", "admin")
         assert sum(1 for _ in lines) < 50  # it ends
+
+
+def test_when_another_process_removes_the_last_person_the_library_is_its_user_s_again(alone: Server) -> None:
+    _, token = alone.context.people.add("Ada", "admin")
+    alone.context.directory.forget()
+    ada = {"Authorization": f"Bearer {token}"}
+    assert alone.stranger().get("/api/session", headers=ada).json()["person"]["name"] == "Ada"
+    assert alone.client.post("/api/session/links").json()["path"] == "/"
+    PeopleService(alone.context.database, EventBus()).remove("Ada")  # this server hears nothing of it
+    assert refusal(alone.stranger().get("/api/session", headers=ada)) == (401, "unauthorised")
+    assert alone.client.post("/api/session/links").json()["path"] != "/"
 
 
 def test_while_the_database_is_away_nobody_with_an_account_comes_in(

@@ -1,0 +1,141 @@
+"""A process that detects frames for the one that has started it.
+
+It is forked: it begins within milliseconds with all that is loaded, compiled and prepared, takes any detector, and can
+be started where a process may start no other program. As its parent has threads, it does nothing but detect: it closes
+the parent's files, collects no garbage, and leaves without cleaning up. OpenCV's threads are ended before the fork,
+since a child would wait for them forever.
+
+Pictures go through shared memory, detections through a pipe. The process ends when its parent does, as the pipe then
+closes.
+"""
+
+from __future__ import annotations
+
+import gc
+import mmap
+import os
+import signal
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection, Pipe
+from typing import Final, NoReturn
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.records import Detections, Picture
+
+__all__ = ["HELD", "Detect", "Detected", "Helper"]
+
+HELD: Final = 3
+"""Frames that a helper holds: it detects one, and others lie ready while its parent is busy."""
+
+Detect = Callable[[int, Picture], Detections]
+"""From a frame's number and picture to its detections."""
+Detected = tuple[Detections, float]
+"""Detections of a frame, and the seconds that they took."""
+
+
+class Helper:
+    """One process that detects.
+
+    Args:
+        detect: what it does.
+        shape: of all pictures.
+
+    Attributes:
+        talk: readable when the next frame is done, or the process has ended.
+    """
+
+    def __init__(self, detect: Detect, shape: tuple[int, ...]) -> None:
+        memory = mmap.mmap(-1, HELD * int(np.prod(shape)))
+        self._pictures = np.frombuffer(memory, np.uint8).reshape(HELD, *shape)
+        self._given = 0
+        self.talk, theirs = Pipe()
+        with _quiet():
+            self._process = os.fork()
+            if self._process == 0:
+                _serve(theirs, detect, self._pictures)
+        theirs.close()
+
+    def give(self, ordinal: int, picture: Picture) -> None:
+        """Have a frame detected; at most ``HELD`` at a time.
+
+        Raises:
+            OSError: the process has ended.
+        """
+        place = self._given % HELD
+        self._pictures[place] = picture
+        self.talk.send((place, ordinal))
+        self._given += 1
+
+    def take(self) -> Detected | None:
+        """The detections of the frame that was given first; None: it could not be detected.
+
+        Raises:
+            EOFError, OSError: the process has ended.
+        """
+        found: Detected | None = self.talk.recv()
+        return found
+
+    def close(self) -> None:
+        """End the process, whatever it does."""
+        self.talk.close()
+        with suppress(ProcessLookupError):
+            os.kill(self._process, signal.SIGKILL)
+        with suppress(ChildProcessError):
+            os.waitpid(self._process, 0)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """A block in which a fork is safe: without threads of OpenCV, and without signals for this thread."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+    try:
+        with warnings.catch_warnings():
+            # Python 3.12 warns of every fork of a process with threads.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        cv2.setNumThreads(threads)
+
+
+def _serve(talk: Connection, detect: Detect, pictures: NDArray[np.uint8]) -> NoReturn:
+    """Detect until the parent closes the pipe or ends."""
+    try:
+        gc.disable()
+        gc.freeze()  # what only the parent may end would be ended here, such as a decoder
+        signal.set_wakeup_fd(-1)
+        for number in signal.valid_signals():
+            if callable(signal.getsignal(number)):
+                signal.signal(number, signal.SIG_DFL)
+        for number in (signal.SIGINT, signal.SIGTERM):  # both reach whole groups; the parent decides
+            signal.signal(number, signal.SIG_IGN)
+        signal.pthread_sigmask(signal.SIG_SETMASK, ())
+        _close_all_but(talk.fileno())
+        while True:
+            place, ordinal = talk.recv()
+            began = time.perf_counter()
+            try:
+                found = detect(ordinal, pictures[place]), time.perf_counter() - began
+            except Exception:  # noqa: BLE001 - the parent detects the frame itself, and meets the same
+                talk.send(None)
+            else:
+                talk.send(found)
+    except BaseException:  # noqa: BLE001 - nothing may run that belongs to the parent
+        os._exit(0)
+
+
+def _close_all_but(kept: int) -> None:
+    """Close the parent's files, so that they are closed for everybody when the parent closes them; stderr stays."""
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for standard in (0, 1):
+        os.dup2(nothing, standard)
+    os.closerange(3, kept)
+    os.closerange(kept + 1, os.sysconf("SC_OPEN_MAX"))
