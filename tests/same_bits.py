@@ -30,7 +30,7 @@ from tsr_engine.io.video import open_video
 from tsr_engine.online.incremental_svm import IncrementalSVC
 from tsr_engine.params import Params
 from tsr_engine.params.tracking import TrackingParams
-from tsr_engine.pipeline import Components, load_components
+from tsr_engine.pipeline import Components, load_classifier, load_components
 from tsr_engine.pipeline.components import SignClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.recognition.fusion import Fusion
@@ -67,6 +67,8 @@ def moved(value: Any, by: int) -> Any:
         place = room[first : first + value.nbytes].view(value.dtype).reshape(value.shape)
         place[...] = value
         return place
+    if type(value) is tuple:
+        return tuple(moved(item, by) for item in value)
     if is_dataclass(value) and not isinstance(value, type):
         return replace(value, **{item.name: moved(getattr(value, item.name), by) for item in fields(value)})
     return value
@@ -133,6 +135,12 @@ def classifier(by: int) -> Iterator[Any]:
         yield record
 
 
+def network(by: int) -> Iterator[Any]:
+    machine = load_classifier(network=True)
+    crops = [moved(cut(picture, BOX - d, machine.margin), by) for picture in pictures() for d in (0.0, 5.0)]
+    yield moved(machine, by).margins(crops)
+
+
 def online(by: int) -> Iterator[Any]:
     make = shipped().parts.make_online
     assert make is not None
@@ -159,7 +167,8 @@ def motion(by: int) -> Iterator[Any]:
 
 
 PIECES: dict[str, Callable[[int], Iterator[Any]]] = {
-    piece.__name__: piece for piece in (gate, shift, channels, detector, rescore_windows, classifier, online, motion)
+    piece.__name__: piece
+    for piece in (gate, shift, channels, detector, rescore_windows, classifier, network, online, motion)
 }
 
 

@@ -24,7 +24,7 @@ from tsr_engine.recognition.crops import cut
 from tsr_engine.training.classifier import ClassifierSettings, train_on_split
 from tsr_engine.training.classifier_jitter import load_crop
 
-__all__ = ["EXPERIMENT"]
+__all__ = ["EXPERIMENT", "FOLDS", "crop_time"]
 
 SHOWN = (1, 2, 3, 5, 8, 12, 16, 20, 25, 30)
 TIMED = 1000
@@ -46,7 +46,7 @@ def _run(data: Data) -> Result:
     crop_ms = 0.0
     for number, held in enumerate(folds_by_track(items, FOLDS, data.seed)):
         classifier = _trained_without(items, held, settings, data, number)
-        crop_ms = crop_ms or _crop_time(held, classifier)
+        crop_ms = crop_ms or crop_time(held, classifier)
         votes.append(track_votes(held, classifier))
     each = [evaluate_fusion(of_fold, Params().fusion) for of_fold in votes]
     pooled = evaluate_fusion([track for of_fold in votes for track in of_fold], Params().fusion)
@@ -94,7 +94,7 @@ def _trained_without(
     return SignClassifier.from_component(load_component("classifier", kept))
 
 
-def _crop_time(items: Sequence[CropItem], classifier: SignClassifier) -> float:
+def crop_time(items: Sequence[CropItem], classifier: SignClassifier) -> float:
     """Median CPU time of reading one crop, ms: cut out, scaled, described and judged by one thread."""
     taken = []
     with one_blas_thread():

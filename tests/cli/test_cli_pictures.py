@@ -28,7 +28,7 @@ def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: toys.components(params)
     )
-    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda folder=None: toys.HueClassifier())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda *asked: toys.HueClassifier())
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ def test_classify_keeps_the_rows_of_the_crops_that_were_done(
             os.kill(os.getpid(), signal.SIGINT)
             return super().probabilities(crops)
 
-    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda folder=None: Slow())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda *asked: Slow())
     monkeypatch.setattr(classify_module, "BATCH", 4)
     out = tmp_path / "o.csv"
     assert run(["classify", str(crops), "--csv", str(out)]) == 130

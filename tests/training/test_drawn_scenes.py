@@ -47,11 +47,9 @@ def test_the_seed_decides_every_scene(tmp_path: Path) -> None:
 
 def test_around_a_drawn_triangle_the_ground_is_seen() -> None:
     picture = np.full((200, 200, 3), 120, np.uint8)
-    sign = module._turned(
-        module.draw("gtsrb/18", 192), DrawnScenesPlan(turn=0.0, squeeze=0.0), np.random.default_rng(0)
-    )
+    sign = module.turned(module.draw("gtsrb/18", 192), DrawnScenesPlan(turn=0.0, squeeze=0.0), np.random.default_rng(0))
     box = np.array([60.0, 60, 140, 60 + round(80 * sign.shape[0] / sign.shape[1])])
-    module._paste(picture, sign, box, np.random.default_rng(3))
+    module.paste(picture, sign, box, np.random.default_rng(3))
     top, bottom = 62, int(box[3]) - 4
     assert (picture[top, [64, 70, 130, 136]] == 120).all(), "beside the upper corner"
     assert (picture[bottom, [75, 100, 125]] != 120).any(axis=1).all(), "on the lower edge"

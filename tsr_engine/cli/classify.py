@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from tsr_engine.cli.common import JsonOption, ModelsOption, print_json, say
+from tsr_engine.cli.common import JsonOption, ModelsOption, NetworkOption, print_json, say
 from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
 
@@ -25,6 +25,7 @@ def classify(
     ],
     csv: Annotated[Path, typer.Option("--csv", metavar="OUT", help="Write filename,class_id,probability.")],
     models: ModelsOption = None,
+    network: NetworkOption = False,
     json: JsonOption = False,
 ) -> None:
     """Recognise crops of signs.
@@ -48,7 +49,7 @@ def classify(
 
     items = [(source if source.is_dir() else source.parent, item) for source in sources for item in read_items(source)]
     refuse_inputs([csv], [*sources, *(item.path for _, item in items)])
-    classifier = load_classifier(models)
+    classifier = load_classifier(models, network)
     unreadable = done = right = known = 0
     with (
         stop_on_interrupt() as stopped,

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "JsonOption",
     "ModelsOption",
+    "NetworkOption",
     "OnnxLayoutOption",
     "OnnxOption",
     "OnnxSizeOption",
@@ -52,6 +53,9 @@ PresetOption = Annotated[
 ModelsOption = Annotated[
     Path | None,
     typer.Option("--models", metavar="DIR", help="Folder of models; unset: those shipped with the package."),
+]
+NetworkOption = Annotated[
+    bool, typer.Option("--network-classifier", help="Read with the network of the models instead.")
 ]
 OnnxOption = Annotated[
     Path | None, typer.Option("--onnx", metavar="FILE", help="Detect with this YOLO-style ONNX network instead.")

@@ -13,6 +13,7 @@ from tsr_engine.cli.annotated import annotated_videos, readable, results_of, tru
 from tsr_engine.cli.common import (
     JsonOption,
     ModelsOption,
+    NetworkOption,
     ParameterCommand,
     PresetOption,
     SetOption,
@@ -132,6 +133,7 @@ def classification(
     ] = None,
     seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of the split.")] = 0,
     models: ModelsOption = None,
+    network: NetworkOption = False,
     out: OutOption = None,
     json: JsonOption = False,
 ) -> None:
@@ -150,7 +152,7 @@ def classification(
     items = [item for item in chosen_crops(gtsrb, held_out, seed) if item.class_id is not None]
     if not items:
         raise InputError(f"{gtsrb} names no classes to compare with. Use class folders, or a table with ClassId.")
-    classifier = load_classifier(models)
+    classifier = load_classifier(models, network)
     true, predicted = [], []
     with progress_bar("classifying", "crops") as show:
         for answer in predict_items(items, classifier):
@@ -206,7 +208,8 @@ def fusion(
     from tsr_engine.pipeline import load_classifier
 
     check_out(out)
-    crops, classifier = chosen_crops(gtsrb, held_out, seed), load_classifier(models)
+    crops = chosen_crops(gtsrb, held_out, seed)
+    classifier = load_classifier(models, params.pipeline.network_classifier)
     with progress_bar("classifying", "tracks") as show:
         votes = track_votes(crops, classifier, lambda done, total: show(done, total, ""))
     report = evaluate_fusion(votes, params.fusion)

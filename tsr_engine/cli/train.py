@@ -13,6 +13,7 @@ import typer
 
 from tsr_engine.cli.common import JsonOption, out_console, print_json
 from tsr_engine.errors import InputError, UsageError
+from tsr_engine.extras import require_extra
 from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ SignsOption = Annotated[
 ]
 OutOption = Annotated[Path, typer.Option("--out", metavar="MODELS", help="Model folder; other components in it stay.")]
 SeedOption = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of everything random.")]
+DeviceOption = Annotated[str, typer.Option("--device", metavar="cuda|cpu", help="Where PyTorch trains.")]
 ExportOption = Annotated[
     list[Path],
     typer.Option(
@@ -126,6 +128,22 @@ def classifier(
     _train(("classifier",), gtsdb, gtsrb, export, video, parent, out, seed, json)
 
 
+@app.command("network")
+def network(
+    out: OutOption, gtsrb: GtsrbOption = None, device: DeviceOption = "cuda", seed: SeedOption = 0,
+    json: JsonOption = False,
+) -> None:  # fmt: skip
+    """Train the network that --network-classifier reads with, by PyTorch (minutes on a GPU, days without).
+
+    \b
+    Examples:
+      tsr train network --gtsrb GTSRB --out models
+      tsr train network --gtsrb GTSRB --out models --device cpu
+    """
+    require_extra("torch")
+    _train(("network",), None, gtsrb, [], [], None, out, seed, json, device=device)
+
+
 @app.command("online")
 def online(
     out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
@@ -197,6 +215,7 @@ def _train(
     seed: int,
     as_json: bool,
     signs: Path | None = None,
+    device: str = "cpu",
 ) -> None:
     """Refine where there are exports, else train whole."""
     for folder, option in ((gtsdb, "--gtsdb"), (gtsrb, "--gtsrb"), (parent, "--from")):
@@ -217,7 +236,7 @@ def _train(
         raise UsageError(
             "--from and --video go with --export: they refine a version. Name an export, or leave them out."
         )
-    _whole(parts, gtsdb, gtsrb, signs, out, seed, as_json)
+    _whole(parts, gtsdb, gtsrb, signs, out, seed, as_json, device)
 
 
 def _whole(
@@ -228,23 +247,28 @@ def _whole(
     out: Path,
     seed: int,
     as_json: bool,
+    device: str,
 ) -> None:
     """Train, write and report one component after the other."""
     needs_scenes = bool({"detector", "prior", "online", "memory", "other_shapes"} & set(parts))
-    needs_crops = bool({"classifier", "memory"} & set(parts))
+    needs_crops = bool({"classifier", "network", "memory"} & set(parts))
     for needed, folder, option in ((needs_scenes, gtsdb, "--gtsdb"), (needs_crops, gtsrb, "--gtsrb")):
         if needed and folder is None:
             raise UsageError(f"Training {', '.join(parts)} needs {option} DIR. Name the unpacked data folder.")
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.models import component_path, save_component
+    from tsr_engine.training.network_classifier import train_network
     from tsr_engine.training.whole import train_component
 
     figures: JsonObject = {}
     for part in parts:
         with progress_bar(f"training {part}", "") as show:
-            component = train_component(part, out, seed, _shown(show), gtsdb, gtsrb, signs)
+            if part == "network" and gtsrb is not None:
+                component = train_network(gtsrb, seed, device, _shown(show))
+            else:
+                component = train_component(part, out, seed, _shown(show), gtsdb, gtsrb, signs)
         digest = save_component(component, out)
-        figures[part] = {"sha256": digest, "figures": dict(component.figures)}
+        figures[component.name] = {"sha256": digest, "figures": dict(component.figures)}
     if as_json:
         print_json({"models": str(out), "seed": seed, "components": figures})
         return

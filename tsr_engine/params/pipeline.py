@@ -70,3 +70,8 @@ class PipelineParams(Section):
     keep_context: float = Field(
         0.5, ge=0, le=4, description="context kept around each detection for a replay, share of its size"
     )
+    network_classifier: bool = Field(
+        False,
+        description="the network of the models reads signs, not descriptor and feature map: more single frames are "
+        "right; it knows the 43 signs alone, since retraining leaves it out",
+    )

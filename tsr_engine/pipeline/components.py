@@ -24,7 +24,7 @@ from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.params import Params
 from tsr_engine.pipeline.track_context import Models
 from tsr_engine.protocols import OfflineDetector
-from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.classifier import COMPONENT, NETWORK_COMPONENT, SignClassifier
 
 __all__ = [
     "Components",
@@ -85,7 +85,8 @@ def load_components(params: Params, folder: Path | None = None, network: Network
     """
     present = read_manifest(SHIPPED if folder is None else folder)["components"]
     # The detector and the classifier are indispensable: asking for them raises the error that explains.
-    needed = ("classifier",) if network is not None else ("detector", "classifier")
+    reads = _reads(params.pipeline.network_classifier, folder)
+    needed = (reads,) if network is not None else ("detector", reads)
     optional = tuple(name for name in ("prior", "online") if name in present)
     found = {name: load_component(name, folder) for name in (*needed, *optional)}
     models = {name: component.sha256 for name, component in found.items()}
@@ -98,7 +99,7 @@ def load_components(params: Params, folder: Path | None = None, network: Network
     look = None
     if isinstance(detector, AcfDetector):
         look = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
-    classifier = SignClassifier.from_component(found["classifier"])
+    classifier = SignClassifier.from_component(found[reads])
     labels = classifier.labels if classifier.labels not in ((), default_keys()) else None
     parts = Models(classifier, _online(params, found.get("online")), look, class_words(labels))
     learned = 0.0 if detector.prior is None else detector.prior.weight
@@ -181,13 +182,28 @@ def load_other_shapes(params: Params, folder: Path | None = None) -> OtherShapes
         ) from None
 
 
-def load_classifier(folder: Path | None = None) -> SignClassifier:
+def load_classifier(folder: Path | None = None, network: bool = False) -> SignClassifier:
     """The classifier of a model folder; unset: the shipped one.
+
+    Args:
+        folder: the model folder.
+        network: the one on the features of a network.
 
     Raises:
         ModelError: missing, damaged, or of another version.
     """
-    return SignClassifier.from_component(load_component("classifier", folder))
+    return SignClassifier.from_component(load_component(_reads(network, folder), folder))
+
+
+def _reads(network: bool, folder: Path | None) -> str:
+    """The component that reads signs."""
+    where = SHIPPED if folder is None else folder
+    if network and NETWORK_COMPONENT not in read_manifest(where)["components"]:
+        raise ModelError(
+            f"The models in {where} have no network that reads signs; a retraining leaves it out. Leave "
+            "network_classifier off, or train one with `tsr train network`."
+        )
+    return NETWORK_COMPONENT if network else COMPONENT
 
 
 def load_online(params: Params, folder: Path | None = None) -> OnlineDetectorMaker:

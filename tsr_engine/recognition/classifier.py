@@ -1,4 +1,6 @@
-"""The sign classifier: descriptor, feature map, one-vs-rest support vector machine, calibrated softmax.
+"""The sign classifier: features, one-vs-rest support vector machine, calibrated softmax.
+
+The features are those of a network, or of a descriptor with its feature map.
 
 The paper maps the scores of a multi-class SVM to probabilities by softmax (III-E). On raw margins that saturates,
 and the frames that err with confidence then rule a track's vote; a temperature fitted on tracks that the machine has
@@ -17,8 +19,9 @@ from numpy.typing import NDArray
 from tsr_engine.errors import ModelError
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.recognition.catalogue import CLASS_COUNT
-from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, describe, describe_patches, resize_crops
+from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, resize_crops
 from tsr_engine.recognition.features import FeatureMap, linear
+from tsr_engine.recognition.network import NETWORK_GEOMETRY, NetworkMap
 from tsr_engine.recognition.views import diagonal_pairs
 from tsr_engine.records import Picture
 
@@ -26,10 +29,12 @@ if TYPE_CHECKING:
     from tsr_engine.protocols import CropClassifier
 
 COMPONENT = "classifier"
+NETWORK_COMPONENT = "network_classifier"
+"""The classifier on the features of a network, which models may have beside the other."""
 ARRAYS = ("filters", "filter_bias", "hidden", "hidden_bias", "weights", "bias")
 """Names under which models store the feature map and the hyperplanes."""
 GEOMETRY = {"side": SIDE, "cell": CELL, "channels": CHANNELS, "margin": MARGIN}
-"""What the weights assume of the descriptor; stored with them and checked."""
+"""What the weights assume of the descriptor; stored with them and checked. Those of a network: ``NETWORK_GEOMETRY``."""
 
 Array = NDArray[np.float32]
 
@@ -38,7 +43,7 @@ Array = NDArray[np.float32]
 class SignClassifier:
     """Class margins and probabilities of sign crops. Implements ``CropClassifier``."""
 
-    features: FeatureMap
+    features: FeatureMap | NetworkMap
     weights: Array
     """Shape (h, c): one hyperplane a class."""
     bias: Array
@@ -89,9 +94,10 @@ class SignClassifier:
         Raises:
             ValueError: a crop that is not a BGR picture.
         """
+        patches = resize_crops(crops)
         if not self.paired:
-            return self.features(describe(crops))
-        both = self.features(describe_patches(diagonal_pairs(resize_crops(crops))), together=2)
+            return self.features.of_patches(patches)
+        both = self.features.of_patches(diagonal_pairs(patches), together=2)
         mean: Array = both[0::2] + both[1::2]
         mean *= np.float32(0.5)
         return mean
@@ -113,14 +119,15 @@ class SignClassifier:
         paired: bool = False,
         labels: Sequence[str] = (),
     ) -> SignClassifier:
-        """From arrays named as the attributes of :class:`FeatureMap` and of this class, of any float type.
+        """From arrays named as ``to_arrays`` of the features and the attributes of this class, of any float type.
 
         Raises:
             KeyError: an array is missing.
             ValueError: shapes do not fit together, or the temperature is not positive.
         """
         weights, bias = (np.ascontiguousarray(arrays[name], dtype=np.float32) for name in ("weights", "bias"))
-        return cls(FeatureMap.from_arrays(arrays), weights, bias, temperature, paired=paired, labels=tuple(labels))
+        features = NetworkMap.from_arrays(arrays) if "kernel0" in arrays else FeatureMap.from_arrays(arrays)
+        return cls(features, weights, bias, temperature, paired=paired, labels=tuple(labels))
 
     @classmethod
     def from_component(cls, component: Any) -> SignClassifier:
@@ -133,11 +140,12 @@ class SignClassifier:
         """
         arrays: Mapping[str, NDArray[np.generic]] = component.arrays
         params: JsonMapping = component.params
-        found = {key: params.get(key) for key in GEOMETRY}
-        if found != GEOMETRY:
+        wanted, kind = (NETWORK_GEOMETRY, "network") if "kernel0" in arrays else (GEOMETRY, COMPONENT)
+        found = {key: params.get(key) for key in wanted}
+        if found != wanted:
             raise ModelError(
-                f"The classifier was trained for another descriptor: expected {GEOMETRY}, got {found}. "
-                "Train it again with `tsr train classifier`."
+                f"The classifier was trained for another descriptor: expected {wanted}, got {found}. "
+                f"Train it again with `tsr train {kind}`."
             )
         try:
             labels = params.get("labels", [])
@@ -147,7 +155,7 @@ class SignClassifier:
             return cls.from_arrays(arrays, float(params["temperature"]), paired=paired, labels=labels)
         except (KeyError, ValueError, IndexError, TypeError) as error:
             raise ModelError(
-                f"The classifier component is damaged: {error}. Train it again with `tsr train classifier`."
+                f"The classifier component is damaged: {error}. Train it again with `tsr train {kind}`."
             ) from None
 
 

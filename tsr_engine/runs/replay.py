@@ -116,9 +116,10 @@ def check_models(reader: EvidenceReader, components: Components, params: Params)
     for name, digest in components.models.items():
         stored = reader.header.models.get(name)
         if stored != digest and name not in unused:
+            expected = "none" if stored is None else f"sha256 {stored[:12]}..."
             raise ModelError(
-                f"{reader.folder} was made with another {name} (expected sha256 {str(stored)[:12]}..., "
-                f"got {digest[:12]}...). Name its models with --models, or allow others with --other-models."
+                f"{reader.folder} was made with another {name} (expected {expected}, got {digest[:12]}...). Name its "
+                "models with --models, or allow others with --other-models."
             )
 
 

@@ -92,7 +92,7 @@ def train_classifier(
     settings = settings or ClassifierSettings()
     report: Progress = progress or (lambda stage, done, total: None)
     items = [item for item in read_items(folder) if item.track is not None]
-    _require_all_classes(items, folder)
+    require_all_classes(items, folder)
     training, held = split_by_track(items, settings.held_out, seed)
     crops = load_all(training, report, "read training pictures")
     held_crops = load_all(held, report, "read held-out pictures")
@@ -139,7 +139,12 @@ def train_on_split(
     return replace(_component(arrays, temperature), figures=figures, seed=seed)
 
 
-def _require_all_classes(items: Sequence[CropItem], folder: Path) -> None:
+def require_all_classes(items: Sequence[CropItem], folder: Path) -> None:
+    """Refuse crops that lack a class.
+
+    Raises:
+        InputError: which classes.
+    """
     missing = sorted(set(range(CLASS_COUNT)) - {item.class_id for item in items if item.class_id is not None})
     if missing:
         raise InputError(

@@ -23,7 +23,7 @@ from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.gtsdb_signs import LABEL_SET
 from tsr_engine.training.mining import read_picture
 
-__all__ = ["COMMON", "DrawnScenesPlan", "drawn_keys", "drawn_scenes"]
+__all__ = ["COMMON", "OTHER_BOARDS", "DrawnScenesPlan", "drawn_keys", "drawn_scenes", "paste", "turned"]
 
 COMMON: Final = (
     "no-stopping", "no-parking", "parking", "pedestrian-crossing", "one-way", "one-way-to-the-right",
@@ -36,7 +36,7 @@ _KNOWN, _COMMON = 0.2, 0.5
 """Shares of the drawn signs that are of the 43 of GTSRB, and of the common ones; the others are of the other labels."""
 _YELLOW: Final = 0.12
 """Share of the signs whose white is yellow."""
-_OTHER_BOARDS: Final = frozenset({"built-up-area", "end-of-built-up-area", "place-name", "end-of-place-name"})
+OTHER_BOARDS: Final = frozenset({"built-up-area", "end-of-built-up-area", "place-name", "end-of-place-name"})
 """Boards whose text is the whole drawing."""
 _DRAWN: Final = 192
 """Side at which a drawing is made before it is reduced, px."""
@@ -71,7 +71,7 @@ def drawn_keys() -> tuple[str, ...]:
     return tuple(
         label.key
         for label in shipped_set(LABEL_SET)
-        if label.key not in known | _OTHER_BOARDS
+        if label.key not in known | OTHER_BOARDS
         and label.shape in ("circle", "rectangle")
         and label.category not in ("direction", "additional")
         and f"{LABEL_SET}/{label.key}" in drawn
@@ -105,10 +105,10 @@ def drawn_scenes(scenes: Sequence[Scene], plan: DrawnScenesPlan, folder: Path, r
             place = None
             for _ in range(2 if rng.random() < plan.below else 1):
                 key = str(rng.choice(groups[rng.choice(3, p=(_KNOWN, _COMMON, 1 - _KNOWN - _COMMON))]))
-                sign = _turned(draw(drawings[key], _DRAWN), plan, rng)
+                sign = turned(draw(drawings[key], _DRAWN), plan, rng)
                 box = _placed(sign, picture, place, plan, rng)
                 if _free(box, [*boxes, *ground.taken], picture):
-                    _paste(picture, sign, box, rng)
+                    paste(picture, sign, box, rng)
                     boxes.append(box)
                     labels.append(ids[key])
                     place = box
@@ -118,7 +118,7 @@ def drawn_scenes(scenes: Sequence[Scene], plan: DrawnScenesPlan, folder: Path, r
     return out
 
 
-def _turned(drawing: Picture, plan: DrawnScenesPlan, rng: np.random.Generator) -> Picture:
+def turned(drawing: Picture, plan: DrawnScenesPlan, rng: np.random.Generator) -> Picture:
     """A drawing (BGRA) as a camera may see it: turned, squeezed, in other paint; cut to its silhouette."""
     side = drawing.shape[0]
     squeeze = 1.0 - plan.squeeze * rng.random() ** 2
@@ -168,7 +168,7 @@ def _free(box: FloatArray, others: Sequence[FloatArray], picture: Picture) -> bo
     return bool(inside and (not len(others) or iou(box[None], np.array(others)).max() == 0))
 
 
-def _paste(picture: Picture, sign: Picture, box: FloatArray, rng: np.random.Generator) -> None:
+def paste(picture: Picture, sign: Picture, box: FloatArray, rng: np.random.Generator) -> None:
     """Put a sign into a picture, lit like its surroundings and as sharp as a lens makes it, mostly on a pole."""
     x1, y1, x2, y2 = box.astype(int)
     reach = max(6, (x2 - x1) // 2)

@@ -20,7 +20,7 @@ from tsr_engine.records import Picture
 from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop
 from tsr_engine.training.drawn_digits import stroked_digits
 
-__all__ = ["DRAWN_CLASSES", "EMPTY", "LIMITS", "PRINTED", "ROAD", "Lettering", "drawn_crop"]
+__all__ = ["DRAWN_CLASSES", "EMPTY", "HIGH", "LIMITS", "PRINTED", "ROAD", "Lettering", "drawn_crop", "ground"]
 
 LIMITS: Final = {0: "20", 1: "30", 2: "50", 3: "60", 4: "70", 5: "80", 7: "100", 8: "120"}
 """Class of GTSRB -> the limit in its red ring, km/h."""
@@ -28,7 +28,7 @@ EMPTY: Final = 15
 """Class of *no vehicles*: the ring alone."""
 _ARROWS: Final = {33: 0.0, 34: 180.0, 35: -90.0, 38: 45.0, 39: 135.0}
 """Class -> where its arrow points, degrees clockwise from the right."""
-_HIGH: Final = 4
+HIGH: Final = 4
 """Signs are drawn this many times larger and reduced, which smooths their edges."""
 _Ink = tuple[float, float, float]
 
@@ -72,8 +72,8 @@ def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = R
         raise ValueError(f"class_id must be one of {(*DRAWN_CLASSES, EMPTY)}. Got {class_id} instead.")
     margin = round(MARGIN * LARGEST) + 4
     side = LARGEST + 2 * margin
-    canvas = _ground(side, rng)
-    centre, radius = side * _HIGH / 2, LARGEST * _HIGH / 2
+    canvas = ground(side, rng)
+    centre, radius = side * HIGH / 2, LARGEST * HIGH / 2
     if class_id in LIMITS or class_id == EMPTY:
         _limit(LIMITS.get(class_id, ""), lettering, canvas, centre, radius, rng)
     else:
@@ -85,12 +85,12 @@ def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = R
     return LoadedCrop(np.asarray(pixels, dtype=np.uint8), box, class_id)
 
 
-def _ground(side: int, rng: np.random.Generator) -> Picture:
+def ground(side: int, rng: np.random.Generator) -> Picture:
     """Sky, leaves or wall: a coarse random texture about a random colour."""
     colour = rng.uniform(40, 220, 3)
     coarse = rng.normal(0, rng.uniform(2, 45), (int(rng.integers(3, 14)), int(rng.integers(3, 14)), 1))
     coarse = coarse + rng.normal(0, 8, (*coarse.shape[:2], 3))
-    texture = cv2.resize((coarse + colour).astype(np.float32), (side * _HIGH,) * 2, interpolation=cv2.INTER_CUBIC)
+    texture = cv2.resize((coarse + colour).astype(np.float32), (side * HIGH,) * 2, interpolation=cv2.INTER_CUBIC)
     return np.asarray(np.clip(texture, 0, 255), dtype=np.uint8)
 
 

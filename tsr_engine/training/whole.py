@@ -14,7 +14,7 @@ from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.models import MANIFEST, SHIPPED, Component, load_component, read_manifest, save_component
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
 from tsr_engine.training.classifier import train_classifier
 from tsr_engine.training.gtsdb_signs import ignoring, other_signs, read_signs
 from tsr_engine.training.memory import COMPONENT as MEMORY
@@ -129,11 +129,12 @@ def train_parts(
             raise UsageError(f"Training {name} needs {'gtsrb' if name == 'classifier' else 'gtsdb'}. Name its folder.")
     done: set[str] = set(read_manifest(out)["components"]) if (out / MANIFEST).exists() else set()
     figures: JsonObject = {}
-    for name in (n for n in WHOLE if n in asked or n in old):
+    stale = {MEMORY: {"detector", "classifier"}, NETWORK_COMPONENT: {"classifier"}}
+    for name in (n for n in (*WHOLE, NETWORK_COMPONENT) if n in asked or n in old):
         if name in asked and name not in done:
             component = train_component(name, out, seed, _named(name, progress), gtsdb, gtsrb)
             save_component(component, out)
-        elif name not in asked and (name != MEMORY or not asked & {"detector", "classifier"}):
+        elif name not in asked and not asked & stale.get(name, set()):
             save_component(replace(old[name]), out)
     models = {}
     for name in sorted(read_manifest(out)["components"]):

@@ -1,0 +1,62 @@
+"""Classifiers on networks that have not seen some crops: trained once for a scratch folder, by PyTorch on a GPU."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.experiment import Data, Skip
+from benchmarks.peers.cache import code
+from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.io.models import load_component, save_component
+from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
+from tsr_engine.training.classifier import fit_temperature
+from tsr_engine.training.classifier_jitter import load_crop, plain_view
+from tsr_engine.training.network_classifier import classifier_of, component_of
+
+__all__ = ["trained_on"]
+
+_MADE_BY = (
+    "recognition/network.py", "training/network.py", "training/network_classifier.py", "training/network_crops.py",
+    "training/network_views.py",
+)  # fmt: skip
+"""What a network depends on: one that others have trained is not judged again."""
+
+
+def trained_on(items: Sequence[CropItem], held: Sequence[CropItem], data: Data, name: str) -> SignClassifier:
+    """The classifier as ``tsr train network`` trains it, on some tracks only.
+
+    Args:
+        items: what is learned.
+        held: crops of other tracks, which the temperature is fitted to.
+        data: seed and scratch folder.
+        name: of the folder in it that the classifier is kept in.
+
+    Raises:
+        Skip: there is none yet, and no PyTorch or no GPU to train one.
+    """
+    kept = data.scratch / f"{name}-{data.seed}-{hashlib.sha256(code(_MADE_BY).encode()).hexdigest()[:12]}"
+    if not (kept / "manifest.json").is_file():
+        made = _trained(items, data.seed)
+        known = [load_crop(item) for item in held]
+        margins = made.margins([plain_view(crop) for crop in known])
+        temperature = fit_temperature(margins, np.array([crop.class_id for crop in known]))
+        save_component(component_of(replace(made, temperature=temperature), data.seed), kept)
+    return SignClassifier.from_component(load_component(NETWORK_COMPONENT, kept))
+
+
+def _trained(items: Sequence[CropItem], seed: int) -> SignClassifier:
+    try:
+        import torch
+    except ModuleNotFoundError:
+        raise Skip("no PyTorch to train a network with: pip install 'tsr[network]'.") from None
+    if not torch.cuda.is_available():
+        raise Skip("no GPU: a network takes minutes there and days here.")
+    from tsr_engine.training.network import NetworkPlan, fit_network
+    from tsr_engine.training.network_crops import bank_of
+
+    crops = [load_crop(item) for item in items]
+    return classifier_of(*fit_network(bank_of(crops, seed), NetworkPlan(), seed, "cuda", lambda *told: None), crops)

@@ -1,0 +1,209 @@
+"""Features of sign crops by a small convolutional network, in place of descriptor and feature map.
+
+Only training needs PyTorch (``tsr train network``). Here the layers are sums in one order, so the bits depend neither
+on threads nor on the processor. Most of what a layer finds is not above 0, and those products are left out: that is
+quicker than OpenCV's own convolutions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.recognition.descriptor import MARGIN, SIDE
+
+__all__ = ["FEATURES", "LAYERS", "LEAST_SPREAD", "NETWORK_GEOMETRY", "Layer", "NetworkMap"]
+
+FEATURES: Final = 256
+"""Number of features."""
+LEAST_SPREAD: Final = 12.0
+"""Crops are divided by the standard deviation of their values, but never by less than this, grey levels."""
+
+Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """A convolution followed by ``max(0, .)``.
+
+    Attributes:
+        inputs: channels in.
+        outputs: channels out.
+        size: side of the kernel, odd.
+        stride: 1 or 2.
+        added: the layer's input is added to its answer before ``max(0, .)``.
+        padded: zeros surround the input, so that stride 1 keeps its size.
+    """
+
+    inputs: int
+    outputs: int
+    size: int
+    stride: int
+    added: bool = False
+    padded: bool = True
+
+    @property
+    def reach(self) -> int:
+        """Width of the zeros around the input."""
+        return self.size // 2 if self.padded else 0
+
+    def side(self, before: int) -> int:
+        """Side of the answer for an input of a side."""
+        return (before + 2 * self.reach - self.size) // self.stride + 1
+
+
+LAYERS: Final = (
+    Layer(3, 32, 5, 2),
+    Layer(32, 64, 3, 2),
+    Layer(64, 64, 3, 1, added=True),
+    Layer(64, 128, 3, 2),
+    Layer(128, 128, 3, 1, added=True),
+    Layer(128, 160, 3, 2),
+    Layer(160, FEATURES, 3, 1, padded=False),
+)
+"""From a crop of 48x48 px to 3x3 places of 160 channels, and from these to the features."""
+NETWORK_GEOMETRY: Final = {
+    "side": SIDE,
+    "margin": MARGIN,
+    "layers": [[layer.inputs, layer.outputs, layer.size, layer.stride] for layer in LAYERS],
+}
+"""What the weights assume of crop and layers; stored with them and checked."""
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkMap:
+    """Weights of the network, plain float32 arrays."""
+
+    kernels: tuple[Array, ...]
+    """One a layer, shape (size * size * inputs, outputs): row by row, the channels of a place together."""
+    biases: tuple[Array, ...]
+    """One a layer, shape (outputs,)."""
+
+    def __post_init__(self) -> None:
+        wanted = [(layer.size * layer.size * layer.inputs, layer.outputs) for layer in LAYERS]
+        found = [kernel.shape for kernel in self.kernels]
+        if found != wanted or [bias.shape for bias in self.biases] != [(layer.outputs,) for layer in LAYERS]:
+            raise ValueError(f"NetworkMap needs kernels {wanted}, each with a bias. Got {found} instead.")
+
+    @property
+    def length(self) -> int:
+        """Number of features."""
+        return FEATURES
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], prefix: str = "") -> NetworkMap:
+        """From arrays named as :meth:`to_arrays` names them, of any float type.
+
+        Raises:
+            KeyError: an array is missing.
+            ValueError: shapes do not fit together.
+        """
+        names = [f"{prefix}kernel{number}" for number in range(len(LAYERS))]
+        kernels, biases = (
+            tuple(np.ascontiguousarray(arrays[name + end], dtype=np.float32) for name in names) for end in ("", "_bias")
+        )
+        return cls(kernels, biases)
+
+    def to_arrays(self, prefix: str = "") -> dict[str, NDArray[np.generic]]:
+        """Arrays from which :meth:`from_arrays` makes a map; kernels as float16, in which learned ones are kept."""
+        arrays: dict[str, NDArray[np.generic]] = {}
+        for number, (kernel, bias) in enumerate(zip(self.kernels, self.biases, strict=True)):
+            name = f"{prefix}kernel{number}"
+            arrays |= {name: kernel.astype(np.float16), f"{name}_bias": bias}
+        return arrays
+
+    def of_patches(self, patches: NDArray[np.uint8], together: int = 1) -> Array:
+        """Features of crops, shape (n, 48, 48, 3), BGR -> (n, 256), all >= 0.
+
+        Args:
+            patches: the crops.
+            together: as for a :class:`~.features.FeatureMap`; a crop's features depend on nothing else here.
+        """
+        sides = [SIDE]
+        for layer in LAYERS:
+            sides.append(layer.side(sides[-1]))
+        depths = [LAYERS[0].inputs, *(layer.outputs for layer in LAYERS)]
+        held = [np.empty((side, side, depth), np.float32) for side, depth in zip(sides, depths, strict=True)]
+        out = np.empty((len(patches), FEATURES), dtype=np.float32)
+        for row, patch in zip(out, patches, strict=True):
+            _normalise(np.ascontiguousarray(patch), held[0])
+            for layer, kernel, bias, (seen, found) in zip(
+                LAYERS, self.kernels, self.biases, pairwise(held), strict=True
+            ):
+                _convolve(seen, kernel, bias, layer.size, layer.stride, layer.reach, layer.added, found)
+            row[:] = held[-1].reshape(-1)
+        return out
+
+
+@nb.njit(cache=True, nogil=True)
+def _normalise(patch, out):  # type: ignore[no-untyped-def]
+    """Values less their mean, by their spread: light and haze change little then."""
+    total, squares, count = 0, 0, patch.size
+    for value in patch.flat:
+        total += int(value)
+        squares += int(value) * int(value)
+    mean = total / count
+    spread = max(np.sqrt(max(squares / count - mean * mean, 0.0)), LEAST_SPREAD)
+    shift, scale = np.float32(mean), np.float32(1 / spread)
+    for y in range(SIDE):
+        for x in range(SIDE):
+            for c in range(3):
+                out[y, x, c] = (np.float32(patch[y, x, c]) - shift) * scale
+
+
+@nb.njit(cache=True, nogil=True)
+def _convolve(seen, kernel, bias, size, stride, reach, added, out):  # type: ignore[no-untyped-def]
+    """One layer: for each place what it sees that is not 0 is listed, then those rows of the kernel are summed."""
+    height, width, inputs = seen.shape
+    outputs = len(bias)
+    rows = np.empty(size * size * inputs + 1, np.int64)
+    values = np.empty(size * size * inputs + 1, np.float32)
+    for y in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            count = 0
+            for j in range(size):
+                v = y * stride + j - reach
+                if v < 0 or v >= height:
+                    continue
+                for i in range(size):
+                    u = x * stride + i - reach
+                    if u < 0 or u >= width:
+                        continue
+                    place, first = seen[v, u], (j * size + i) * inputs
+                    for c in range(inputs):  # without a branch, which could not be foreseen
+                        rows[count], values[count] = first + c, place[c]
+                        count += place[c] != 0
+            _sum_rows(kernel, bias, rows, values, count, out[y, x])
+            if added:
+                for k in range(outputs):
+                    out[y, x, k] += seen[y, x, k]
+            for k in range(outputs):
+                out[y, x, k] = max(out[y, x, k], np.float32(0))
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def _sum_rows(kernel, bias, rows, values, count, out):  # type: ignore[no-untyped-def]
+    """``bias`` and the rows times their values, first to last; eight a pass, so that ``out`` is loaded less often."""
+    for k in range(len(bias)):
+        out[k] = bias[k]
+    n = 0
+    while n + 8 <= count:
+        a, b, c, d = kernel[rows[n]], kernel[rows[n + 1]], kernel[rows[n + 2]], kernel[rows[n + 3]]
+        e, f, g, h = kernel[rows[n + 4]], kernel[rows[n + 5]], kernel[rows[n + 6]], kernel[rows[n + 7]]
+        p, q, r, s = values[n], values[n + 1], values[n + 2], values[n + 3]
+        t, u, v, w = values[n + 4], values[n + 5], values[n + 6], values[n + 7]
+        for k in range(len(bias)):
+            half = out[k] + p * a[k] + q * b[k] + r * c[k] + s * d[k]
+            out[k] = half + t * e[k] + u * f[k] + v * g[k] + w * h[k]
+        n += 8
+    while n < count:
+        a, p = kernel[rows[n]], values[n]
+        for k in range(len(bias)):
+            out[k] += p * a[k]
+        n += 1

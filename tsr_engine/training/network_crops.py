@@ -1,0 +1,139 @@
+"""The crops that the network learns from: GTSRB's, and drawings of every sign of ``vienna`` in other manners."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.labels.classes import default_keys
+from tsr_engine.labels.files import shipped_set
+from tsr_engine.pictograms import draw, names
+from tsr_engine.records import Picture
+from tsr_engine.training.classifier import drawn_crops, inset_crops
+from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop
+from tsr_engine.training.drawn_scenes import OTHER_BOARDS, DrawnScenesPlan, paste, turned
+from tsr_engine.training.drawn_signs import HIGH, ground
+from tsr_engine.training.gtsdb_signs import LABEL_SET
+
+__all__ = ["SIDE", "Bank", "bank_of", "drawn_labels", "network_keys"]
+
+SIDE: Final = 72
+"""Side at which crops are kept, px."""
+_DRAWN: Final = 192
+"""Side at which a drawing is made before it is reduced, px."""
+_GROUND: Final = 24
+"""Side of a drawn crop before it is enlarged by ``HIGH``, px: half the sign's side more than the sign."""
+_EACH: Final = 60
+"""Drawn crops of each label, and crops with smaller digits of each limit."""
+_EACH_LIMIT: Final = 120
+"""Further drawn crops of each limit and arrow."""
+_SHARES: Final = {"limits and arrows": 0.05, "inset": 0.05, "known": 0.06, "other": 0.10}
+"""Of the views; the others are of real crops."""
+_BALANCE: Final = 0.6
+"""Exponent on class sizes in the draw of real crops: 1 as they are, 0 all classes alike."""
+_BENT_REAL: Final = 0.02
+"""How far views bend what is drawn inside a real sign, share of its side."""
+_BENT_INSET: Final = 0.03
+_BENT_DRAWN: Final = 0.07
+_SAME_SIGN: Final = {"pedestrian-crossing-ahead": "pedestrians"}
+"""Labels that are another country's drawing of one of the 43."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bank:
+    """Crops of one size.
+
+    Attributes:
+        pixels: shape (n, SIDE, SIDE, 3), uint8, BGR.
+        boxes: shape (n, 4), of the signs, shares of the crop's side.
+        classes: shape (n,), numbers in ``network_keys()``.
+        bends: shape (n,), see :func:`~.network_views.views`.
+        chances: shape (n,), how often each is shown; sums to 1.
+    """
+
+    pixels: NDArray[np.uint8]
+    boxes: NDArray[np.float32]
+    classes: NDArray[np.int64]
+    bends: NDArray[np.float32]
+    chances: NDArray[np.float64]
+
+
+def network_keys() -> tuple[str, ...]:
+    """Labels that the network tells apart: the 43 of GTSRB, then those of ``vienna`` that have a drawing."""
+    known, drawn = default_keys(), set(names())
+    return (
+        *known,
+        *(
+            label.key
+            for label in shipped_set(LABEL_SET)
+            if label.key not in {*known, *OTHER_BOARDS, *_SAME_SIGN}
+            and label.category not in ("direction", "additional")
+            and f"{LABEL_SET}/{label.key}" in drawn
+        ),
+    )
+
+
+def drawn_labels(generator: np.random.Generator) -> list[LoadedCrop]:
+    """Drawings of all labels, faded, turned and lit, before random grounds; ``class_id`` is a number in the keys."""
+    keys = network_keys()
+    drawings = [(number, f"gtsrb/{number}") for number in range(len(default_keys()))]
+    drawings += [(number, f"{LABEL_SET}/{key}") for number, key in enumerate(keys) if number >= len(drawings)]
+    drawings += [(keys.index(key), f"{LABEL_SET}/{other}") for other, key in _SAME_SIGN.items()]
+    pictures = [(number, draw(name, _DRAWN)) for number, name in drawings]
+    return [_drawn(picture, number, generator) for number, picture in pictures for _ in range(_EACH)]
+
+
+def _drawn(drawing: Picture, class_id: int, generator: np.random.Generator) -> LoadedCrop:
+    sign = turned(drawing, DrawnScenesPlan(), generator)
+    height, width = sign.shape[:2]
+    scale = LARGEST / max(height, width)
+    w, h = round(width * scale), round(height * scale)
+    side = _GROUND * HIGH
+    left, top = (side - w) // 2, (side - h) // 2
+    box = np.array([left, top, left + w, top + h], np.float64)
+    pixels = ground(_GROUND, generator)
+    paste(pixels, sign, box, generator)
+    return LoadedCrop(pixels, box, class_id)
+
+
+def bank_of(crops: Sequence[LoadedCrop], seed: int) -> Bank:
+    """Real crops, the same with smaller digits, and drawn ones, in one size.
+
+    Args:
+        crops: real ones, by class of GTSRB.
+        seed: of all draws.
+    """
+    generator = np.random.default_rng([seed, 5])
+    labels = drawn_labels(generator)
+    known = len(default_keys())
+    groups = {
+        "limits and arrows": (drawn_crops(_EACH_LIMIT, generator), _BENT_DRAWN),
+        "inset": (inset_crops(crops, _EACH, generator), _BENT_INSET),
+        "known": ([crop for crop in labels if crop.class_id < known], _BENT_DRAWN),
+        "other": ([crop for crop in labels if crop.class_id >= known], _BENT_DRAWN),
+    }
+    real = np.array([crop.class_id for crop in crops])
+    weight = np.bincount(real, minlength=known)[real] ** (_BALANCE - 1.0)
+    chances = [(1 - sum(_SHARES.values())) * weight / weight.sum()]
+    bends = [np.full(len(crops), _BENT_REAL)]
+    every = list(crops)
+    for name, (group, bend) in groups.items():
+        chances.append(np.full(len(group), _SHARES[name] / len(group)))
+        bends.append(np.full(len(group), bend))
+        every += group
+    return Bank(
+        np.stack([cv2.resize(crop.pixels, (SIDE, SIDE), interpolation=_by(crop)) for crop in every]),
+        np.stack([crop.box / np.tile(crop.pixels.shape[1::-1], 2) for crop in every]).astype(np.float32),
+        np.array([crop.class_id for crop in every]),
+        np.concatenate(bends).astype(np.float32),
+        np.concatenate(chances),
+    )
+
+
+def _by(crop: LoadedCrop) -> int:
+    return cv2.INTER_AREA if min(crop.pixels.shape[:2]) > SIDE else cv2.INTER_LINEAR
