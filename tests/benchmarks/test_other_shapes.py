@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.experiment import Result, Skip
-from benchmarks.experiments.other_shapes import EXPERIMENT, OTHERS, Sign, counts, read_boxes
+from benchmarks.experiments.other_shapes import EXPERIMENT, OTHERS, Sign, counts, read_boxes, read_unannotated
 from tsr_engine.labels.files import shipped_set
 
 SIGN, OTHER, BOARD = (np.array([x, 10.0, x + 30, 40.0]) for x in (10.0, 110.0, 210.0))
@@ -64,6 +64,17 @@ def test_boxes_of_another_form_are_named(tmp_path: Path) -> None:
         read_boxes(tmp_path)
 
 
+def test_signs_that_nobody_annotated_are_neither_found_nor_false() -> None:
+    extra = read_unannotated("dfg_half")
+    seen = next(iter(extra.values()))
+    found = np.array([sign.box for sign in seen])
+    scores = np.ones(len(seen))
+    assert counts([([], found, scores)])["false"] == len(seen)
+    known = counts([(seen, found, scores)])
+    assert known["false"] == known["43_found"] == known["other_found"] == 0
+    assert read_unannotated("elsewhere") == {}
+
+
 def test_codes_of_other_signs_are_labels_of_the_set() -> None:
     labels = {label.key: label for label in shipped_set("vienna")}
     assert all(labels[key].id >= 43 for key in OTHERS.values())
@@ -73,11 +84,12 @@ def test_the_report_has_every_figure() -> None:
     cv = {"recall_at_0.2": 0.812, "score": -1.5, "recall_at_1": 0.9, "ap50": 0.7, "signs": 99, "pictures": 600}
     one = {"43": 15, "43_found": 13, "other": 13, "other_found": 4, "other_at_rate": 3, "false": 6}
     one |= {"pictures": 24}
+    both = {**one, "looked_at": {**one, "other_at_rate": 4, "false": 3}}
     result = Result(
         "other_shapes",
         figures={
             "cross_validation": cv,
-            "foreign": {"dfg": {"without": one, "with": {**one, "other_found": 11}}},
+            "foreign": {"dfg": {"without": both, "with": {**both, "other_found": 11}}},
             "price": {"without": 39.1, "with": 87.4, "ratio": 2.23},
             "model_bytes": 512_345,
         },
@@ -91,6 +103,7 @@ def test_the_report_has_every_figure() -> None:
         "3 of 13",
         "13 of 15",
         "0.25",
+        "0.12",
         "39.1 ms",
         "87.4 ms",
         "2.23",
