@@ -48,6 +48,8 @@ def test_other_names_are_known_and_a_fetched_one_is_found_again(empty: Path) -> 
     assert chromium.find() == fetched
     program(empty / "google-chrome", "")
     assert chromium.find() == empty / "google-chrome"
+    program(empty / "chromium-headless-shell", "")
+    assert chromium.find() == empty / "chromium-headless-shell"
 
 
 def test_root_gets_the_package_of_debian(
