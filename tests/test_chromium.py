@@ -48,21 +48,41 @@ def test_other_names_are_known_and_a_fetched_one_is_found_again(empty: Path) -> 
     assert chromium.find() == fetched
     program(empty / "google-chrome", "")
     assert chromium.find() == empty / "google-chrome"
+    program(empty / chromium.SHELL, "")
+    assert chromium.find() == empty / chromium.SHELL
 
 
 def test_root_gets_the_package_of_debian(
     empty: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    made = empty / "chromium"
+    made = empty / chromium.SHELL
     program(
         empty / "apt-get", f'echo "$@" >> {empty}/asked; [ "$1" = update ] || {{ : > {made}; /bin/chmod +x {made}; }}'
     )
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     chromium.main()
     assert capfd.readouterr().out == f"{made}\n"
-    assert (empty / "asked").read_text() == "update -qq\ninstall -y -qq chromium\n"
+    assert (empty / "asked").read_text() == "update -qq\ninstall -y -qq chromium-headless-shell\n"
     chromium.main()
     assert (empty / "asked").read_text().count("install") == 1
+
+
+def test_root_gets_one_without_windows_beside_a_whole_one_if_that_works_at_once(
+    empty: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    whole = program(empty / "chromium", "")
+    program(empty / "apt-get", f'echo "$@" >> {empty}/asked; exit 100')
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    chromium.main()
+    assert not (empty / "asked").exists()
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    for _ in range(2):
+        chromium.main()
+        assert capfd.readouterr().out.splitlines()[-1] == str(whole)
+    assert (empty / "asked").read_text() == "update -qq\n"  # not again
+    without = program(empty / chromium.SHELL, "")
+    chromium.main()
+    assert capfd.readouterr().out == f"{without}\n"
 
 
 @pytest.mark.parametrize("root", [False, True])
@@ -100,6 +120,7 @@ def test_what_cannot_be_fetched_is_told_and_stops_nothing(
     said = capfd.readouterr()
     assert said.out == ""
     assert "Debian's chromium could not be installed" in said.err
+    assert f"Debian's {chromium.SHELL} could not be installed" in said.err
     assert "No Chromium could be fetched" in said.err
     assert "are left out" in said.err
 

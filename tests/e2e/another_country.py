@@ -20,9 +20,10 @@ import numpy as np
 from playwright.sync_api import Page, expect, sync_playwright
 
 from sample_videos import SHIPPED
+from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.foreign import SLOVENIAN, cvat_file
 from tests.e2e.live_server import LiveServer
-from tests.e2e.screenshots import CHROMIUM, FLAGS, quiet
+from tests.e2e.screenshots import FLAGS, quiet
 
 PATIENCE = 90_000
 """How long a step may take on a slow machine, ms."""
@@ -106,7 +107,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder of the pictures")
     out = parser.parse_args(argv).out
     with TemporaryDirectory() as home, LiveServer(Path(home), sample=False) as server, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS, env=ENVIRONMENT)
         page = browser.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True).new_page()
         page.set_default_timeout(PATIENCE)
         walk(server, page, out)

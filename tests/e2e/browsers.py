@@ -7,7 +7,8 @@ from contextlib import ExitStack, contextmanager
 
 from playwright.sync_api import Browser, Playwright, sync_playwright
 
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
+from tests.e2e.screenshots import FLAGS
 
 __all__ = ["close_browsers", "open_browser"]
 
@@ -23,7 +24,8 @@ def open_browser(flags: Sequence[str] = FLAGS) -> Iterator[Browser]:
     if not _playwright:
         _playwright.append(_end.enter_context(sync_playwright()))
     if key not in _running:
-        _running[key] = _playwright[0].chromium.launch(executable_path=CHROMIUM, args=[*flags])
+        launch = _playwright[0].chromium.launch
+        _running[key] = launch(executable_path=CHROMIUM, args=[*flags], env=ENVIRONMENT)
         _end.callback(_running[key].close)
     try:
         yield _running[key]

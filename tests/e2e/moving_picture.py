@@ -18,7 +18,7 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from sample_videos import SHIPPED
-from tests.e2e.chromium import CHROMIUM
+from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import box_of, centre, edited, on_screen, state, wait, zoom_in
 from tests.e2e.screenshots import FLAGS, quiet
@@ -157,7 +157,7 @@ def main(arguments: list[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     with TemporaryDirectory() as own, LiveServer(chosen.home or Path(own)) as server, sync_playwright() as playwright:
         video = server.wait_for_run(SHIPPED[0].video.name, timeout=1200)
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS, env=ENVIRONMENT)
         page = browser.new_context(viewport={"width": SIZE[0], "height": SIZE[1]}, color_scheme="light").new_page()
         page.goto(server.link())
         size = film(page, {"video": video["id"], "run": video["latest_run"]}, chosen.out)

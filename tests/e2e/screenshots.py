@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from playwright.sync_api import Browser, Page, Route, sync_playwright
 
 from sample_videos import SHIPPED
-from tests.e2e.chromium import CHROMIUM
+from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshot_views import GRAPHICS, SHOWN, record
 
@@ -394,7 +394,7 @@ def main(arguments: list[str] | None = None) -> int:
             if scenes and all_scenes is VIEWS:  # only now, for one of the scenes is that there is no recording
                 first = max(0, facts["frame"] - 40)  # the frame that the pictures are of lies in it
                 record(server, facts["run"], first, min(first + 80, facts["frames"]), facts["track"])
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
+            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags, env=ENVIRONMENT)
             for size, theme in kinds:
                 page = _page(browser, server, size, theme)
                 problems += _shoot(page, facts, scenes, f"{size}-{theme}", chosen.out)

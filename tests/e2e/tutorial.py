@@ -23,8 +23,9 @@ import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
 from sample_videos import SHIPPED
+from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.live_server import LiveServer
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.screenshots import FLAGS
 
 PATIENCE = 900
 SEEN = """() => [...document.images].every((image) => image.complete)
@@ -146,7 +147,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("docs/pictures"))
     args = parser.parse_args()
     with TemporaryDirectory() as folder, LiveServer(Path(folder)) as server, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS, env=ENVIRONMENT)
         page = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme="light").new_page()
         page.set_default_timeout(60_000)
         loop(server, page, args.out)
