@@ -13,7 +13,7 @@ from benchmarks.peers.cache import code
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.io.models import load_component, save_component
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
-from tsr_engine.training.classifier import fit_temperature
+from tsr_engine.training.classifier_figures import fit_temperature
 from tsr_engine.training.classifier_jitter import load_crop, plain_view
 from tsr_engine.training.network_classifier import classifier_of, component_of
 

@@ -23,6 +23,10 @@ OWN = Path(sys.prefix) / "chromium"
 """The folder of a fetched one."""
 TRIED = "tried"
 """A file there: a whole browser is here, and to get one without windows was tried."""
+LONGEST = 900.0
+"""Seconds that a step of an installation may take where there is no browser."""
+LIGHTER = 120.0
+"""The same where there is one already."""
 HOW = (
     f"Install it (on Debian: apt install {SHELL}), or name another one: make test CHROMIUM=/path/to/chrome. "
     "Then run make test again."
@@ -95,21 +99,26 @@ def _lighter() -> None:
     try:
         OWN.mkdir(parents=True, exist_ok=True)
         (OWN / TRIED).touch()
-        _install(SHELL)
+        _install(SHELL, LIGHTER)
     except (OSError, subprocess.SubprocessError) as error:
         _say(f"Debian's {SHELL} could not be installed ({error}). The tests take longer with the browser that is here.")
 
 
-def _install(package: str) -> None:
+def _install(package: str, seconds: float = LONGEST) -> None:
     _say(f"Installing Debian's {package}, once ...")
     quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
     for words in (["update", "-qq"], ["install", "-y", "-qq", package]):
-        _run(["apt-get", *words], quiet)
+        _run(["apt-get", *words], quiet, seconds=seconds)
 
 
-def _run(command: list[str], environment: dict[str, str] | None = None, folder: Path | None = None) -> None:
+def _run(
+    command: list[str],
+    environment: dict[str, str] | None = None,
+    folder: Path | None = None,
+    seconds: float = LONGEST,
+) -> None:
     """Run a program; what it says goes to stderr."""
-    subprocess.run(command, env=environment, cwd=folder, check=True, stdout=sys.stderr, timeout=900)
+    subprocess.run(command, env=environment, cwd=folder, check=True, stdout=sys.stderr, timeout=seconds)
 
 
 def _say(sentence: str) -> None:

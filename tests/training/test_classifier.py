@@ -14,9 +14,7 @@ from tsr_engine.training.classifier import (
     _strength,
     _views,
     drawn_crops,
-    fit_temperature,
     inset_crops,
-    negative_log_likelihood,
     train_classifier,
 )
 from tsr_engine.training.classifier_jitter import LoadedCrop, box_view, jittered_view, load_crop, plain_view, shaken_box
@@ -141,20 +139,6 @@ def test_views_calm_down_at_the_end() -> None:
     settings = ClassifierSettings(calm=0.5, calm_strength=0.4)
     assert [_strength(p, settings) for p in (0.0, 0.5, 0.75, 1.0, 1.1)] == pytest.approx([1, 1, 0.7, 0.4, 0.4])
     assert _strength(1.0, replace(settings, calm=0.0)) == 1
-
-
-class TestTemperature:
-    def test_overconfident_margins_are_cooled(self) -> None:
-        generator = np.random.default_rng(0)
-        logits = generator.normal(0, 2, (4000, 43))
-        p = np.exp(logits) / np.exp(logits).sum(1, keepdims=True)
-        labels = np.array([generator.choice(43, p=row) for row in p])
-        assert fit_temperature(5 * logits, labels) == pytest.approx(5, rel=0.1)
-
-    def test_likelihood_by_hand(self) -> None:
-        margins = np.zeros((1, 43))
-        margins[0, 3] = np.log(42.0)
-        assert negative_log_likelihood(margins, np.array([3]), 1.0) == pytest.approx(np.log(2), rel=1e-6)
 
 
 class TestViews:

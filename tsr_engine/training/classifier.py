@@ -10,23 +10,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from tsr_engine.errors import InputError
 from tsr_engine.io.gtsrb import CropItem, read_items, split_by_track
 from tsr_engine.io.models import Component
 from tsr_engine.recognition.catalogue import CLASS_COUNT
-from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifier, softmax
+from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifier
 from tsr_engine.recognition.descriptor import LENGTH, SIDE, describe_patches
 from tsr_engine.records import Picture
-from tsr_engine.training.classifier_jitter import (
-    LoadedCrop,
-    box_view,
-    jittered_view,
-    load_crop,
-    plain_view,
-    shaken_box,
-)
+from tsr_engine.training.classifier_figures import held_out_figures
+from tsr_engine.training.classifier_jitter import LoadedCrop, jittered_view, load_crop
 from tsr_engine.training.classifier_network import Network, NetworkSettings
 from tsr_engine.training.drawn_signs import DRAWN_CLASSES, ROAD, Lettering, drawn_crop
 from tsr_engine.training.inset_signs import INSET_CLASSES, inset_crop
@@ -307,53 +300,6 @@ def _strength(progress: float, settings: ClassifierSettings) -> float:
         return 1.0
     fallen = min(max((progress - 1 + settings.calm) / settings.calm, 0.0), 1.0)
     return 1.0 + fallen * (settings.calm_strength - 1.0)
-
-
-def held_out_figures(
-    classifier: SignClassifier, held: Sequence[LoadedCrop], seed: int
-) -> tuple[float, dict[str, float]]:
-    """Temperature and single-crop figures on pictures that the weights have not seen.
-
-    Returns:
-        The temperature, and accuracy on the annotated boxes, on boxes with detector-like errors (shifts up to 11 %,
-        scales up to 12 %, aspects up to 6 %), and the mean negative log-likelihood at the temperature.
-    """
-    generator = np.random.default_rng([seed, 2])
-    labels = np.array([crop.class_id for crop in held])
-    margins = classifier.margins([plain_view(crop) for crop in held])
-    shaken = classifier.margins([box_view(crop, shaken_box(crop.box, generator)) for crop in held])
-    temperature = fit_temperature(margins, labels)
-    return temperature, {
-        "accuracy": float((margins.argmax(1) == labels).mean()),
-        "accuracy_shaken_boxes": float((shaken.argmax(1) == labels).mean()),
-        "negative_log_likelihood": negative_log_likelihood(margins, labels, temperature),
-        "crops": len(held),
-    }
-
-
-def fit_temperature(margins: NDArray[Any], labels: NDArray[np.int64]) -> float:
-    """The temperature in [0.01, 100] that makes the labels most likely under the softmax.
-
-    scikit-learn fits temperatures only inside of a classifier that it calibrates (``CalibratedClassifierCV``), and its
-    own classes do not give the temperature away.
-
-    Args:
-        margins: shape (n, c), of pictures that the weights have not seen.
-        labels: shape (n,).
-    """
-    best = minimize_scalar(
-        lambda log_t: negative_log_likelihood(margins, labels, float(np.exp(log_t))),
-        bounds=(np.log(0.01), np.log(100.0)),
-        method="bounded",
-        options={"xatol": 1e-4},
-    )
-    return float(np.exp(best.x))
-
-
-def negative_log_likelihood(margins: NDArray[Any], labels: NDArray[np.int64], temperature: float) -> float:
-    """Mean of ``-log P(label)``, probabilities floored at 1e-12."""
-    p = softmax(margins, temperature)[np.arange(len(labels)), labels].astype(np.float64)
-    return float(-np.log(np.maximum(p, 1e-12)).mean())
 
 
 def _component(arrays: dict[str, NDArray[Any]], temperature: float) -> Component:

@@ -14,7 +14,8 @@ from tsr_engine.io.gtsrb import read_items, split_by_track
 from tsr_engine.io.models import Component
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
 from tsr_engine.recognition.network import NETWORK_GEOMETRY, NetworkMap
-from tsr_engine.training.classifier import held_out_figures, load_all, require_all_classes
+from tsr_engine.training.classifier import load_all, require_all_classes
+from tsr_engine.training.classifier_figures import held_out_figures
 from tsr_engine.training.classifier_jitter import LoadedCrop, plain_view
 
 __all__ = ["classifier_of", "component_of", "train_network"]
