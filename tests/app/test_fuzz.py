@@ -40,6 +40,7 @@ _STRICTER = frozenset(
         "upload_video",  # the bytes must be a video's
         "start_run",  # parameters are the engine's
         "start_whatif",
+        "expect_follow",  # a whole number is a whole number, not 7.0
         "start_follow",  # boxes have x1 < x2, anchors lie in frames of their own
         "get_overlays",  # last is not before first, nor far behind
         "get_truth_boxes",
