@@ -40,7 +40,7 @@ class SampleDrives:
             if known is not None and (known.path == str(place) or known.place == self._database.shared is not None):
                 continue
             try:
-                self._add(digest, clip.video.name, place, stamp, owned=False, sample=True)
+                self.add_row(digest, clip.video.name, place, stamp, owned=False, sample=True)
             except Elsewhere:
                 continue  # another server of the database shows it
             if known is None:
@@ -62,5 +62,8 @@ class SampleDrives:
             if folder.startswith("runs/") and ".." not in folder:
                 shutil.rmtree(self._settings.home / folder, ignore_errors=True)
 
-    def _add(self, digest: str, name: str, path: Path, stamp: Stamp, *, owned: bool, sample: bool = False) -> VideoView:
+    def add_row(
+        self, digest: str, name: str, path: Path, stamp: Stamp, *, owned: bool, sample: bool = False
+    ) -> VideoView:
+        """Put a video into the library."""
         raise NotImplementedError
