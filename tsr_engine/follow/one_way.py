@@ -19,7 +19,7 @@ from tsr_engine.follow.pixels import PicturePixels
 from tsr_engine.follow.records import Direction, FollowerModels, Source
 from tsr_engine.follow.search import Match, search
 from tsr_engine.follow.template import Template, size_of
-from tsr_engine.geometry.boxes import area, clip, to_cxcywh
+from tsr_engine.geometry.boxes import area, clip, iou_each, to_cxcywh
 from tsr_engine.online.online_detector import OnlineDetector, usable
 from tsr_engine.records import FloatArray, Picture
 
@@ -32,7 +32,9 @@ _COMPARED: Final = 3
 _NEW_SIZE: Final = math.log(1.2)
 """A look is worth remembering at a size that differs by this from all that are known."""
 _LIKELY: Final = 0.5
-"""Below this similarity a match is none: what is judged is the expected place, and nothing has been measured."""
+"""Below this similarity the expected place is judged instead of the match, which then counts if it lies there."""
+_THERE: Final = 0.5
+"""IoU of a match with the expected place from which it lies there."""
 _UNCERTAIN: Final = 0.7
 """Below this similarity the search is repeated farther away."""
 _BETTER: Final = 0.1
@@ -122,8 +124,8 @@ class OneWay:
         if not self._in_view(expected):
             return self._hide(expected, 0.0, None)
         match, place_error = self._match(picture, expected)
-        likely = match is not None and match.similarity >= _LIKELY
-        where = match.box if match is not None and likely else expected
+        where = expected if match is None or match.similarity < _LIKELY else match.box
+        found = match is not None and float(iou_each(match.box, where)[0]) >= _THERE
         seen = None if self._shape is None else self._shape.at(picture, where)
         size = size_of(expected)
         evidence = Evidence(
@@ -135,11 +137,11 @@ class OneWay:
             score=None if seen is None else seen.score,
         )
         confidence = evidence.confidence
-        measured = likely or (seen is not None and seen.box is not None)
+        measured = found or (seen is not None and seen.box is not None)
         if confidence < KEPT or not measured:
             return self._hide(expected, confidence, evidence)
         self.hidden = 0
-        if match is not None and likely:
+        if match is not None and found:
             self._path.correct(match.box, math.sqrt(match.variance))
         if seen is not None and seen.box is not None:
             self._path.correct(seen.box, seen.error)
