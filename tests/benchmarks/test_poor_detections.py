@@ -69,7 +69,7 @@ def test_tau_is_chosen_on_so_many_signs_or_not_at_all(tmp_path: Path, monkeypatc
         np.array([k for k, _ in rows]), np.ones(len(rows), np.int64), np.array([box for _, box in rows]),
         np.zeros(len(rows), np.int64),
     )  # fmt: skip
-    clips = LoomingClips(1, {"toy": (drive, truth)}, {"toy": "steady"}, frozenset())
+    clips = LoomingClips(1, {"toy": (drive, truth)}, {"toy": "steady"}, frozenset(), {})
     with pytest.raises(Skip, match="tau is chosen on 100"):
         paper_tau(clips, 0)
     monkeypatch.setattr(poor_detections, "SIGNS", 2)

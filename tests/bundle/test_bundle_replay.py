@@ -128,7 +128,7 @@ def test_a_recording_goes_in_or_the_readme_says_why_not(drive: Drive, tmp_path: 
     def broken(*_: Any) -> None:
         raise UsageError("A viewer cannot hold that.")
 
-    monkeypatch.setattr("tsr_engine.recording.write_recording", broken)
+    monkeypatch.setattr("tsr_engine.bundle.make.write_recording", broken)
     without = drive.bundle(tmp_path / "without.zip", recording=True)
     assert without.manifest.recording == "could not be made (A viewer cannot hold that)."
 
