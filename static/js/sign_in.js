@@ -33,6 +33,8 @@ form.addEventListener('submit', (event) => {
   event.preventDefault();
   void signIn(field.value.trim());
 });
+// before that the browser would send the form itself, with the token in the address
+/** @type {HTMLButtonElement} */ (form.querySelector('button')).disabled = false;
 
 if (said !== '' && place === '') {
   history.replaceState(null, '', '/sign-in'); // neither the address nor the history keeps the token

@@ -43,6 +43,9 @@ LEAD = """(hash) => new Promise((done) => {
   else location.hash = hash;
 })"""
 """Go to an address, or back for null; ends when the page is drawn with it: what holds then is not the old screen's."""
+ADDRESSED = """() => { const key = window.tsr.store.get().review?.selected;
+  return !key || new URLSearchParams(location.hash.split('?')[1]).get('track') === key; }"""
+"""The address, which is written a moment later, says which track is selected."""
 OPEN = "() => document.querySelector('.review-grid')?.getAttribute('aria-busy') !== 'true'"
 """No review is on the screen, or all of it is here: its run, its tracks and what people have edited."""
 
@@ -82,8 +85,11 @@ class Desk:
 def fresh_page(window: BrowserContext, server: LiveServer) -> Page:
     """A page in a window that had others before: their files are in the cache, all else that they left is gone."""
     page = window.new_page()
-    left = {"origin": server.base, "storageTypes": "cookies,local_storage,indexeddb"}
+    left = {"origin": server.base, "storageTypes": "cookies,indexeddb"}
     window.new_cdp_session(page).send("Storage.clearDataForOrigin", left)
+    # from within the origin: what the page itself clears is gone for it at once
+    page.goto(f"{server.base}/static/icon.svg")
+    page.evaluate("() => { localStorage.clear(); sessionStorage.clear(); }")
     return page
 
 
@@ -147,6 +153,7 @@ def drawn(page: Page) -> dict[str, Any]:
 
 def reloaded(page: Page) -> dict[str, Any]:
     """Load a page on a review anew; the state once everything is there again."""
+    page.wait_for_function(ADDRESSED)
     page.reload()
     page.wait_for_function(OPEN)
     return drawn(page)
