@@ -16,7 +16,7 @@ from app.storage.identity import database_of
 from app.storage.ids import RUN_ID
 from app.storage.latest import latest_last
 from app.storage.models import Run, TrackDocument, Video
-from tsr_engine.errors import InputError
+from tsr_engine.errors import InputError, TsrError
 from tsr_engine.io.video_probe import video_sha256
 
 __all__ = ["describe_choice", "named_video", "open_home", "run_named"]
@@ -25,18 +25,19 @@ _VIDEO = re.compile("[0-9a-f]{64}")
 
 
 @contextmanager
-def open_home(home: Path | None) -> Iterator[tuple[Settings, Database]]:
+def open_home(home: Path | None, missing: type[TsrError] = InputError) -> Iterator[tuple[Settings, Database]]:
     """The database of a data folder, beside a server that may run on it.
 
     Args:
         home: the folder; None: as ``tsr review`` would choose.
+        missing: what is raised where there is no data folder.
 
     Raises:
         InputError: there is no data folder.
     """
     settings = load_settings(home=home)
     if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
-        raise InputError(no_home(settings.home))
+        raise missing(no_home(settings.home))
     database = database_of(settings)
     try:
         database.migrate(settings.home / "backups")

@@ -29,18 +29,11 @@ def opened_library(home: Path | None) -> Iterator[tuple[Settings, Database]]:
     Raises:
         UsageError: there is no such folder, or what is done in the block is refused.
     """
+    from app.cli.home import open_home
     from app.errors import ApiError
-    from app.settings import DATABASE_FILE, load_settings, no_home
-    from app.storage.identity import database_of
 
-    settings = load_settings(home=home)
-    if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
-        raise UsageError(no_home(settings.home))
-    database = database_of(settings)
     try:
-        database.migrate(settings.home / "backups")
-        yield settings, database
+        with open_home(home, UsageError) as opened:
+            yield opened
     except ApiError as error:
         raise UsageError(error.message) from None
-    finally:
-        database.close()
