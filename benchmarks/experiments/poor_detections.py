@@ -17,7 +17,7 @@ from benchmarks.experiments.against_paper import number
 from benchmarks.experiments.gate import TAU
 from benchmarks.experiments.looming_clips import LoomingClips, read_looming
 from benchmarks.experiments.remembered import Memory
-from benchmarks.experiments.tracked import CONFIGURATIONS, PAPER_KF, report_of, track_together
+from benchmarks.experiments.tracked import CONFIGURATIONS, PAPER_KF, reports_of
 from benchmarks.peers.cache import Cache, file_digest
 from benchmarks.peers.ours import filter_alone
 from benchmarks.peers.seen import Annotated, Seen, look
@@ -154,18 +154,9 @@ def _figures(seen: Sequence[Seen], how: Worse, rows: Mapping[str, Params], data:
     for place, seed in _draws(seen)[:: 1 if how != Worse() else SEEDS]:
         video = seen[place].video
         title = f"{video.name}, {how}, seed {seed}"
-        keys = {n: Memory.key(title, video.path, video.truth, p, components[n].models) for n, p in rows.items()}
-        known = {name: memory.find(key) for name, key in keys.items()}
-        missing = {name: params for name, params in rows.items() if known[name] is None}
-        if missing:
-            worse = worsened(seen[place], how, seed)
-            for name, run in track_together(worse, missing, components).items():
-                report = report_of(worse, run)
-                memory.keep(keys[name], report, run.stages)
-                known[name] = report, run.stages
-        for name, record in known.items():
-            assert record is not None
-            found[name].append(record[0])
+        worse = partial(worsened, seen[place], how, seed)
+        for name, (report, _) in reports_of(title, video, worse, rows, components, memory).items():
+            found[name].append(report)
     each = len(found[PAPER_KF]) // len(seen)
     return {
         name: summarise(reports).as_dict() | _against(found[ALONE[name.split(",")[0]]], reports, each, data.seed)

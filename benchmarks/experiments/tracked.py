@@ -8,8 +8,9 @@ out as if it had been run by itself.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,7 @@ __all__ = [
     "Videos",
     "redrawn",
     "report_of",
+    "reports_of",
     "score",
     "track_together",
 ]
@@ -125,20 +127,41 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
     components = {name: load_components(params) for name, params in configurations.items()}
     shipped = load_components(Params.preset("default"))
     scored = {name: Scored() for name in configurations}
-    for title, (video, truth) in videos.items():
-        keys = {n: Memory.key(title, video, truth, p, components[n].models) for n, p in configurations.items()}
-        known = {name: memory.find(key) for name, key in keys.items()}
-        missing = {name: params for name, params in configurations.items() if known[name] is None}
-        if missing:
-            seen = next(look([Annotated(title, "", video, truth)], scratch / "detections", shipped))
-            for name, run in track_together(seen, missing, components).items():
-                report = report_of(seen, run)
-                memory.keep(keys[name], report, run.stages)
-                known[name] = report, run.stages
-        for name, found in known.items():
-            assert found is not None
+    for title, (path, truth) in videos.items():
+        video = Annotated(title, "", path, truth)
+        see = partial(next, look([video], scratch / "detections", shipped))
+        for name, found in reports_of(title, video, see, configurations, components, memory).items():
             scored[name].add(*found)
     return scored
+
+
+def reports_of(
+    title: str,
+    video: Annotated,
+    see: Callable[[], Seen],
+    configurations: Mapping[str, Params],
+    components: Mapping[str, Components],
+    memory: Memory,
+) -> dict[str, tuple[VideoReport, Mapping[str, float]]]:
+    """Report and stages of each configuration on a video; what is not remembered is tracked, then remembered.
+
+    Args:
+        title: tells these detections of the video from others.
+        video: the video.
+        see: the detections; called if something is to be tracked.
+        configurations: name -> parameters.
+        components: name -> models.
+        memory: reports of earlier calls.
+    """
+    keys = {n: Memory.key(title, video.path, video.truth, p, components[n].models) for n, p in configurations.items()}
+    known = {name: found for name, key in keys.items() if (found := memory.find(key)) is not None}
+    missing = {name: params for name, params in configurations.items() if name not in known}
+    if missing:
+        seen = see()
+        for name, run in track_together(seen, missing, components).items():
+            known[name] = report_of(seen, run), run.stages
+            memory.keep(keys[name], *known[name])
+    return {name: known[name] for name in configurations}
 
 
 def report_of(seen: Seen, run: Tracked) -> VideoReport:
