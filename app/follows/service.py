@@ -33,7 +33,9 @@ _RENEW = 4.0
 _LOOK = 0.025
 """Seconds between two looks at the database while a page waits for proposals."""
 _SOON = 0.008
-"""The same until the first one, for which a person waits."""
+"""The same until the first one, for which a person waits ..."""
+_SOON_FOR = 1.0
+"""... for so many seconds: one that comes later stands in line."""
 
 
 class FollowService:
@@ -131,12 +133,13 @@ class FollowService:
         Raises:
             NotFound: as ``view``.
         """
-        until = time.monotonic() + seconds
+        began = time.monotonic()
         while True:
             found = await asyncio.to_thread(self.view, follow_id, after)
-            if found.next > after or found.state not in ("queued", "running") or time.monotonic() >= until:
+            waited = time.monotonic() - began
+            if found.next > after or found.state not in ("queued", "running") or waited >= seconds:
                 return found
-            await asyncio.sleep(_LOOK if after else _SOON)
+            await asyncio.sleep(_SOON if not after and waited < _SOON_FOR else _LOOK)
 
     def newest(self, run_id: str, author: str) -> FollowView | None:
         """The follow that an author has in a run; None: there is none."""
