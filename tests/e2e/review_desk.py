@@ -85,11 +85,8 @@ class Desk:
 def fresh_page(window: BrowserContext, server: LiveServer) -> Page:
     """A page in a window that had others before: their files are in the cache, all else that they left is gone."""
     page = window.new_page()
-    left = {"origin": server.base, "storageTypes": "cookies,indexeddb"}
+    left = {"origin": server.base, "storageTypes": "cookies,local_storage,indexeddb"}
     window.new_cdp_session(page).send("Storage.clearDataForOrigin", left)
-    # from within the origin: what the page itself clears is gone for it at once
-    page.goto(f"{server.base}/static/icon.svg")
-    page.evaluate("() => { localStorage.clear(); sessionStorage.clear(); }")
     return page
 
 
