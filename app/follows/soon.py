@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-import numpy as np
 from sqlalchemy.orm import undefer
 
 from app.settings import Settings
@@ -62,7 +61,7 @@ def get_ready(settings: Settings, database: Database, run_id: str, frame: int) -
         require_same(database, file, video)
         kept = _take(file) or _open(file, table, settings.video_limits)
         _kept.append(kept)
-        key = int(np.flatnonzero(table.key[: frame + 1])[-1:].sum())
+        key = table.key_at_or_before(frame) or 0
         if effort(frame - key, kept.video.width, kept.video.height) < _MOST:
             kept.pictures.get_ready(frame)
     except Exception as error:  # what failed half way is not trusted again

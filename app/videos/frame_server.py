@@ -6,8 +6,6 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
-import numpy as np
-
 from app.errors import ApiError, Conflict
 from app.videos.decoding import Decoder, Encoding
 from app.videos.encoded import EncodedCache
@@ -123,11 +121,7 @@ class FrameServer:
         at = self.video.position
         if at < ordinal <= at + _BLOCK:
             return at + 1
-        return max(self._key(ordinal), ordinal - _BLOCK + 1)
-
-    def _key(self, ordinal: int) -> int:
-        keys = np.flatnonzero(self.table.key[: ordinal + 1])
-        return int(keys[-1]) if len(keys) else 0
+        return max(self.table.key_at_or_before(ordinal) or 0, ordinal - _BLOCK + 1)
 
     def preview(self, ordinal: int, width: int, encoding: Encoding) -> bytes | None:
         """A small, soft picture at once; None where the picture itself is near, or no copy for scrubbing is made yet.
@@ -136,7 +130,7 @@ class FrameServer:
         """
         if (self._id, ordinal, width, encoding) in self._cache:
             return None
-        key = self._key(ordinal)
+        key = self.table.key_at_or_before(ordinal) or 0
         at = self.video.position
         steps = ordinal - at if key <= at <= ordinal else ordinal - key
         if effort(steps, self.video.width, self.video.height) < NEAR and not self._decoding.locked():

@@ -61,6 +61,11 @@ def test_the_interval_is_the_median_step() -> None:
     assert table_of([7]).interval() == Fraction(1, 25)
 
 
+def test_a_frame_is_reached_from_the_key_frame_at_or_before_it() -> None:
+    table = replace(table_of([0, 1, 2, 3, 4]), key=np.array([False, True, False, True, False]))
+    assert [table.key_at_or_before(k) for k in range(5)] == [None, 1, 1, 3, 3]
+
+
 @pytest.mark.parametrize(
     "damage",
     [

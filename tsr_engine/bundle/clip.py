@@ -155,10 +155,9 @@ def _prove(clip: Clip, limits: VideoLimits, progress: Callable[[int], None]) -> 
 def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits) -> tuple[Path, int]:
     """The packets from the key frame before the range on, and that key frame's ordinal."""
     table = video.table
-    keys = np.flatnonzero(table.key[: start + 1])
-    if not len(keys):
+    offset = table.key_at_or_before(start)
+    if offset is None:
         raise UnfitPackets("no key frame comes before the first of the frames")
-    offset = int(keys[-1])
     if not np.array_equal(table.pts, table.stamps):
         raise UnfitPackets("the file stores no presentation times, or not for each picture its own")
     wanted = table.pts[offset:stop]

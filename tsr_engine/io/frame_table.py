@@ -86,6 +86,11 @@ class FrameTable:
         steps = steps[steps > 0]
         return int(steps[len(steps) // 2]) * self.time_base if len(steps) else Fraction(1, 25)
 
+    def key_at_or_before(self, k: int) -> int | None:
+        """The last key frame at or before frame k; None: there is none."""
+        keys = np.flatnonzero(self.key[: k + 1])
+        return int(keys[-1]) if len(keys) else None
+
     def to_arrays(self) -> dict[str, NDArray[np.generic]]:
         """The table as plain arrays, for a NumPy archive; ``from_arrays`` reads them back."""
         header = [FORMAT, self.time_base.numerator, self.time_base.denominator, self.confirmed, int(self.complete)]
