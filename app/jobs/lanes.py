@@ -12,6 +12,6 @@ AT_ONCE: Final = 2
 """Processes at most in every lane but the long one, for which a setting says it.
 
 An import decodes a whole video. So imports have a lane of their own: two long ones must not hold up a what-if; and a
-small one finds the second place while a long one goes on. A scene is made by a server that its process asks, so scenes
-have workers of their own, and no other worker needs connections.
+small one finds the second place while a long one goes on. Scenes need connections, because a
+server in their process makes them; they have workers of their own, so no other worker needs any.
 """

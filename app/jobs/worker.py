@@ -122,9 +122,9 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
 def _stay_in(settings: Settings, lane: Lane) -> None:
     """Give up what a worker does not need: it decodes what comes from outside.
 
-    With SQLite those are connections, but for scenes, which are made by a server that the process asks, and for runs
-    that a cluster computes. Who imports a video, and so is the first to decode it, writes in the data folder
-    only; the others may be about to compile code, whose caches lie elsewhere.
+    With SQLite, only two kinds of work open connections: scenes, which a server in the same process makes, and runs on
+    a cluster. A worker for imports decodes a video for the first time and writes in the data folder only. Other workers
+    may compile code, whose caches lie elsewhere.
     """
     database = sqlite_file(settings.database)
     writable = stored_in(settings.home, database) if database is not None and lane == "imports" else None
