@@ -9,15 +9,29 @@ import sys
 import time
 import urllib.error
 import urllib.request
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import IO, Any, Protocol
 
 from sample_videos import SHIPPED
 
 STARTS = 240
 """How long the server may take to start on a busy machine, s."""
+LOOK = 0.25
+"""Pause between two questions whether the server is ready with something, s: each costs it 15 ms."""
 _LINK = re.compile(r"(http://[^/\s]+)/login/\S+")
+
+
+class Process(Protocol):
+    """What a server needs of ``subprocess.Popen``."""
+
+    @property
+    def pid(self) -> int: ...
+    def poll(self) -> int | None: ...
+    def terminate(self) -> None: ...
+    def kill(self) -> None: ...
+    def wait(self, timeout: float | None = None) -> int: ...
 
 
 class LiveServer:
@@ -42,7 +56,7 @@ class LiveServer:
         self._roots = roots
         self._code = code
         self._sample = "--sample" if sample else "--no-sample"
-        self._process: subprocess.Popen[str] | None = None
+        self._process: Process | None = None
         self.base = ""
         self._log = home / "server.log"
 
@@ -70,12 +84,11 @@ class LiveServer:
 
     def start(self, port: int = 0) -> None:
         """Start and wait until it answers."""
-        command = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "review"]
-        command += ["--home", str(self.home), "--port", str(port), "--no-browser", self._sample]
+        command = ["review", "--home", str(self.home), "--port", str(port), "--no-browser", self._sample]
         for root in self._roots:
             command += ["--root", str(root)]
-        with self._log.open("w") as log:
-            self._process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, text=True, cwd=self._code)
+        with self._log.open("wb") as log:
+            self._process = self._begin(command, log)
         found = None
         end = time.monotonic() + STARTS
         while found is None:
@@ -93,6 +106,11 @@ class LiveServer:
                 time.sleep(0.1)
             else:
                 return
+
+    def _begin(self, command: Sequence[str], log: IO[bytes]) -> Process:
+        """The process of a ``tsr`` command."""
+        start = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())"]
+        return subprocess.Popen([*start, *command], stdout=log, stderr=subprocess.STDOUT, cwd=self._code)
 
     def stop(self) -> None:
         """Stop it as Ctrl-C does."""
@@ -138,7 +156,7 @@ class LiveServer:
         while (now := self.call("GET", f"/videos/{video}"))["state"] != "ready":
             if now["state"] == "failed" or time.monotonic() > end:
                 raise RuntimeError(f"The import of {path.name} failed or took over {timeout:.0f} s: {now}")
-            time.sleep(0.1)
+            time.sleep(LOOK)
         return dict(now)
 
     def track(self, video: str, asked: dict[str, Any], timeout: float = 500) -> str:
@@ -156,7 +174,7 @@ class LiveServer:
         while (now := self.call("GET", f"/runs/{run}"))["state"] != "complete":
             if now["state"] == "failed" or time.monotonic() > end:
                 raise RuntimeError(f"The run failed or took over {timeout:.0f} s: {now}")
-            time.sleep(0.1)
+            time.sleep(LOOK)
         return run
 
     def wait_for_run(self, name: str, timeout: float = 240) -> dict[str, Any]:
@@ -171,5 +189,5 @@ class LiveServer:
                     return dict(video)
                 if run["state"] == "failed":
                     raise RuntimeError(f"The run of {name} failed: {run['error']}")
-            time.sleep(0.5)
+            time.sleep(LOOK)
         raise RuntimeError(f"{name} had no complete run after {timeout} s")

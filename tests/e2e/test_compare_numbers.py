@@ -14,7 +14,7 @@ from playwright.sync_api import Page, Route, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.browsers import open_browser
-from tests.e2e.live_server import LiveServer
+from tests.e2e.forked_server import ForkedServer
 from tests.e2e.review_desk import PATIENCE, Desk, back, fresh_page, go, imported
 from tests.e2e.screenshots import CHROMIUM
 
@@ -50,7 +50,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     roots = tmp_path_factory.mktemp("clips")
     for name, shipped in zip(("first.mp4", "second.mp4"), SHIPPED, strict=False):
         shutil.copyfile(shipped.video, roots / name)
-    with LiveServer(home, roots=(roots,), sample=False) as server, open_browser() as browser:
+    with ForkedServer(home, roots=(roots,), sample=False) as server, open_browser() as browser:
         videos = [str(server.add_video(roots / name)["id"]) for name in ("first.mp4", "second.mp4")]
         run = imported(server, videos[0], worse(), "worse")["id"]
         imported(server, videos[1], SHIPPED[1].truth.read_bytes(), "other")
@@ -119,7 +119,6 @@ def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(des
     expect(recall).to_have_text("100 %")
     page.locator(".toasts").get_by_role("button", name="Undo").click()
     expect(recall).to_have_text(before)
-    page.close()
 
 
 def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(desk: Desk) -> None:
@@ -155,7 +154,6 @@ def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(desk: Desk) 
     page.wait_for_function("() => tsr.store.get().review.undo?.name === 'take_over'")
     page.keyboard.press("Control+z")
     page.wait_for_function("() => tsr.store.get().review.redo?.name === 'take_over'")
-    page.close()
 
 
 def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk, page: Page) -> None:

@@ -14,6 +14,7 @@ pytest.importorskip("playwright.sync_api")
 from PIL import Image
 from playwright.sync_api import Browser, Page
 
+from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import PATIENCE, faultless, go
 from tests.e2e.screenshots import CHROMIUM
@@ -65,7 +66,7 @@ WATCH = """async () => {
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory, files: dict[str, corpus.Made]) -> Iterator[LiveServer]:
     roots = next(iter(files.values())).path.parent
-    with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,), sample=False) as running:
+    with ForkedServer(tmp_path_factory.mktemp("home"), roots=(roots,), sample=False) as running:
         yield running
 
 

@@ -16,6 +16,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from sample_videos import SHIPPED
+from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import back, faultless, fresh_page, go
 from tests.e2e.screenshots import CHROMIUM, PATIENCE
@@ -36,7 +37,7 @@ WORK = 240_000
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory, window: BrowserContext) -> Iterator[LiveServer]:
-    with LiveServer(tmp_path_factory.mktemp("home"), roots=(DRIVE.video.parent,)) as running:
+    with ForkedServer(tmp_path_factory.mktemp("home"), roots=(DRIVE.video.parent,)) as running:
         first = window.new_page()  # opened before anything is imported: all that it shows later it has to hear
         first.goto(running.link())
         expect(first.get_by_role("link", name="Review the sample drive")).to_be_visible(timeout=WORK)

@@ -13,6 +13,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from sample_videos import SHIPPED
+from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import PATIENCE, fresh_page
 from tests.e2e.screenshots import CHROMIUM
@@ -35,18 +36,17 @@ DROP = """files => {
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
-    with LiveServer(tmp_path_factory.mktemp("files"), sample=False) as running:
+    with ForkedServer(tmp_path_factory.mktemp("files"), sample=False) as running:
         yield running
 
 
 @pytest.fixture
-def page(server: LiveServer, window: BrowserContext) -> Iterator[Page]:
+def page(server: LiveServer, window: BrowserContext) -> Page:
     page = fresh_page(window, server)
     page.set_default_timeout(1000 * PATIENCE)
     page.goto(server.link())
     page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null")
-    yield page
-    page.close()
+    return page
 
 
 class Gate:

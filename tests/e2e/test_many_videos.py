@@ -15,6 +15,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video
 from sample_videos import SHIPPED
+from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import faultless, fresh_page
 from tests.e2e.screenshots import CHROMIUM, PATIENCE
@@ -50,7 +51,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
     database.close()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TSR_WORKERS", "0")
-        with LiveServer(home, sample=False) as running:
+        with ForkedServer(home, sample=False) as running:
             yield running
 
 

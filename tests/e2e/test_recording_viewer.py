@@ -17,6 +17,7 @@ from playwright.sync_api import Page
 from app.recordings.viewer import ViewerFiles
 from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.browsers import open_browser
+from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshot_views import GRAPHICS
 from tests.e2e.screenshots import CHROMIUM, FLAGS
@@ -66,7 +67,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 
 @pytest.fixture(scope="module")
 def server(home: ToyHome) -> Iterator[LiveServer]:
-    with LiveServer(home.settings.home, roots=(home.video.parent,), sample=False) as running:
+    with ForkedServer(home.settings.home, roots=(home.video.parent,), sample=False) as running:
         yield running
 
 

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 from app.edits.documents import Segment, TrackDoc
 from app.storage.models import TrackDocument
 from tests.app.toy_home import ToyHome, make_home
-from tests.e2e.live_server import LiveServer
+from tests.e2e.forked_server import ForkedServer
 from tests.e2e.review_desk import back, faultless
 from tests.e2e.screenshots import CHROMIUM
 
@@ -54,7 +54,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 def page(home: ToyHome, browser: Browser) -> Iterator[Page]:
     roots = (home.video.parent,)
     with (
-        LiveServer(home.settings.home, roots, sample=False) as server,
+        ForkedServer(home.settings.home, roots, sample=False) as server,
         faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page,
     ):
         page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")

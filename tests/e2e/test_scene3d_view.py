@@ -16,6 +16,7 @@ from playwright.sync_api import Page, expect
 
 from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.browsers import open_browser
+from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshots import CHROMIUM
 
@@ -51,7 +52,7 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 @pytest.fixture(scope="module")
 def server(toy: ToyHome) -> Iterator[LiveServer]:
     (toy.settings.home / "token").write_text("t" * 24)
-    with LiveServer(toy.settings.home, roots=(toy.video.parent,)) as running:
+    with ForkedServer(toy.settings.home, roots=(toy.video.parent,)) as running:
         yield running
 
 

@@ -108,7 +108,6 @@ def test_undo_in_a_field_takes_back_what_was_typed_not_what_was_corrected(page: 
 
 
 def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> None:
-    page.on("dialog", lambda dialog: dialog.accept())
     page.get_by_role("tab", name="Inspector").click()
     first = select(page, 0)
     note = page.get_by_role("textbox", name="Note on the current frame")

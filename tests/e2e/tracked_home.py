@@ -15,7 +15,7 @@ import pytest
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from tests.e2e.live_server import LiveServer
+from tests.e2e.forked_server import ForkedServer
 
 __all__ = ["TrackedHome", "tracked_home"]
 
@@ -81,7 +81,7 @@ def _track(folder: Path, clip: Path, stop: int | None) -> None:
     roots.mkdir(parents=True)
     home.mkdir()
     shutil.copyfile(clip, roots / "drive.mp4")
-    with LiveServer(home, roots=(roots,), sample=False) as server:
+    with ForkedServer(home, roots=(roots,), sample=False) as server:
         video = str(server.add_video(roots / "drive.mp4")["id"])
         run = "" if stop is None else server.track(video, {"stop": stop})
     (folder / "ids").write_text(f"{video} {run}")
