@@ -1,4 +1,4 @@
-"""``tsr bundle``: a problem packed into one file for somebody else."""
+"""``tsr bundle``: packs a problem into one file for somebody else."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 

@@ -1,4 +1,4 @@
-"""``tsr export`` and ``tsr formats``: data sets out, without a server."""
+"""``tsr export`` and ``tsr formats``: export data sets without a server."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 

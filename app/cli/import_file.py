@@ -1,4 +1,4 @@
-"""``tsr import``: a file of another tool onto a video, without a server."""
+"""``tsr import``: import a file of another tool for a video, without a server."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 

@@ -1,4 +1,4 @@
-"""``tsr people``: the accounts of a data folder, without a server; a running one takes changes up at once."""
+"""``tsr people``: the accounts of a data folder, without a server; a running server applies changes at once."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 

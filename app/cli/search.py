@@ -106,7 +106,7 @@ def search(
 
 
 class _Teller:
-    """Says now and then how many runs have been read."""
+    """Reports now and then how many runs have been read."""
 
     def __init__(self) -> None:
         self._said = time.monotonic()
