@@ -1,4 +1,4 @@
-"""Every parameter with its range: what dialogs are built from."""
+"""Every parameter with its range, for dialogs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Everything that a running server is made of; hangs on the application, never on a module."""
+"""The parts of a running server, attached to the application, never to a module."""
 
 from __future__ import annotations
 

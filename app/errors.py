@@ -1,4 +1,4 @@
-"""Failures that a request can end with, and the one JSON shape in which they are reported.
+"""Errors of requests, and their JSON shape.
 
 ::
 
@@ -101,7 +101,7 @@ class Invalid(ApiError):
 
 
 class Unsafe(ApiError):
-    """A file asks for what no honest one needs."""
+    """A file that tries what only attacks do."""
 
     status, default_code = 400, "unsafe"
 
@@ -125,7 +125,7 @@ class Refused(ApiError):
 
 
 class Conflict(ApiError):
-    """The request was made for a state that is no longer there."""
+    """The request was made for an outdated state."""
 
     status, default_code = 409, "conflict"
 

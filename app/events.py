@@ -1,4 +1,4 @@
-"""What pages are reported: a numbered stream in the database, so that workers, servers and pages share one order."""
+"""Events for pages: a numbered stream in the database, so workers, servers and pages share one order."""
 
 from __future__ import annotations
 

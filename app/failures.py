@@ -1,4 +1,4 @@
-"""One shape for everything that goes wrong, whoever says it: our routes, the framework, a file response, a bug."""
+"""One shape for all errors: of our routes, the framework, a file response, or a bug."""
 
 from __future__ import annotations
 

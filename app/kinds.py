@@ -1,4 +1,4 @@
-"""The kinds of jobs of the review tool: who does them, and what becomes of a job that does not end well.
+"""The kinds of jobs of the review tool: their tasks, and what happens to a job that fails.
 
 A new kind is an entry here; the queue (``app.jobs``) knows none of them.
 """

@@ -1,4 +1,4 @@
-"""Logs what keeps a loop from its work, such as a full disk, once for each different error."""
+"""Logs an error that stops a loop, such as a full disk, once for each different error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["LogOnce"]
 
 
 class LogOnce:
-    """Logs what keeps one loop from its work, once for each different error.
+    """Logs the errors of one loop, once for each different error.
 
     Args:
         log: where it is reported.

@@ -1,4 +1,4 @@
-"""The ways in: the link that ``tsr review`` prints, which opens the page once, and the page where people sign in."""
+"""Sign-in: the one-time link that ``tsr review`` prints, and the sign-in page of people."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The browser page: ``static/`` as it lies on disk.
 
-The page names its scripts and styles under a version, ``/static/v-VERSION/``, which stands for the state of all files.
-Browsers keep what they have once fetched of a version, so a second visit asks for the page alone. Under ``/static/``
-itself, and under a version that is no longer, files are revalidated.
+The page links its scripts and styles under ``/static/v-VERSION/``; the version is a digest of the files' names, sizes
+and times. Browsers cache the files of a version, so a second visit requests only the page. Under ``/static/`` itself,
+and under an old version, files are revalidated.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def page_version(folder: Path) -> str:
 
 
 class _PageFiles(StaticFiles):
-    """Files that a browser keeps under their version; elsewhere it asks, and an unchanged file costs a 304."""
+    """Files that a browser caches under their version; elsewhere it asks, and an unchanged file gives a 304."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(directory=folder)

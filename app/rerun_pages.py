@@ -1,4 +1,4 @@
-"""The Rerun viewer at ``/rerun``: its page, its files and the recordings that it opens, for the page of this server."""
+"""The Rerun viewer at ``/rerun``: its page, its files and the recordings that it opens."""
 
 from __future__ import annotations
 

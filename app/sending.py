@@ -1,7 +1,7 @@
-"""Puts what is finished into the shared files, and keeps what lies in the data folder within its bound.
+"""Copies finished files to the shared files, and keeps the data folder within its size limit.
 
-A row says where its files are. It names this server until all of them are in the shared files, then these: so nobody
-sees half of anything, and a server that dies goes on with what its rows still say.
+A row says where its files are: on this server until all of them are in the shared files, then there. So nobody sees
+incomplete files, and a restarted server continues with the rows that still name it.
 """
 
 from __future__ import annotations

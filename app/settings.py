@@ -1,4 +1,4 @@
-"""Every setting of the server, in one place: a field here is a ``TSR_*`` variable and a flag of ``tsr review``."""
+"""All settings of the server: each field is a ``TSR_*`` variable and a flag of ``tsr review``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The base of all bodies that go in and out."""
+"""Base class of all request and response bodies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What runs beside the routes: the supervisor of the workers and the stream of events."""
+"""Background parts of the server: the supervisor of the workers and the stream of events."""
 
 from __future__ import annotations
 

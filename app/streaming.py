@@ -1,4 +1,4 @@
-"""Events for open pages: one task reads the database, any number of pages are fed from it."""
+"""Events for open pages: one task reads the database for any number of pages."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _log = logging.getLogger("tsr.events")
 
 
 class EventStream:
-    """Fans the numbered stream out.
+    """Sends the numbered stream to all pages.
 
-    A page names the last number it has seen and gets everything after it, without gap and without double. One that is
-    too far behind, or too slow, is asked to load everything anew (``reset``).
+    A page sends the last number it has seen and gets everything after it, without gaps or duplicates. A page that is
+    too far behind, or too slow, is asked to reload everything (``reset``).
 
-    A full disk is reported beside the numbered stream (``storage``), which could not be written then.
+    A full disk is reported outside the numbered stream (``storage``), which cannot be written then.
 
     Args:
         database: where the events are.

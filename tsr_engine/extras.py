@@ -1,6 +1,6 @@
-"""The optional parts of an installation: which extra a missing package belongs to, and how to get it.
+"""The extras of an installation: the extra of a missing package, and how to install it.
 
-``pip install tsr`` brings what ``tsr track`` needs. Everything else is imported by what uses it, when it is used.
+``pip install tsr`` installs what ``tsr track`` needs. Other packages are imported only when they are used.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Follow a sign through a video file: what the command and the review tool build on."""
+"""Follows a sign through a video file, for the command and the review tool."""
 
 from __future__ import annotations
 

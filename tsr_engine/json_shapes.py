@@ -1,4 +1,4 @@
-"""Types of what is read from JSON and written to it, where the shape is that of the document and not of a class."""
+"""Types of JSON values that have the shape of a document, not of a class."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Matrix products and linear systems whose bits depend on nothing but their operands.
 
-A BLAS adds up in another order with another number of threads, another processor or another release. What a run stores
-must come out of its evidence again to the last bit, so everything between pixels and records multiplies with these.
+The order of sums in a BLAS depends on the number of threads, the processor and the release. A replay must give the same
+bits as the run, so all code between pixels and records multiplies with these functions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The seams of the engine: what a part must offer so that another can take its place."""
+"""The interfaces of the engine's replaceable parts."""
 
 from __future__ import annotations
 

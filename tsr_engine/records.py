@@ -1,4 +1,4 @@
-"""What the engine knows about one frame, as immutable records: the vocabulary of evidence.
+"""Immutable records of everything the engine knows about one frame.
 
 Conventions of the whole engine:
 

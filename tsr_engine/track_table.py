@@ -1,7 +1,7 @@
-"""Boxes of tracks over the frames of a video: one table, whoever made the boxes.
+"""Boxes of tracks over the frames of a video, in one table for all sources.
 
-Evidence, ground truth, result files, imported and corrected annotations become a ``TrackTable`` where they come in;
-what measures, compares and writes takes nothing else.
+Evidence, ground truth, result files, imported and corrected annotations become a ``TrackTable`` when they are read.
+Code that measures, compares and writes takes nothing else.
 """
 
 from __future__ import annotations

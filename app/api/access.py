@@ -1,4 +1,4 @@
-"""Who is asking: one dependency that every route has, which also holds what the role may do."""
+"""Identifies the caller: a dependency of every route, which also checks the role."""
 
 from __future__ import annotations
 

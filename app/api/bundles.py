@@ -1,4 +1,4 @@
-"""Bug bundles: made from a run as work in the background, and taken into the library."""
+"""Bug bundles: made from a run by a job, and imported into the library."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Edits: read what people have changed, change more."""
+"""Edits: read and apply corrections."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Evidence: tracks, lanes, overlays, crops, explanations, and what-ifs on them."""
+"""Evidence: tracks, lanes, overlays, crops, explanations, and what-ifs."""
 
 from __future__ import annotations
 

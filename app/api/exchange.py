@@ -1,4 +1,4 @@
-"""Exports and imports: formats, export as work in the background, import of a body that is written as it comes."""
+"""Exports and imports: list formats, export by a job, import a streamed body."""
 
 from __future__ import annotations
 

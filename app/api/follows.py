@@ -1,4 +1,4 @@
-"""Following a sign: start, wait for proposals, drop. What is accepted is an edit (``follow`` of app.edits.commands)."""
+"""Following a sign: start, wait for proposals, drop. Accepting them is an edit (``follow`` of app.edits.commands)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The people of the library: who is here, what they work on, and what they have done."""
+"""The people of the library: accounts, assignments, activity."""
 
 from __future__ import annotations
 

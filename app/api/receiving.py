@@ -1,4 +1,4 @@
-"""Bodies that are written to a file as they come."""
+"""Streams request bodies to files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What routes answer besides success, for the OpenAPI document."""
+"""Error answers of routes, for the OpenAPI document."""
 
 from __future__ import annotations
 

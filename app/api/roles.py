@@ -1,4 +1,4 @@
-"""The least role of every route: one table, by the name of the route's operation.
+"""The minimum role of every route: one table, by the name of the route's operation.
 
 A route without a row needs an administrator; ``tests/app/people/test_roles.py`` fails for it. A library without people
 has one user, who may do everything.

@@ -1,4 +1,4 @@
-"""3-D views: where one is, what it shows, and one as a file."""
+"""3-D views: their address, what they show, and export as a file."""
 
 from __future__ import annotations
 

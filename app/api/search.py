@@ -1,4 +1,4 @@
-"""The search across videos, and what is done with what was found."""
+"""The search across videos, and actions on its results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who is here, and what the page may do."""
+"""Sessions: sign in, sign out, and the rights of the page."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""The way to a view: viser's page over HTTP, and its socket, passed on message by message.
+"""The proxy of 3-D views: viser's page over HTTP, and its socket message by message.
 
-Token, Host and Origin have been checked by :class:`app.security.guard.Guard` before anything here runs, for sockets as
-for pages. A socket is connected to the port of the view that its address names, and to nothing else. Each direction
-hands on one message at a time and waits until it is taken, so that a slow page slows viser down instead of filling
-this process.
+:class:`app.security.guard.Guard` has checked token, Host and Origin before, for sockets and pages. A socket is
+connected only to the port of the view in its address. Each direction forwards one message at a time and waits until it
+is received, so a slow page slows viser down instead of filling this process.
 """
 
 from __future__ import annotations

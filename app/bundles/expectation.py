@@ -1,4 +1,4 @@
-"""What a person's corrections say should have come out of the engine.
+"""Converts a person's corrections to expectations of the engine's output.
 
 ====================================  ==================================================================
 correction                            expectation

@@ -1,4 +1,4 @@
-"""A bundle of somebody else taken into the library: clip, run and corrections, all of it or nothing."""
+"""Imports a bundle into the library atomically: clip, run and corrections."""
 
 from __future__ import annotations
 

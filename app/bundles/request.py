@@ -1,4 +1,4 @@
-"""From a run of the tool, as it stands at one moment, to what a bundle is made of."""
+"""Collects the contents of a bundle from a run at one moment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Asking for a bug bundle of some frames of a run."""
+"""Requests bug bundles of frames of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The job ``bundle``: a run's frames, output and corrections as one zip. Cancelled or killed, nothing of it stays."""
+"""The job ``bundle``: a run's frames, output and corrections as one zip. A cancel or kill leaves nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cages as the server sees them: started in milliseconds, asked, asked to end, never outlived by."""
+"""The server's side of cages: start within milliseconds, talk, stop. A cage never outlives its server."""
 
 from __future__ import annotations
 

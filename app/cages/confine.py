@@ -1,10 +1,10 @@
-"""Take rights away from this process, for good: memory, computing, files, network, other programs.
+"""Permanently limits this process: memory, computing, files, network, other programs.
 
-A cage (``confine``) reads bytes from outside and nothing else. A worker (``stay_in``) decodes them too, but stores what
-it finds: it keeps the data folder and, where it needs them, connections.
+A cage (``confine``) only reads bytes from outside. A worker (``stay_in``) decodes them too, but stores its results: it
+keeps the data folder and, if it needs them, connections.
 
-Limits and the signal at the parent's death are there on every Linux. Landlock (Linux 5.13; connections since 6.7) and
-seccomp (x86-64 and AArch64) come on top where the kernel has them. There is no well-kept Python package for either, and
+Limits and the signal at the parent's death work on every Linux. Landlock (Linux 5.13; connections since 6.7) and
+seccomp (x86-64 and AArch64) are added if the kernel has them. No well-maintained Python package exists for either, and
 each is three system calls.
 """
 

@@ -1,4 +1,4 @@
-"""Failures of a cage: told as JSON inside it, raised again outside."""
+"""Failures of a cage: sent as JSON from inside, raised again outside."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _log = logging.getLogger("tsr.cage")
 
 
 class CageError(TsrError):
-    """A cage did not come to an end: it was killed, or went over a limit."""
+    """A cage did not finish: it was killed, or exceeded a limit."""
 
 
 def report(error: Exception) -> JsonObject:

@@ -1,4 +1,4 @@
-"""What one process that reads bytes from outside may use."""
+"""Limits of a process that reads bytes from outside."""
 
 from __future__ import annotations
 

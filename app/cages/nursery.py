@@ -1,9 +1,9 @@
-"""The process that cages are forked from: everything is loaded once, so that a cage begins within milliseconds.
+"""The process that cages are forked from: it loads everything once, so a cage starts within milliseconds.
 
-``python -m app.cages.nursery``, its standard input is a socket. With each byte comes one end of a conversation; the
-process that is forked for it tells its number, hears what to do, confines itself, and does it. It has one thread, which
-never ends before the process does: the kernel kills the cages when the nursery ends, and the nursery ends when the
-server has closed the socket, which the kernel does too.
+``python -m app.cages.nursery`` reads a socket as its standard input. Each byte brings one end of a conversation. The
+process forked for it sends its number, receives its task, confines itself and does the task. The nursery has a single
+thread that lives as long as the process: the kernel kills the cages when the nursery ends, and the nursery ends when
+the server, or the kernel for it, closes the socket.
 """
 
 from __future__ import annotations

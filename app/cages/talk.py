@@ -1,4 +1,4 @@
-"""Messages between the server and a cage: JSON and bytes. What a cage says is never unpickled."""
+"""Messages between the server and a cage: JSON and bytes, never pickle."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MOST_TEXT: Final = 64 << 20
 
 
 class Ended(Exception):
-    """The other side is gone, or says what is no message."""
+    """The other side is gone, or sent an invalid message."""
 
 
 class Talk:

@@ -1,4 +1,4 @@
-"""Where results got worse, the worst first: signs lost, misread, covered less, and false tracks that are new."""
+"""Places where results got worse, the worst first: signs lost, misread or covered less, and new false tracks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people have decided about a drive, as truth to measure results against."""
+"""People's decisions about a drive, as ground truth for measurements."""
 
 from __future__ import annotations
 

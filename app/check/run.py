@@ -1,4 +1,4 @@
-"""A check: reviewed drives tracked anew, measured against what people have decided, and told."""
+"""A check: tracks reviewed drives again, measures the results against people's decisions, and reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``--attribute``: a question about a sign, written on one line."""
+"""``--attribute``: an attribute of a label, written on one line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``tsr bundle``: a problem packed into one file for somebody else."""
+"""``tsr bundle``: packs a problem into one file for somebody else."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 
@@ -26,11 +26,11 @@ def bundle(
     ] = None,
     note: Annotated[str, typer.Option("--note", metavar="TEXT", help="What is wrong, in your words.")] = "",
     tracks: Annotated[
-        list[str], typer.Option("--track", metavar="KEY", help="A track that it is about, for example 7; repeatable.")
+        list[str], typer.Option("--track", metavar="KEY", help="A track with the problem, for example 7; repeatable.")
     ] = [],  # noqa: B006 - typer copies it
     expect: Annotated[
         Path | None,
-        typer.Option("--expect", metavar="FILE", help="An expectation.json; unset: what the corrections say."),
+        typer.Option("--expect", metavar="FILE", help="An expectation.json; unset: made from the corrections."),
     ] = None,
     max_eq7: Annotated[
         float | None, typer.Option("--max-eq7", min=0, max=0.99, help="Error that a corrected box may have.")
@@ -47,17 +47,17 @@ def bundle(
     ] = None,
     onnx: Annotated[
         Path | None,
-        typer.Option("--onnx", metavar="FILE", help="The ONNX network of the run, to be put in; 256 MiB at most."),
+        typer.Option("--onnx", metavar="FILE", help="The ONNX network of the run, to include; 256 MiB at most."),
     ] = None,
     recording: Annotated[
-        bool, typer.Option("--recording/--no-recording", help="Put a recording for the Rerun viewer in.")
+        bool, typer.Option("--recording/--no-recording", help="Include a recording for the Rerun viewer.")
     ] = True,
     json: JsonOption = False,
 ) -> None:
-    """Pack some frames of a run with clip, output, corrections and settings into one file that replays the problem.
+    """Pack frames of a run with clip, output, corrections and settings into one file that replays a problem.
 
-    The file appears whole or not at all. `tsr replay FILE.zip` runs the engine on it again and says fixed, still broken
-    or different.
+    The file is complete or absent. `tsr replay FILE.zip` runs the engine on it again and says fixed, still broken or
+    different.
 
     \b
     Examples:

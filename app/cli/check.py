@@ -54,12 +54,11 @@ def check(
     memory: MemoryOption = 6144,
     json: JsonOption = False,
 ) -> None:
-    """Run everything that people have reviewed with other models or parameters, and compare.
+    """Run reviewed drives again with other models or parameters, and compare.
 
-    Tracks that people have accepted or drawn are the signs to find, what they have rejected must not come back, and
-    undecided tracks are ignored. The figures are found, coverage, read (higher is better, in %), false (false tracks
-    per 1,000 frames) and error (Eq. 7). A budget says how much worse a figure may get. Exit code 22: a budget is
-    exceeded.
+    Accepted and drawn tracks are the signs to find, rejected tracks must not come back, and undecided tracks are
+    ignored. The figures are found, coverage, read (higher is better, in %), false (false tracks per 1,000 frames) and
+    error (Eq. 7). A budget says how much worse a figure may get. Exit code 22: a budget is exceeded.
 
     \b
     Examples:

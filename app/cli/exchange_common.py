@@ -1,4 +1,4 @@
-"""What ``tsr export`` and ``tsr import`` share: options, and lines for people."""
+"""Options and messages that ``tsr export`` and ``tsr import`` share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``tsr export`` and ``tsr formats``: data sets out, without a server."""
+"""``tsr export`` and ``tsr formats``: export data sets without a server."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 
@@ -64,20 +64,20 @@ def export(
     out: Annotated[Path, typer.Option("--out", metavar="OUT", help="A folder, or a file that ends with .zip.")],
     home: HomeOption = None,
     pictures: Annotated[
-        str, typer.Option("--pictures", metavar="none|annotated|all", help="Frames that go out as pictures.")
+        str, typer.Option("--pictures", metavar="none|annotated|all", help="Frames to export as pictures.")
     ] = "none",
     states: Annotated[
         str | None,
         typer.Option(
             "--states",
-            help="Of open, edited, accepted, needs_work, rejected. edited: open ones that a person has edited; "
-            "rejected ones never go out as signs. Unset: edited,accepted,rejected; all of an evidence folder.",
+            help="Tracks to export: open, edited (open ones that a person has edited), accepted, needs_work, "
+            "rejected (never exported as signs). Unset: edited,accepted,rejected; for an evidence folder all.",
         ),
     ] = None,
     labels: Annotated[
         str | None,
         typer.Option(
-            "--labels", metavar="KEY,KEY...", help="Labels that go out, by key, name or number; -1: not in the set."
+            "--labels", metavar="KEY,KEY...", help="Labels to export, by key, name or number; -1: not in the set."
         ),
     ] = None,
     classes: Annotated[
@@ -88,15 +88,15 @@ def export(
         typer.Option(
             "--not-in-set",
             metavar="leave-out|ignore|class",
-            help="Signs without a label of the set: left out, regions to ignore, or a class of their own.",
+            help="Signs without a label of the set: leave out, regions to ignore, or a class of their own.",
         ),
     ] = "leave-out",
     class_map: Annotated[
         str,
-        typer.Option("--class-map", metavar="all|used", help="Declare all labels of the set, or those that go out."),
+        typer.Option("--class-map", metavar="all|used", help="Declare all labels of the set, or only exported ones."),
     ] = "all",
     min_side: Annotated[
-        float | None, typer.Option("--min-side", metavar="PX", min=0, help="Leave out boxes that are smaller.")
+        float | None, typer.Option("--min-side", metavar="PX", min=0, help="Leave out smaller boxes.")
     ] = None,
     frames: Annotated[str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1.")] = None,
     split: Annotated[
@@ -104,14 +104,14 @@ def export(
         typer.Option("--split", metavar="TRAIN,VAL[,TEST]", help="Shares, such as 0.8,0.1,0.1; scaled to a sum of 1."),
     ] = None,
     split_by: Annotated[
-        str, typer.Option("--split-by", metavar="sign|video", help="What stays on one side of the split.")
+        str, typer.Option("--split-by", metavar="sign|video", help="Unit that stays on one side of the split.")
     ] = "sign",
     balance_labels: Annotated[
-        bool, typer.Option("--balance-labels", help="Give each side of the split every label that enough signs have.")
+        bool, typer.Option("--balance-labels", help="Give each side of the split every label with enough signs.")
     ] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the split.")] = 0,
     thin: Annotated[
-        float, typer.Option("--thin", metavar="PX", min=0, help="How far interpolation may lie off, where it is used.")
+        float, typer.Option("--thin", metavar="PX", min=0, help="Error that interpolation may have.")
     ] = 0.5,
     options: OptionOption = [],  # noqa: B006 - typer copies it
     video: Annotated[
@@ -121,7 +121,7 @@ def export(
 ) -> None:
     """Write runs with their corrections in the format of another tool.
 
-    An older export of that name stays whole until the new one takes its place.
+    An older export of that name stays complete until the new one replaces it.
 
     \b
     Examples:

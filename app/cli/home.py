@@ -1,4 +1,4 @@
-"""A data folder beside the server that may run on it, and what people name in it."""
+"""Opens a data folder, also while a server runs on it, and finds the things in it that people name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``tsr import``: a file of another tool onto a video, without a server."""
+"""``tsr import``: import a file of another tool for a video, without a server."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 
@@ -29,22 +29,24 @@ def import_file(
         str, typer.Option("--onto", metavar="VIDEO", help="The video: its file, its name in the library, or its id.")
     ],
     kind: Annotated[
-        str, typer.Option("--as", metavar="annotation|truth|run", help="What it becomes: corrections, truth, a run.")
+        str, typer.Option("--as", metavar="annotation|truth|run", help="Import as corrections, ground truth or a run.")
     ],
     home: HomeOption = None,
     run: Annotated[
         str | None, typer.Option("--run", metavar="RUN", help="The run to correct; unset: the video's newest.")
     ] = None,
     format: Annotated[
-        str | None, typer.Option("--format", metavar="NAME", help="See 'tsr formats'; unset: found out.")
+        str | None, typer.Option("--format", metavar="NAME", help="See 'tsr formats'; unset: detected.")
     ] = None,
-    name: Annotated[str | None, typer.Option("--name", help="Of the truth or run; unset: the file's.")] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", help="Name of the ground truth or run; unset: the file's.")
+    ] = None,
     labels: Annotated[
         list[str],
         typer.Option(
             "--label",
             metavar="NAME=LABEL",
-            help="Which label a name in the file is: its key or number, -1 for none; repeatable, and remembered.",
+            help="Label for a name in the file: its key or number, -1 for none; repeatable, and remembered.",
         ),
     ] = [],  # noqa: B006 - typer copies it
     unknown: Annotated[
@@ -52,20 +54,18 @@ def import_file(
         typer.Option(
             "--unknown",
             metavar="refuse|add|skip",
-            help="Names that no label has: refuse the file with their list, add them to the set, or leave them out.",
+            help="Unknown names: refuse the file and list them, add them to the set, or leave them out.",
         ),
     ] = "refuse",
     added: Annotated[
         list[str],
-        typer.Option(
-            "--add", metavar="NAME", help="A name to add to the set, whatever --unknown says of others; repeatable."
-        ),
+        typer.Option("--add", metavar="NAME", help="A name to add to the set, regardless of --unknown; repeatable."),
     ] = [],  # noqa: B006 - typer copies it
     options: OptionOption = [],  # noqa: B006 - typer copies it
-    author: Annotated[str | None, typer.Option("--author", help="Whose corrections they are.")] = None,
+    author: Annotated[str | None, typer.Option("--author", help="Author of the corrections.")] = None,
     json: JsonOption = False,
 ) -> None:
-    """Lay a file of another tool onto a video: all of it, or nothing.
+    """Import a file of another tool for a video, completely or not at all.
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""What the commands of ``tsr labels`` share: options, the service, and labels that are named by a word."""
+"""What the commands of ``tsr labels`` share: options, the service, and look-up of labels by name."""
 
 from __future__ import annotations
 

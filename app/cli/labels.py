@@ -28,7 +28,7 @@ from tsr_engine.errors import UsageError
 __all__ = ["app"]
 
 app = typer.Typer(
-    help="List the labels of a data folder, add and change them, and bring label sets in and out.",
+    help="List, add and change the labels of a data folder; import and export label sets.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -36,7 +36,7 @@ app = typer.Typer(
 
 @app.command("list")
 def listed(home: HomeOption = None, set_key: SetOption = None, json: JsonOption = False) -> None:
-    """List the labels of a set, and which sets there are; the library uses the one with the star.
+    """List the labels of a set, and all sets; a star marks the library's set.
 
     \b
     Example:
@@ -75,7 +75,7 @@ def listed(home: HomeOption = None, set_key: SetOption = None, json: JsonOption 
 
 @app.command("show")
 def show(label: LabelArgument, home: HomeOption = None, set_key: SetOption = None, json: JsonOption = False) -> None:
-    """Show everything that a set knows about one label.
+    """Show all fields of one label.
 
     \b
     Example:
@@ -96,12 +96,12 @@ def show(label: LabelArgument, home: HomeOption = None, set_key: SetOption = Non
 
 @app.command("add")
 def add(
-    name: Annotated[str, typer.Argument(help="What people read.")],
+    name: Annotated[str, typer.Argument(help="Display name.")],
     home: HomeOption = None,
     set_key: SetOption = None,
     key: Annotated[str | None, typer.Option("--key", help="Stable text.  [default: made from the name]")] = None,
     short: Annotated[str | None, typer.Option("--short", help="For pictures; at most 12 characters.")] = None,
-    aliases: Annotated[list[str], typer.Option("--alias", help="What others call it; repeatable.")] = [],  # noqa: B006
+    aliases: Annotated[list[str], typer.Option("--alias", help="Another name for it; repeatable.")] = [],  # noqa: B006
     shape: Annotated[str | None, typer.Option("--shape", help="triangle, circle, rectangle ...")] = None,
     category: Annotated[str | None, typer.Option("--category", help="prohibitory, danger, information ...")] = None,
     attributes: Annotated[list[str], typer.Option("--attribute", help=ATTRIBUTE_HELP)] = [],  # noqa: B006
@@ -137,12 +137,12 @@ def add(
 @app.command("rename")
 def rename(
     label: LabelArgument,
-    name: Annotated[str, typer.Argument(help="What people read from now on.")],
+    name: Annotated[str, typer.Argument(help="New name.")],
     home: HomeOption = None,
     set_key: SetOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Give a label another name; its key and its number stay.
+    """Rename a label; its key and number stay.
 
     \b
     Example:
@@ -156,13 +156,13 @@ def rename(
 @app.command("alias")
 def alias(
     label: LabelArgument,
-    names: Annotated[list[str], typer.Argument(metavar="ALIAS...", help="What others call it.")],
+    names: Annotated[list[str], typer.Argument(metavar="ALIAS...", help="Other names for it.")],
     home: HomeOption = None,
     set_key: SetOption = None,
-    remove: Annotated[bool, typer.Option("--remove", help="Take these aliases away.")] = False,
+    remove: Annotated[bool, typer.Option("--remove", help="Remove these aliases.")] = False,
     json: JsonOption = False,
 ) -> None:
-    """Give a label more aliases, by which imports and searches find it.
+    """Add aliases to a label; imports and searches find it by them.
 
     \b
     Example:
@@ -185,12 +185,12 @@ def alias(
 @app.command("merge")
 def merge(
     label: LabelArgument,
-    into: Annotated[str, typer.Argument(metavar="INTO", help="The label that stands for it from now on.")],
+    into: Annotated[str, typer.Argument(metavar="INTO", help="The label that replaces it.")],
     home: HomeOption = None,
     set_key: SetOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Let one label stand for another; tracks keep what they have, and undo brings it back.
+    """Replace one label by another; stored tracks are not rewritten, and undo brings it back.
 
     \b
     Example:
@@ -210,7 +210,7 @@ def hide(
     undo: Annotated[bool, typer.Option("--undo", help="Offer it again.")] = False,
     json: JsonOption = False,
 ) -> None:
-    """Offer a label no more; tracks that have it keep it.
+    """Stop offering a label; tracks that have it keep it.
 
     \b
     Example:
@@ -227,10 +227,10 @@ def import_labels(
     home: HomeOption = None,
     set_key: SetOption = None,
     format: FormatOption = None,
-    create: Annotated[bool, typer.Option("--create", help="Make the set of --set where there is none.")] = False,
+    create: Annotated[bool, typer.Option("--create", help="Create the set of --set if there is none.")] = False,
     json: JsonOption = False,
 ) -> None:
-    """Add the labels of a file or of another set that are missing; those that are there keep their numbers.
+    """Add the missing labels of a file or of another set; existing labels keep their numbers.
 
     \b
     Examples:
@@ -261,7 +261,7 @@ def import_labels(
 
 @app.command("export")
 def export_labels(
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="The file that is written.")],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write.")],
     home: HomeOption = None,
     set_key: SetOption = None,
     format: Annotated[str, typer.Option("--format", help="tsr, cvat, names, yaml, coco or label-studio.")] = "tsr",
@@ -296,7 +296,7 @@ def use(
     video: Annotated[str | None, typer.Option("--video", help="Name, path or id of one video.")] = None,
     json: JsonOption = False,
 ) -> None:
-    """Let the library, or one video, use a label set; refused where labels in use mean something else there.
+    """Set the label set of the library or of one video; refused if labels in use have another meaning there.
 
     \b
     Examples:

@@ -30,7 +30,7 @@ app = typer.Typer(
 
 @app.command("list")
 def listed(home: HomeOption = None, json: JsonOption = False) -> None:
-    """List all versions with their figures on held-out corrections; new runs use the one with the star.
+    """List all versions with their figures on held-out corrections; a star marks the one that new runs use.
 
     \b
     Example:
@@ -55,7 +55,7 @@ def listed(home: HomeOption = None, json: JsonOption = False) -> None:
 
 @app.command("promote")
 def promote(
-    version: Annotated[str, typer.Argument(help="Id or name of a version; shipped: the models without any training.")],
+    version: Annotated[str, typer.Argument(help="Id or name of a version, or 'shipped'.")],
     home: HomeOption = None,
 ) -> None:
     """Let new runs use a version.
@@ -71,7 +71,7 @@ def promote(
 
 @app.command("rollback")
 def rollback(home: HomeOption = None) -> None:
-    """Take the last promotion back.
+    """Undo the last promotion.
 
     \b
     Example:

@@ -1,4 +1,4 @@
-"""``tsr people``: the accounts of a data folder, without a server; a running one takes changes up at once."""
+"""``tsr people``: the accounts of a data folder, without a server; a running server applies changes at once."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 
@@ -26,24 +26,26 @@ if TYPE_CHECKING:
 __all__ = ["app"]
 
 app = typer.Typer(
-    help="List the people who may use a data folder, add and remove them, give roles, make and revoke tokens.",
+    help="List, add and remove the people of a data folder; set roles; create and revoke tokens.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
 
-NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Name of the person; their changes carry it.")]
+NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Name of the person, shown with their changes.")]
 RoleOption = Annotated[
     str, typer.Option("--role", metavar="ROLE", help="admin, reviewer, annotator or viewer.", show_default=False)
 ]
 UrlOption = Annotated[
     str | None,
-    typer.Option("--url", metavar="URL", help="Address that people open.  [default: that of the running server]"),
+    typer.Option(
+        "--url", metavar="URL", help="Address of the server for people.  [default: that of the running server]"
+    ),
 ]
 
 
 @app.command("list")
 def listed(home: HomeOption = None, json: JsonOption = False) -> None:
-    """List the people with their roles and the tokens that are in use.
+    """List the people with their roles and active tokens.
 
     \b
     Example:
@@ -72,7 +74,7 @@ def listed(home: HomeOption = None, json: JsonOption = False) -> None:
 def add(
     name: NameArgument, role: RoleOption, home: HomeOption = None, url: UrlOption = None, json: JsonOption = False
 ) -> None:
-    """Add a person and print the link and the token that they sign in with, once.
+    """Add a person and print their sign-in link and token once.
 
     \b
     Example:
@@ -91,7 +93,7 @@ def add(
 
 @app.command("remove")
 def remove(name: NameArgument, home: HomeOption = None) -> None:
-    """Remove a person with their tokens and assignments; what they have changed keeps their name.
+    """Remove a person with their tokens and assignments; their changes keep the name.
 
     \b
     Example:
@@ -111,7 +113,7 @@ def role(
     role: Annotated[str, typer.Argument(metavar="ROLE", help="admin, reviewer, annotator or viewer.")],
     home: HomeOption = None,
 ) -> None:
-    """Give a person another role; it holds at once.
+    """Change a person's role, effective at once.
 
     \b
     Example:
@@ -130,7 +132,7 @@ def token(
     url: UrlOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Make one more token of a person, as for a script or a second machine, and print it once.
+    """Create another token for a person, such as for a script or a second machine, and print it once.
 
     \b
     Example:
@@ -160,7 +162,7 @@ def revoke(
     ] = None,
     home: HomeOption = None,
 ) -> None:
-    """Revoke the tokens of a person, or one of them, and end their sessions; open pages end too.
+    """Revoke the tokens of a person, or one of them, and end their sessions and open pages.
 
     \b
     Example:
@@ -173,7 +175,7 @@ def revoke(
 
 @app.command("agreement")
 def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
-    """Tell how well two people agree, by label and by person: on labels of sampled tracks, and on boxes.
+    """Measure how well two people agree, by label and by person: on labels of sampled tracks, and on boxes.
 
     \b
     Example:

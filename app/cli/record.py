@@ -34,17 +34,17 @@ def record(
     video: Annotated[
         Path | None, typer.Option("--video", metavar="FILE", help="The video of a bare evidence folder.")
     ] = None,
-    picture: Annotated[bool, typer.Option("--picture/--no-picture", help="Put the picture in.")] = True,
-    exact: Annotated[
-        bool, typer.Option("--exact", help="Take the video's own packets over, however many bytes they are.")
-    ] = False,
-    frame: Annotated[int | None, typer.Option("--at", metavar="FRAME", min=0, help="The frame it is about.")] = None,
-    track: Annotated[str | None, typer.Option("--track", metavar="N", help="The track it is about.")] = None,
+    picture: Annotated[bool, typer.Option("--picture/--no-picture", help="Include the picture.")] = True,
+    exact: Annotated[bool, typer.Option("--exact", help="Copy the video's own packets at any size.")] = False,
+    frame: Annotated[
+        int | None, typer.Option("--at", metavar="FRAME", min=0, help="Frame that the views begin with.")
+    ] = None,
+    track: Annotated[str | None, typer.Option("--track", metavar="N", help="Track that the views begin with.")] = None,
     json: JsonOption = False,
 ) -> None:
-    """Write a recording of some frames: picture, boxes, gate, votes and events, for the Rerun viewer.
+    """Write a recording of frames for the Rerun viewer: picture, boxes, gate, votes and events.
 
-    Corrections and ground truth of the data folder are put in. Open it with 'rerun FILE.rrd'.
+    Corrections and ground truth of the data folder are included. Open it with 'rerun FILE.rrd'.
 
     \b
     Examples:

@@ -23,11 +23,11 @@ def review(
         typer.Option("--root", metavar="DIR", help="Folder that videos may be added from; repeatable."),
     ] = None,
     host: Annotated[
-        str | None, typer.Option("--host", help="Address to listen on; others than loopback need TSR_TOKEN.")
+        str | None, typer.Option("--host", help="Address to listen on; other than loopback it needs TSR_TOKEN.")
     ] = None,
     port: Annotated[int | None, typer.Option("--port", min=0, max=65535, help="Port; 0: any free one.")] = None,
     database: Annotated[
-        str | None, typer.Option("--database", metavar="URL", help="A database besides SQLite.")
+        str | None, typer.Option("--database", metavar="URL", help="Address of a database other than SQLite.")
     ] = None,
     workers: Annotated[int | None, typer.Option("--workers", min=0, max=64, help="Engine processes at once.")] = None,
     cores: Annotated[

@@ -43,14 +43,14 @@ def search(
     author: Annotated[Words, typer.Option("--author", help="Who edited the track last; repeatable.")] = [],  # noqa: B006
     since: Annotated[str | None, typer.Option("--since", help="Last edit on this day or later, UTC.")] = None,
     until: Annotated[str | None, typer.Option("--until", help="Last edit on this day or earlier, UTC.")] = None,
-    text: Annotated[str, typer.Option("--text", help="Words that the notes must have.")] = "",
+    text: Annotated[str, typer.Option("--text", help="Words in the notes.")] = "",
     tag: Annotated[Words, typer.Option("--tag", help="Tag of the video; repeatable.")] = [],  # noqa: B006
     video: Annotated[str, typer.Option("--video", help="Words of the video's name, or its id.")] = "",
-    all_runs: Annotated[bool, typer.Option("--all-runs", help="Older runs of a video too.")] = False,
+    all_runs: Annotated[bool, typer.Option("--all-runs", help="Include older runs of a video.")] = False,
     sort: Annotated[str, typer.Option("--sort", help="uncertainty, size or edited.")] = "uncertainty",
-    ascending: Annotated[bool, typer.Option("--ascending", help="The smallest first.")] = False,
-    limit: Annotated[int, typer.Option("--limit", min=1, help="Tracks that are listed.")] = 50,
-    rebuild: Annotated[bool, typer.Option("--rebuild", help="Read all runs anew first.")] = False,
+    ascending: Annotated[bool, typer.Option("--ascending", help="Smallest first.")] = False,
+    limit: Annotated[int, typer.Option("--limit", min=1, help="Number of tracks to list.")] = 50,
+    rebuild: Annotated[bool, typer.Option("--rebuild", help="Read all runs again first.")] = False,
     json: JsonOption = False,
 ) -> None:
     """Find tracks in all videos of a data folder.
@@ -106,7 +106,7 @@ def search(
 
 
 class _Teller:
-    """Says now and then how many runs have been read."""
+    """Reports now and then how many runs have been read."""
 
     def __init__(self) -> None:
         self._said = time.monotonic()

@@ -1,4 +1,4 @@
-"""Start the server, or find the one that runs already."""
+"""Starts the server, or finds the one that is running."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _START = 20.0
 
 
 class ReviewServer(uvicorn.Server):
-    """Ends in order and soon, however often Ctrl-C is pressed, and returns to the caller then."""
+    """Shuts down in order and soon, however often Ctrl-C is pressed, and then returns to the caller."""
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Remember the signal. Uvicorn would raise it once more at the end, and drop everything at a second one."""

@@ -1,4 +1,4 @@
-"""Where the command `tsr` begins: Ctrl-C is a sentence also while the commands are still being loaded."""
+"""Entry point of the command `tsr`: Ctrl-C prints one sentence also while the commands are being loaded."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A run as people have corrected it, as boxes: the documents merged into the engine's tracks.
+"""The boxes of a corrected run: documents merged into the engine's tracks.
 
-Tracks that are deleted, rejected or no sign hold nothing; those that nobody touched stand as they are. The boxes of
+Tracks that are deleted, rejected or no sign have no boxes; unedited tracks stay as they are. The boxes of
 regions to ignore count neither as a miss nor as false.
 """
 

@@ -1,4 +1,4 @@
-"""The figures of a comparison, each with the places that it counts. Definitions: docs/compare.md."""
+"""The figures of a comparison, each with its places. Definitions: docs/compare.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What both sides have at a place of a comparison: the boxes that a page draws over its crop."""
+"""The boxes of both sides at a place of a comparison, which the page draws over its crop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Comparing two views of one video."""
+"""Compares two sides of one video."""
 
 from __future__ import annotations
 

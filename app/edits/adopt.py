@@ -1,10 +1,10 @@
 """Carry edits over to another run of the same video: each track kept, no longer needed, or a conflict. Pure.
 
-A track of the old run is the track of the new one that overlaps it (IoU >= ``SAME``) in the most frames, if those are
-at least half of the frames of the shorter of the two. An edit is no longer needed where the new run shows by itself
-what people wanted: the same frames but for one in ten, in each corrected frame a box within ``CORRECTED``, and the
-same label. A verdict goes over only where nine of ten frames agree within ``AGREES`` and the label is the same; of what
-was accepted and the new run shows by itself, the verdict alone goes over.
+A track of the old run matches the track of the new one that overlaps it (IoU >= ``SAME``) in the most frames, if those
+are at least half of the frames of the shorter of the two. An edit is no longer needed if the new run shows the wanted
+result by itself: the same frames but for one in ten, in each corrected frame a box within ``CORRECTED``, and the same
+label. A verdict is kept only if nine of ten frames agree within ``AGREES`` and the label is the same. If an accepted
+track is not needed, only its verdict is kept.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class EngineRun:
 
 @dataclass
 class Adoption:
-    """What becomes of the edits."""
+    """The result for each edit."""
 
     changed: dict[str, dict[str, TrackDoc]] = field(default_factory=dict)
     """Key of the old run -> documents of the new run that carry it on."""

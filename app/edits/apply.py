@@ -1,4 +1,4 @@
-"""Documents in, documents out: what each command does. Pure; the page does the same in static/js/model/commands.js."""
+"""Applies commands to documents. Pure; static/js/model/commands.js does the same in the page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Docs = Mapping[str, TrackDoc]
 
 
 class CommandError(ValueError):
-    """A command that makes no sense for the documents; the message is one sentence."""
+    """A command that is impossible for the documents; the message is one sentence."""
 
 
 def touched_keys(command: c.Command) -> list[str]:

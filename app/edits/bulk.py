@@ -1,4 +1,4 @@
-"""Operations on many tracks at once; each is one row of the log, which one undo takes back."""
+"""Operations on many tracks at once; each is one row of the log and one undo."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What an operation must fulfil before it is stored: revisions, frames, labels and attributes.
+"""Checks an operation before it is stored: revisions, frames, labels and attributes.
 
-Documents span any frames that they name, so one far frame would cost whoever reads its track as much as a video of that
-length: nothing that people say lies beyond the last frame of the video. What older versions have stored is cut where it
-is read (:func:`app.edits.effective.effective_track`). Labels and attributes are those of the video's label set.
+Reading a track costs time and memory up to the last frame that its document names, so no edit may name a frame beyond
+the end of the video. Documents of older versions are cut when they are read
+(:func:`app.edits.effective.effective_track`). Labels and attributes must be those of the video's label set.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""A track as people have left it: a sparse document over the engine's boxes, which stay in evidence.
+"""A corrected track: a sparse document over the engine's boxes, which stay in evidence.
 
 The state of a track at frame f, with K the last key frame at or before f:
 
-1. the track is gone, or K is outside: nothing;
+1. the track is deleted, or K is outside: nothing;
 2. f is a key frame with a box: that box;
 3. K interpolates and a later key frame has a box: the straight line between them;
 4. a segment holds f: the engine's box of that track and frame;
@@ -11,8 +11,8 @@ The state of a track at frame f, with K the last key frame at or before f:
 ``occluded`` is K's. The label is that of the key frame at f, else the document's, else the engine's.
 ``NO_CLASS`` is a label like any other. An attribute is K's, else the document's.
 
-Fields that say nothing (no attributes, nothing to ignore) are left out where a document is stored or sent: documents of
-older versions, which do not have them, stay as they are.
+Empty fields (no attributes, nothing to ignore) are omitted when a document is stored or sent, so documents of older
+versions, which lack them, stay unchanged.
 """
 
 from __future__ import annotations

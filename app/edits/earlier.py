@@ -1,4 +1,4 @@
-"""Corrections that belong to an earlier run of a video and have not come over to a later one."""
+"""Corrections of an earlier run of a video that have not been carried over to a later one."""
 
 from __future__ import annotations
 

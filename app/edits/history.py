@@ -1,4 +1,4 @@
-"""What the log says of tracks: who touched them last, and which are as an adoption left them."""
+"""Reads from the log who edited tracks last, and which are as an adoption left them."""
 
 from __future__ import annotations
 

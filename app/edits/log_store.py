@@ -1,8 +1,8 @@
-"""The log of edits and the documents that follow from it, as they lie in the database, and who waits for whom.
+"""The edit log and its documents in the database, and their locks.
 
-Edits that could disturb each other wait for each other; all others go on side by side. SQLite has one writer at a time
-anyway. PostgreSQL's advisory locks are always taken in the order of this module, and before the lock on the order of
-events, so that nobody waits in a circle.
+Edits that could conflict wait for each other; all others run in parallel. SQLite has one writer at a time anyway.
+PostgreSQL's advisory locks are always taken in the order of this module, and before the lock on the order of events, so
+there is no deadlock.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _TO_CHANGE = _CHOSEN.with_for_update()
 
 
 class LogStore:
-    """The append-only log of all runs, and their documents as they stand; within transactions of somebody else.
+    """The append-only log of all runs, and their current documents; works in the caller's transaction.
 
     Attributes:
         database: holds log and documents.

@@ -1,4 +1,4 @@
-"""What is said of a whole track takes the place of what was said of single frames.
+"""A label of the whole track replaces labels of single frames.
 
 The page does the same in static/js/model/relabel.js.
 """

@@ -1,4 +1,4 @@
-"""Edits of a run: checked against what they were made for, logged, applied, told, all in one transaction."""
+"""Edits of a run: checked, logged, applied and announced, all in one transaction."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ __all__ = ["EditService"]
 
 
 class EditService:
-    """What one person does to a track or a few, and what is there to undo."""
+    """Edits of one person on one track or a few, and what can be undone."""
 
     def __init__(self, log: LogStore) -> None:
         self._log = log

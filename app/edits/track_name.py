@@ -1,4 +1,4 @@
-"""What a track is called wherever people read it; the twin of static/js/model/track_name.js."""
+"""The displayed name of a track; the twin of static/js/model/track_name.js."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Undo and redo, derived from the log: nothing to keep, nothing to lose on a reload."""
+"""Undo and redo, derived from the log, so a reload loses nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pages get about the edits of a run."""
+"""Views of the edits of a run for the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keeps finished answers about whole runs, each made once however many ask for it at a time."""
+"""Caches answers about whole runs; concurrent requests share one computation."""
 
 from __future__ import annotations
 

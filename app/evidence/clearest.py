@@ -1,4 +1,4 @@
-"""Where a track is best looked at: the largest sharp view of its sign that the picture does not cut."""
+"""Finds the clearest frame of a track: the largest sharp view of its sign that the picture does not cut."""
 
 from __future__ import annotations
 

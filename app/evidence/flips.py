@@ -1,7 +1,7 @@
 """Finds the verdicts of the gate that another tau would change, in the whole run.
 
-What counts is what the lanes show: confirmed tracks up to their last frame. In the frame after it, in which a track is
-given up, its prediction was judged as well, but nothing is shown there.
+Only frames on the lanes count: confirmed tracks up to their last frame. The prediction of the next frame, in which the
+track ends, was judged too, but is not shown.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Pictures of what lies under boxes, and verdicts that are judged again from them."""
+"""Crops under boxes, and verdicts computed again from them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Box = tuple[float, float, float, float]
 
 
 class RunPixels:
-    """Reads the stored pixels of runs, and decodes where they lack any; thread-safe."""
+    """Reads the stored pixels of runs, and decodes missing ones; thread-safe."""
 
     def __init__(self, settings: Settings, database: Database, evidence: EvidenceService) -> None:
         self._settings = settings

@@ -1,4 +1,4 @@
-"""Where the evidence of a run lies, and how the run stands."""
+"""The folder of a run's evidence, and the state of the run."""
 
 from __future__ import annotations
 

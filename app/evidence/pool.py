@@ -1,4 +1,4 @@
-"""Keeps stores open for the next request. A run may still grow: readers see its last committed chunk."""
+"""Keeps stores open for later requests. Readers of an unfinished run see its last committed chunk."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """How likely a person changes a track, with reasons in plain sentences; the queue sorts by it. See docs/queue.md.
 
-One logistic over what the evidence says of the track. The weights come from ``python -m benchmarks uncertainty``, which
-judges the tracks of annotated clips and simulated approaches by their truth.
+A logistic regression over the evidence of the track. The weights come from ``python -m benchmarks uncertainty``, which
+measures tracks of annotated clips and simulated approaches against ground truth.
 """
 
 from __future__ import annotations

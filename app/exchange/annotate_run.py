@@ -1,4 +1,4 @@
-"""Stores what a data set's tracks say of a run, as one operation that one undo takes back."""
+"""Stores a data set's tracks as corrections of a run, as one operation with one undo."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Tracks of a data set as documents of a run: what somebody has drawn in another tool becomes people's word here.
+"""Converts tracks of a data set to documents of a run: annotations from another tool become corrections.
 
-A track that is one of the run's says what that track shall show; what it shows already stays as it is. In an
-export of the same run it is the one of the same name. In every other file names are somebody else's (each run has an
-``m1``), so boxes have to agree. Every other track becomes a new one. Tracks that the file does not have stay as they
-are, but for those of the engine that one of its tracks covers besides its own: they become part of it, as by a merge.
+A track of the file that matches one of the run corrects it; frames that are equal already stay as they are. In an
+export of the same run tracks match by name. In every other file each run has an ``m1``, so the boxes must agree. Every
+other track becomes a new one. Tracks that the file lacks stay as they are, except engine tracks that a track of the
+file covers besides its own: these are merged into it.
 """
 
 from __future__ import annotations

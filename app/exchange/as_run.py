@@ -1,6 +1,6 @@
-"""Tracks of a data set as the evidence of a run, so that every screen works with somebody else's tracker.
+"""Converts tracks of a data set to the evidence of a run, so all screens work with another tracker's results.
 
-A box that the file states is a detection with its score; one between two such is a prediction. A class is a vote of
+A box in the file is a detection with its score; an interpolated one is a prediction. A class is a vote of
 weight 1 a frame; classes are ids of the video's label set. The store has no pixels, predictions of ours or gates: a
 what-if refuses it.
 """

@@ -1,4 +1,4 @@
-"""What an import brings into the label set of its video, and what people have said about names in files."""
+"""New labels of an import for the label set of its video, and people's answers about names in files."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def keep_words(session: Session, labels: LabelSet, said: Mapping[str, int | str]
 
 
 class Overtaken(Exception):
-    """Somebody has changed the label set since an import has been fitted to it; it is fitted to the newest version."""
+    """The label set has changed since an import was fitted to it; the import is fitted again to the newest version."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
-"""Imports of annotations as the server does them: read in one cage, stored by another process that can be killed.
+"""Imports of annotations on the server: read in one cage, stored by another process that can be killed.
 
-What reads a stranger's bytes has no network and writes in one folder. What stores its tracks needs the database; it
-gets arrays, which it checks once more, and no byte of the file. Where these are few, the server does that itself.
+The reading process has no network and writes in one folder only. The storing process needs the database; it receives
+arrays, checks them again, and never sees a byte of the file. If there are few tracks, the server stores them itself.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ SHORT: Final = 5000
 
 
 class CagedImports:
-    """Brings files in without reading a byte of them."""
+    """Imports files without reading their bytes in the server."""
 
     def __init__(self, settings: Settings, imports: ImportService, cages: Cages) -> None:
         self._settings = settings

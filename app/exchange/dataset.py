@@ -1,6 +1,6 @@
-"""Runs as a data set that every format can write: boxes as people have left them, and where they come from.
+"""Runs as a data set for all formats: corrected boxes and their sources.
 
-Nothing here needs the database, which takes longer to load than a small export to write; see
+This module does not load the database, which would take longer than writing a small export; see
 :mod:`app.exchange.stored`.
 """
 

@@ -1,4 +1,4 @@
-"""The confirmed tracks of a run, straight from its evidence, one after the other, a few hundred in memory at a time."""
+"""Reads the confirmed tracks of a run from its evidence one by one, with a few hundred in memory at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From what a person asks for to a finished export; the same for the server, the command line and tests."""
+"""Makes an export from a request, for the server, the command line and tests."""
 
 from __future__ import annotations
 

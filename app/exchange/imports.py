@@ -1,4 +1,4 @@
-"""Files of other tools laid onto a video: as ground truth, as a run, or as corrections of a run. All or nothing."""
+"""Imports files of other tools atomically: as ground truth, as a run, or as corrections of a run."""
 
 from __future__ import annotations
 

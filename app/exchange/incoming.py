@@ -1,4 +1,4 @@
-"""A file of another tool, read onto a video: what it says, with the labels of the video's set."""
+"""Reads a file of another tool for a video, with the labels of the video's set."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Incoming:
 
 @dataclass(frozen=True, slots=True)
 class Onto:
-    """The video that something is laid onto, its labels, what was said of names in earlier files, and limits."""
+    """The video of an import, its labels, remembered answers about names in earlier files, and limits."""
 
     facts: VideoFacts
     table: FrameTable

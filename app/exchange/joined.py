@@ -1,4 +1,4 @@
-"""Tracks of a run that a file has as one: what the run would show, had somebody merged them."""
+"""Tracks of a run that a file has as one: the run as it would be after a merge."""
 
 from __future__ import annotations
 

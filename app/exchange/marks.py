@@ -1,7 +1,7 @@
-"""What a file says of its tracks besides boxes and classes, as documents over an imported run.
+"""Converts what a file says besides boxes and classes to documents over an imported run.
 
-The evidence of a run is what a tracker found. That a sign is hidden, what somebody wrote about it and what people have
-judged are people's word: they become the first operation in the log of the run, which one undo takes back.
+The evidence of a run is the result of a tracker. Hidden marks, notes and verdicts come from people: they become the
+first operation in the log of the run, with one undo.
 """
 
 from __future__ import annotations

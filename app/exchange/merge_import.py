@@ -1,8 +1,7 @@
-"""A file's track merged into one of the run's: where both show the same, the document stays as it is.
+"""Merges a file's track into one of the run's; the document stays unchanged in frames that are equal.
 
-A box that a file only hands back is nobody's word: it goes on coming from the engine, with its source, its score and
-its lanes, or from whoever set it before. Key frames are made where the file says something else than the run shows,
-and where a line that ran there is cut.
+A returned box is not a correction: it still comes from the engine, with its source, score and lanes, or from the person
+who set it before. Key frames are made in frames that differ, and at the ends of an interpolation that is cut.
 """
 
 from __future__ import annotations

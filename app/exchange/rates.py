@@ -1,4 +1,4 @@
-"""Frame rates, exact: what the time stamps of a video say, whatever its header announces."""
+"""Exact frame rates from the time stamps of a video; its header does not count."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a track that somebody else has made is one of the run's: the same sign."""
+"""Decides whether a track from another source is the same sign as a track of the run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What routes do with exports."""
+"""Operations of routes on exports."""
 
 from __future__ import annotations
 

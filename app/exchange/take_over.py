@@ -1,4 +1,4 @@
-"""Ground truth taken over into the corrections of a run: some of its signs, as one operation."""
+"""Copies signs of a ground truth to the corrections of a run, as one operation."""
 
 from __future__ import annotations
 

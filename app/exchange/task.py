@@ -1,4 +1,4 @@
-"""The job ``export``: one ZIP file from some runs. Cancelled or killed, nothing of it stays, and it begins anew."""
+"""The job ``export``: one ZIP file from runs. After a cancel or kill nothing remains; a killed job starts again."""
 
 from __future__ import annotations
 

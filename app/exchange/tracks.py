@@ -1,4 +1,4 @@
-"""A run as people have left it, as tracks of a data set: their documents merged into the engine's boxes."""
+"""A corrected run as tracks of a data set: documents merged into the engine's boxes."""
 
 from __future__ import annotations
 

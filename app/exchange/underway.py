@@ -1,4 +1,4 @@
-"""Imports that are underway: what they are doing now, for the page that waits for one, and a way to end them."""
+"""Running imports: their progress for the page that waits, and a way to stop them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The data folder as a cache of the shared files: fetched when asked for, once at a time, whole or not at all."""
+"""The data folder as a cache of the shared files: fetched on demand, once at a time, atomically."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The shared files: things that are finished, each a file or a folder, put there whole and read back whole.
+"""The shared files: finished files and folders, written and read as a whole.
 
-A thing lies under its name, beside a list of its files with their sizes and SHA-256. The list is written last, so that
-without it there is nothing. What is read back must have the sizes and hashes of the list.
+Each entry lies under its name, beside a list of its files with their sizes and SHA-256. The list is written last; an
+entry without a list does not exist. Files that are read back must have the sizes and hashes of the list.
 """
 
 from __future__ import annotations

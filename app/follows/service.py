@@ -1,4 +1,4 @@
-"""Starts following, hands out proposals, and lets go of those that no page asks for any more."""
+"""Starts following, returns proposals, and drops follows that no page asks for any more."""
 
 from __future__ import annotations
 

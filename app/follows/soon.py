@@ -1,6 +1,6 @@
-"""A video that is open where a person may be about to follow a sign: its decoder has gone from the key frame already.
+"""Opens a video in advance at a frame where a person may be about to follow a sign, decoded from its key frame.
 
-That takes longer than all the rest of what the first proposal waits for. A worker keeps one such video.
+This takes longer than all other steps before the first proposal. A worker keeps one such video.
 """
 
 from __future__ import annotations

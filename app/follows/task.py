@@ -1,4 +1,4 @@
-"""The job ``follow``: proposals as they are found, in pieces, so that pages see the first ones at once."""
+"""The job ``follow``: stores proposals in small pieces, so pages see the first ones at once."""
 
 from __future__ import annotations
 

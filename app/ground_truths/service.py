@@ -1,4 +1,4 @@
-"""What people do with ground truth."""
+"""Operations on ground truth."""
 
 from __future__ import annotations
 

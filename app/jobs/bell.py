@@ -1,6 +1,6 @@
-"""Tells the worker that stands by at once what it would see at its next look at the queue, or not at all.
+"""Notifies the standby worker at once of a new job, or of a job that a person may be about to ask for.
 
-A line through a pipe: empty, there is a new job; else a kind of job that a person may be about to ask for.
+The notification is a line through a pipe: empty for a new job, else a kind of job to prepare for.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ Task = Callable[["TaskContext"], None]
 
 
 class OnJobFailed(Protocol):
-    """Brings what a job works on to the state that it is left in, and tells the pages; in the caller's transaction."""
+    """Updates the subject of a failed job, and notifies the pages; in the caller's transaction."""
 
     def __call__(self, session: Session, events: EventBus, job: Job, state: str, error: str | None) -> None:
         """Settle it.
@@ -70,7 +70,7 @@ class JobKind:
 
 
 class JobKinds:
-    """All kinds of jobs; what people wait for most often comes first.
+    """All kinds of jobs; those that people wait for most often come first.
 
     Args:
         kinds: each name once.

@@ -1,7 +1,7 @@
 """The durable queue: rows in the database, claimed with a fencing token.
 
-A claim raises the job's token; whoever holds an older one may write nothing any more. So a job may be executed twice,
-after a crash, but takes effect once.
+A claim raises the job's token; a process with an older one may write nothing any more. After a crash a job may run
+twice, but it takes effect once.
 """
 
 from __future__ import annotations

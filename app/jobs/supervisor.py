@@ -46,12 +46,12 @@ _log = logging.getLogger("tsr.supervisor")
 class Supervisor:
     """One thread of the server.
 
-    For jobs of this machine and data folder (on SQLite all are) the lock file decides who is alive. On PostgreSQL other
-    machines may hold jobs: theirs are dead when there was no heartbeat for a minute by our own steady clock. What the
-    heartbeat says is no matter, only that it changes: clocks of machines differ.
+    For jobs of this machine and data folder (on SQLite all are) the lock file shows whether the worker is alive. On
+    PostgreSQL other machines may hold jobs: these are dead if their heartbeat did not change for a minute by our own
+    steady clock. Its value does not matter, because clocks of machines differ.
 
-    While somebody has a page open, one worker of the short lane stands by: to start a process and to load the engine
-    takes two to four seconds, which is longer than most of what people wait for.
+    While a page is open, one worker of the short lane stands by: starting a process and loading the engine takes two to
+    four seconds, longer than most short jobs.
 
     Attributes:
         silence: seconds without a heartbeat after which a worker of another machine is dead.

@@ -1,6 +1,6 @@
 """Ends work that computes without progress, such as decoding a video that was made to be slow.
 
-A limit on all the time of a process would be one on the length of videos. So the time between two steps is limited.
+A limit on the total time would limit the length of videos, so the time between two steps is limited.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A process that takes jobs from the queue until none are left. Its arguments are ``PARENT LANE [stay]``.
 
 It ends with its server, has a limit on memory, works at low priority, and can start no other program: a broken or
-hostile video costs this one process. One that is to stay waits for jobs until it is asked to leave, and loads meanwhile
-what they will need.
+hostile video costs this one process. With ``stay`` it waits for further jobs until it is asked to leave, and loads
+their modules meanwhile.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Labels of a file, brought into a set of the library, or made a set of their own."""
+"""Imports labels of a file into a set of the library, or as a new set."""
 
 from __future__ import annotations
 

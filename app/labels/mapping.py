@@ -1,4 +1,4 @@
-"""What the class numbers in a run's evidence mean in the label set of its video."""
+"""Maps class numbers in a run's evidence to the label set of its video."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which ids of labels stored things name."""
+"""Finds the label ids that stored data uses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people do with label sets: look, change, undo, and say which set is used."""
+"""Operations on label sets: read, change, undo, and choose the set in use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Versions of label sets as they lie in the database, for code that has a session."""
+"""Reads and writes versions of label sets, for code that has a session."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In how many tracks people have given a label."""
+"""Counts the tracks to which people have given a label."""
 
 from __future__ import annotations
 

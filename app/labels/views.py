@@ -1,4 +1,4 @@
-"""What pages get about label sets."""
+"""Views of label sets for the page."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Files that go to their places while a transaction is open, noted first, so that a crash leaves nothing behind.
+"""Moves files into place during a transaction, with a note on disk, so that a crash leaves nothing behind.
 
-Neither order is safe by itself: a row without its files is a lie, files without their row are rubbish that nobody ever
-finds. So a note is brought to the disk before the first file moves, and removed after the commit. Whoever starts next
-compares what it names with the database. The process at work holds a lock on its note: a second server on the same
-folder lets it alone.
+Neither order is safe by itself: a row without files is wrong, and files without a row are never found. A note is
+therefore written to disk before the first file moves, and removed after the commit. The next start compares the note
+with the database. The working process holds a lock on its note, so a second server on the same folder leaves it
+alone.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What is done with outputs: queued by routes, made by jobs, listed, downloaded, removed.
+"""Operations on outputs: routes queue them, jobs make them; list, download, remove.
 
-A job that makes one calls, in this order, ``begin``, ``progress`` as often as it likes, and ``complete``. It need not
-clean up: when it is cancelled, fails or dies, its folder is removed, and ``begin`` starts with an empty one.
+A job calls ``begin``, ``progress`` any number of times, and ``complete``. It need not clean up: if it is cancelled,
+fails or dies, its folder is removed, and ``begin`` starts with an empty one.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What people have done: one person's operations, and how the work of all goes, from the log of edits and its sums."""
+"""The work of people: one person's operations, and an overview of all, from the edit log and its sums."""
 
 from __future__ import annotations
 

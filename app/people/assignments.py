@@ -1,4 +1,4 @@
-"""Who works on what: videos, or frames of them, given to people; how far each is, and who may change that.
+"""Assignments of videos, or of frames of them, to people: their state, and who may change it.
 
 ::
 
@@ -7,8 +7,8 @@
                   ▼     │
                  returned (with a comment)
 
-Who has an assignment hands it in (``in_review``) and takes it back. A reviewer gives work out, and says of what was
-handed in that it is done, or returns it.
+The assignee hands an assignment in (``in_review``) and can take it back. A reviewer assigns work, and accepts or
+returns what was handed in.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How well the boxes of two people lie on each other, in frames where both have drawn one."""
+"""Agreement of two people's boxes, in frames where both have drawn one."""
 
 from __future__ import annotations
 

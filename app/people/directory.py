@@ -1,4 +1,4 @@
-"""Who a secret or a name belongs to. Asked with every request, so that what is revoked is revoked at once."""
+"""Finds the person of a secret or a name. Every request asks, so a revocation takes effect at once."""
 
 from __future__ import annotations
 

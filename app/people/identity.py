@@ -1,4 +1,4 @@
-"""Who is asking: the user of a library without people, the server's own secret, or a person."""
+"""The caller: the user of a library without people, the server's own secret, or a person."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Roles, and how much each may do."""
+"""Roles and their rights."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A second opinion by sample: accepted tracks are given to somebody else, who does not see the first answer.
+"""Second opinions by sample: another person judges accepted tracks without seeing the first answer.
 
-A track is in the sample of 5 % where a number that follows from its run and its key is below 0.05. So nobody chooses,
-and asking again gives out only what was accepted since.
+A track is in the sample of 5 % if a number derived from its run and key is below 0.05. So nobody chooses the tracks,
+and a repeated request assigns only tracks that were accepted since.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tokens and sessions: random secrets of which the database holds the hash alone."""
+"""Tokens and sessions: random secrets; the database stores only their hashes."""
 
 from __future__ import annotations
 

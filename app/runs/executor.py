@@ -1,7 +1,7 @@
-"""Where the engine works on a run: in the worker itself, or on a node of a Ray cluster.
+"""Runs the engine in the worker itself, or on a node of a Ray cluster.
 
-A worker holds the job in both cases: its lock, its heartbeat, its fencing token and what is stored of it. A node needs
-the files alone, and no database.
+In both cases a worker holds the job: its lock, heartbeat, fencing token and stored results. A node needs only the
+files, and no database.
 """
 
 from __future__ import annotations

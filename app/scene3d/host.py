@@ -1,9 +1,9 @@
 """A viser server that only this program can reach.
 
-viser checks neither who asks nor from which page: whoever finds its port gets the scene. Ours listens on loopback and
-answers nobody who does not send a secret that never leaves this process. viser has no setting for that, so its call
-of ``websockets.asyncio.server.serve`` is given one more check while it starts; that the check works is tried out each
-time, and a viser without it is stopped at once.
+viser has no access check: anybody who finds its port gets the scene. This one listens on loopback and refuses every
+request without a secret that never leaves this process. viser has no setting for that, so its call of
+``websockets.asyncio.server.serve`` gets one more check while it starts. Each start tests the check, and stops a viser
+without it at once.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Labels of signs that stand on one post: raised so that none covers another, as seen from where a viewer begins."""
+"""Raises labels of signs on one post so that none covers another from the first point of view."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds the spatial prior that a run was made with."""
+"""Finds the spatial prior of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The state that a viewer asks for: a small immutable value; only the newest one is drawn."""
+"""The state that a viewer requests: a small immutable value; only the newest one is drawn."""
 
 from __future__ import annotations
 

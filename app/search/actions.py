@@ -1,4 +1,4 @@
-"""What people do with tracks that they have found: judge, relabel, ignore, in one operation a run."""
+"""Actions on found tracks: judge, relabel, ignore, with one operation in each run."""
 
 from __future__ import annotations
 

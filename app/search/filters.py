@@ -1,4 +1,4 @@
-"""What can be asked of the search, and what it means to the database."""
+"""Filters of the search, and their database queries."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Keeps the tables of the search in step with runs, edits and label sets.
 
-The search follows the stream of events and the log of edits: whatever changes a run, here or on another page, is
-found there. Each run is read in a transaction of its own, so that a reading that was interrupted goes on where it was.
+The index follows the stream of events and the edit log, which record every change of a run. Each run is read in its own
+transaction, so an interrupted update continues where it was.
 """
 
 from __future__ import annotations

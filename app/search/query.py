@@ -1,4 +1,4 @@
-"""Answers questions to the search, a page at a time."""
+"""Answers searches, a page at a time."""
 
 from __future__ import annotations
 

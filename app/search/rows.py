@@ -1,4 +1,4 @@
-"""Rows of the search: what a track looks like to a question, made from evidence and edits."""
+"""Rows of the search index, one for each track, made from evidence and edits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which runs the search must read, and which run stands for its video."""
+"""Finds runs that the index must read, and the current run of each video."""
 
 from __future__ import annotations
 

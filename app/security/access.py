@@ -1,4 +1,4 @@
-"""Who a request comes from: the one place that knows tokens, cookies and what a proxy says."""
+"""Identifies the caller of a request from tokens, cookies and proxy headers."""
 
 from __future__ import annotations
 

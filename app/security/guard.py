@@ -1,9 +1,8 @@
-"""The door: every request and every socket passes here before any route sees it.
+"""The guard: checks every request and every socket before any route.
 
-Checked in this order: the Host header (a page of another name must not reach us by rebinding), the origin of requests
-that change something, who is asking (``app.security.access``), the size of the body. What that person may do is for
-``app.api.access``. Every answer leaves with headers that keep the page to
-itself; those to who was let in say how long they took here (``Server-Timing``).
+It checks in this order: the Host header (against DNS rebinding), the origin of requests that change something, the
+caller (``app.security.access``), the size of the body. ``app.api.access`` checks the caller's rights. Every answer gets
+security headers; answers to accepted callers also say how long they took (``Server-Timing``).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What a reverse proxy in front may say: who is asking, and that the way to it is TLS.
+"""Headers of a trusted reverse proxy: the caller's name, and that the connection to it is TLS.
 
-The address that counts is that of the connection itself, never one that a header names.
+Only the address of the connection itself decides whether a proxy is trusted, never one in a header.
 """
 
 from __future__ import annotations

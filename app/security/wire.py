@@ -1,10 +1,10 @@
-"""Connections, below every request: one reading of HTTP, and deadlines and a cap that nobody can wait out.
+"""Connections: strict HTTP parsing, deadlines, and a cap on their number.
 
-``h11`` accepts what other parsers read in another way: lines that end in a bare LF, header lines that go on in the next
-line, ``Content-Length`` beside ``Transfer-Encoding``. Where a proxy stands in front, two readings of the same bytes are
-two different requests. So such a request is answered with 400, and its connection is closed.
+``h11`` accepts what other parsers read differently: lines that end in a bare LF, header lines that continue on the next
+line, ``Content-Length`` beside ``Transfer-Encoding``. Behind a proxy two readings of the same bytes are two different
+requests. Such a request is answered with 400, and its connection is closed.
 
-The parts of ``h11`` and ``uvicorn`` that are overridden here are held by ``tests/attack/test_wire.py``.
+``tests/attack/test_wire.py`` tests the parts of ``h11`` and ``uvicorn`` that are overridden here.
 """
 
 from __future__ import annotations

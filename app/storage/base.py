@@ -1,4 +1,4 @@
-"""What all tables are built on."""
+"""Base class of all tables."""
 
 from __future__ import annotations
 

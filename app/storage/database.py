@@ -74,9 +74,9 @@ def sqlite_file(url: str | URL) -> Path | None:
 class Database:
     """Sessions on one database.
 
-    Reading sessions see one state and hold nobody up; writing ones take SQLite's write lock at once, so that they
-    wait for each other instead of failing half way. SQLite lets whoever looks at the right moment go first, so one of
-    many threads could wait for seconds and then fail: the threads of one process queue up here first.
+    Reading sessions see one state and block nobody. Writing sessions take SQLite's write lock at once, so they wait for
+    each other instead of failing half way. SQLite's lock is not fair: one of many threads could wait for seconds and
+    then fail. The threads of one process therefore queue up here first.
     """
 
     def __init__(self, url: str | URL, here: str | None = None, shared: str | None = None) -> None:

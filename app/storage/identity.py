@@ -1,6 +1,6 @@
-"""Who a server is: a random number kept in its data folder, whatever machines and folders are called.
+"""The identity of a server: a random number in its data folder, independent of names of machines and folders.
 
-Shared files have such a number too. A data folder notes it, so that it is known while they do not answer.
+Shared files have such a number too. A data folder stores it, so it is known while they do not answer.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the ids of the tables look like."""
+"""The form of the tables' ids."""
 
 from __future__ import annotations
 

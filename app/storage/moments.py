@@ -1,4 +1,4 @@
-"""Moments in the database: UTC, and saying so, whichever database keeps them."""
+"""Moments in the database: always UTC with a time zone, on both databases."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""One server at a time has a number: a lock of PostgreSQL, which ends with the connection that holds it.
+"""Only one server at a time may use a number: a lock of PostgreSQL, which ends with its connection.
 
-A copied data folder, and a cloned machine, have the number of the one that they were made from. Two such servers on one
-database would take each other's files for their own.
+A copied data folder or a cloned machine has the number of its original. Two such servers on one database would take
+each other's files for their own.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A run by its name, and how far its log has got."""
+"""Finds a run by its id, and the newest number of its log."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Which server holds the files of what, where several servers share a database.
+"""Records which server has which files, if several servers share a database.
 
-They share rows: each video, run, output and version of models has its place, and so has each job. The place is the
-server that has the files, or the files that all servers share (:mod:`app.files`). A job is done where the files are;
-who asks another server is informed which one to ask.
+Each video, run, output, version of models and job has a place: the server that has the files, or the files that all
+servers share (:mod:`app.files`). A job runs where its files are. A request to another server is answered with the name
+of the right one.
 """
 
 from __future__ import annotations
@@ -102,8 +102,8 @@ def adopt_files(database: Database, home: Path) -> None:
 class Servers:
     """The servers of one database, as this one sees them; thread-safe.
 
-    Each counts its row up now and then. Clocks of machines differ, so only that the number changes says anything, and
-    our own steady clock says since when.
+    Each server increments its row now and then. Clocks of machines differ, so only the change of the number counts,
+    timed by our own steady clock.
 
     Args:
         database: shared.

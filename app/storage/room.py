@@ -1,4 +1,4 @@
-"""Whether there is room left for what people do."""
+"""Checks that the disk of the data folder has free space."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Tables of the search across videos, and tags of videos; part of ``app.storage.models``.
 
-The search tables hold nothing that is not elsewhere: ``app.search`` makes them from evidence and edits.
+The search tables hold only derived data: ``app.search`` makes them from evidence and edits.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What has to be done now and then beside a block of work, on a thread of its own."""
+"""Calls a function periodically in a thread during a block of work."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Tables of sums over the log of edits and over the documents; part of ``app.storage.models``.
 
-They hold nothing that is not elsewhere: ``app.edits.sums`` changes them in the transaction of each edit, so that pages
-about a whole library need not read the log.
+They hold only derived data: ``app.edits.sums`` updates them in the transaction of each edit, so pages about a whole
+library need not read the log.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Where the models of a version lie, and those of a run: a run keeps to the models that it began with.
+"""Folders of the models of a version and of a run; a run keeps to the models that it began with.
 
-A run records its models by their hashes. By those its version is found again, wherever that lies.
+A run records the hashes of its models, by which its version is found again.
 """
 
 from __future__ import annotations

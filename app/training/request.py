@@ -1,4 +1,4 @@
-"""What a model version is asked to be made from, checked."""
+"""The checked request for a new model version."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people do with model versions: ask for one, promote it, roll back, remove it."""
+"""Operations on model versions: request, promote, roll back, remove."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a retraining can learn from: present reviews, and exports with what has changed since they were made."""
+"""Sources of a retraining: current reviews, and exports with the changes since they were made."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The job ``retrain``: a new model version in a folder of its own.
 
-A version that is stopped half way starts over: a refinement takes minutes. A whole training on public data takes an
-hour, so its finished parts stay and are not made again. The folder gets its name when everything in it is whole.
+A stopped refinement starts over, because it takes minutes. A whole training on public data takes an hour, so its
+finished parts are kept. The folder gets its name when it is complete.
 """
 
 from __future__ import annotations

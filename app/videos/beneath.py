@@ -1,7 +1,7 @@
 """Opens files below a folder without following links, so that nobody can redirect the path.
 
-A path is resolved and judged as text first. Whoever puts a link on the way afterwards, or exchanges a folder for one,
-gets a refusal: the kernel looks at each part as it goes.
+A path is first resolved and checked as text. If somebody then puts a link on the way, or replaces a folder by one, the
+open is refused, because the kernel checks each part.
 """
 
 from __future__ import annotations

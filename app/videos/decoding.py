@@ -1,7 +1,7 @@
 """Decodes and encodes pictures of a video in a cage, a process with limits.
 
-Each open video has one. A picture comes as a few hundred kilobytes through a socket, which takes less than a tenth of a
-millisecond, and while it is decoded the server is free to answer others.
+Each open video has one cage. A picture of a few hundred kilobytes passes a socket in less than a tenth of a
+millisecond, and the server can answer other requests while it is decoded.
 """
 
 from __future__ import annotations

@@ -213,7 +213,7 @@ class FrameServer:
 
 
 class _Turn:
-    """A person's request: the thread stands back until it is served."""
+    """A person's request: the thread waits until it is served."""
 
     def __init__(self, frame_server: FrameServer) -> None:
         self._frame_server = frame_server

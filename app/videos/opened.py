@@ -1,7 +1,7 @@
-"""Opens files of videos. Every caller comes through here: root, identity and hash are checked each time.
+"""Opens files of videos; checks root, identity and hash each time.
 
-No other module of ``app`` opens a video by its name (``tests/architecture/test_opened_videos.py``). What is opened goes
-on as a descriptor: see :mod:`tsr_engine.io.opened_file`.
+No other module of ``app`` opens a video by its name (``tests/architecture/test_opened_videos.py``). Callers get a
+descriptor: see :mod:`tsr_engine.io.opened_file`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ __all__ = [
 
 
 class ChangedError(VideoError):
-    """The file holds other bytes than those that the video is named after."""
+    """The file's bytes do not match the hash that identifies the video."""
 
 
 def roots_of(settings: Settings) -> list[Path]:
@@ -43,7 +43,7 @@ def roots_of(settings: Settings) -> list[Path]:
 
 
 class CheckedFile:
-    """A file that is looked at again each time that it is opened; thread-safe, and a ``VideoSource`` for the engine.
+    """A file that is checked each time it is opened; thread-safe, and a ``VideoSource`` for the engine.
 
     Attributes:
         path: where it lies.

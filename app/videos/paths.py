@@ -87,7 +87,7 @@ def open_allowed(text: str, roots: Sequence[Path]) -> OpenedFile:
 
 @dataclass(frozen=True, slots=True)
 class Listing:
-    """What a folder holds for us."""
+    """Videos and folders in a folder."""
 
     path: Path
     parent: Path | None

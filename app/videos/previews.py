@@ -1,8 +1,8 @@
 """Preview frames: a small copy of a video with many key frames, shown while a person scrubs.
 
-Pictures of a video with few key frames take long to reach: to show the last of 250, all of them are decoded. The copy
-has a key frame every dozen pictures, so each is a few milliseconds away. It is made once, by the import; its
-pictures are smaller and softer than the video's, bear the same ordinals, and are never what a box is judged by.
+Seeking in a video with few key frames is slow: to show the last of 250 pictures, all of them are decoded. The copy has
+a key frame every dozen pictures, so each is a few milliseconds away. The import makes it once. Its pictures are smaller
+and softer than the video's, with the same ordinals; no box is judged by them.
 """
 
 from __future__ import annotations

@@ -65,10 +65,10 @@ def file_changed(video: Video) -> Conflict:
 
 
 class ChangedFiles:
-    """Refuses to change what is said about a video while another file lies in its place.
+    """Refuses edits about a video while another file lies in its place.
 
-    A file that is not there, or cannot be read, does not: what a person says is about frames of the video that its
-    hash names, their evidence is here, and a drive that is not plugged in is no reason to put work off.
+    A missing or unreadable file blocks nothing: edits are about frames of the video that its hash identifies, and their
+    evidence is stored. People can go on working while a disk is not plugged in.
     """
 
     def __init__(self, settings: Settings, database: Database) -> None:

@@ -1,8 +1,8 @@
 """Uploaded files in the data folder, named by their content; one process at a time adds or removes them.
 
-The same bytes have the same place, whoever brings them: an upload, an upload at the same moment, the clip of a bundle.
-So whoever places or removes such a file holds the turn of its digest from the first look at the database to the last
-file, and nobody removes a file that a row names.
+The same bytes have the same place, from uploads, concurrent uploads and clips of bundles. A process that places or
+removes such a file therefore holds the lock of its digest from the first look at the database to the last file, so no
+file that a row names is removed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a replay changed, as the page lists it: each entry with a frame to open."""
+"""Changes made by a replay, for the page: each entry with a frame to open."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Asking what would change."""
+"""Requests what-ifs."""
 
 from __future__ import annotations
 

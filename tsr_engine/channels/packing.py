@@ -1,7 +1,7 @@
 """Planes of channels laid side by side, cell by cell, and back.
 
-OpenCV resamples four interleaved channels in two thirds of the time that it takes for four planes, to the same bits;
-more than four at once go another, slow way. The scan needs planes.
+OpenCV resamples four interleaved channels in two thirds of the time of four planes, to the same bits. More than four at
+once take a slow path. The scan needs planes.
 """
 
 from __future__ import annotations

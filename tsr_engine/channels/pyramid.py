@@ -1,11 +1,11 @@
 """The fast feature pyramid: channels computed at few scales, approximated between them.
 
-A channel resampled from scale ``s_r`` to ``s`` keeps its statistics when it is multiplied by
-``(s / s_r) ** -lambda`` (Dollar et al. 2014, section 4). ``lambda`` is about 0 for colour and measured for gradients
+A channel resampled from scale ``s_r`` to ``s`` keeps its statistics when it is multiplied by ``(s / s_r) ** -lambda``
+(Dollar et al. 2014, section 4). ``lambda`` is about 0 for colour and measured for gradients
 (:func:`tsr_engine.training.lambdas.measure_lambdas`). Approximated levels come from the nearest computed one, on a
-logarithmic axis. Two departures from the toolbox save most of the work and are part of the trained detector: channels
-are smoothed once, before the approximation; and the power law's factor is not multiplied into millions of cells but
-handed on as ``Level.gains``, by which the scan divides the trees' thresholds.
+logarithmic axis. Two departures from the toolbox save most of the work and are part of the trained detector. Channels
+are smoothed once, before the approximation. The power law's factor does not multiply millions of cells; the scan
+divides the trees' thresholds by ``Level.gains`` instead.
 
 Pictures are only ever halved (2 x 2 means) or resampled bilinearly by less than a factor of two: each computed level
 below the first octave is the half of the one an octave above.
@@ -33,7 +33,7 @@ Band = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class PyramidPlan:
-    """Which scales are searched and which of them are computed.
+    """Scales to search, and those of them to compute.
 
     Attributes:
         shrink: cell size in px.
@@ -162,7 +162,7 @@ def build_pyramid(
 class _Halves:
     """A picture's planes (3, h, w), resized; below the first octave each size is the half of the one an octave above.
 
-    That holds for every part of the work, also for one that makes a larger size only to halve it: all parts see the
+    Every part of the work does so, also one that makes a larger size only to halve it: all parts see the
     same pictures.
     """
 

@@ -1,6 +1,6 @@
-"""Channels as bytes: what the trees look at.
+"""Channels as bytes, the input of the trees.
 
-Eight bits a channel are enough for thresholds, quarter the memory traffic and let one vector instruction compare
+Eight bits a channel are enough for thresholds. They quarter the memory traffic, and one vector instruction compares
 dozens of windows.
 """
 

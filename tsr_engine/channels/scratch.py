@@ -1,7 +1,7 @@
-"""Arrays that are used again for every picture.
+"""Arrays that are reused for every picture.
 
-A picture's pyramid is ten megabytes that live for a few milliseconds. Asked for anew each time they come as pages that
-the operating system has to map and clear, which takes longer than to fill them.
+A picture's pyramid takes ten megabytes for a few milliseconds. The operating system would map and clear new pages for
+each picture, which takes longer than filling them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""[1 2 1]/4 along both axes of byte channels: what takes the grid's jitter out of cells before trees look at them."""
+"""Smooths byte channels by [1 2 1]/4 along both axes, to remove the grid's jitter before the trees read the cells."""
 
 from __future__ import annotations
 

@@ -44,7 +44,10 @@ PlaceOption = Annotated[
     str, typer.Option("--on", metavar="local|ray|ray://HOST:PORT", help="This machine, or a Ray cluster.")
 ]
 JobsOption = Annotated[
-    int | None, typer.Option("--jobs", min=1, max=256, metavar="N", help="Drives at a time here; unset: one a core.")
+    int | None,
+    typer.Option(
+        "--jobs", min=1, max=256, metavar="N", help="Drives at a time on this machine; unset: one for each core."
+    ),
 ]
 CoresOption = Annotated[
     int | None, typer.Option("--cores", min=1, max=64, metavar="N", help="Cores of one drive; unset: an equal share.")
@@ -57,9 +60,11 @@ MemoryOption = Annotated[
 def batch(
     inputs: Annotated[
         list[str],
-        typer.Argument(metavar="INPUT...", help="Videos, folders, patterns, or @FILE with one of these a line."),
+        typer.Argument(metavar="INPUT...", help="Videos, folders, patterns, or @FILE with one of these on each line."),
     ],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder that gets one folder of results a drive.")],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="Folder for the results, with one folder for each drive.")
+    ],
     place: PlaceOption = "local",
     jobs: JobsOption = None,
     cores: CoresOption = None,
@@ -73,14 +78,14 @@ def batch(
     onnx: OnnxOption = None,
     onnx_size: OnnxSizeOption = None,
     onnx_layout: OnnxLayoutOption = None,
-    restart: Annotated[bool, typer.Option("--restart", help="Track all drives anew.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Track all drives again.")] = False,
     json: JsonOption = False,
 ) -> None:
-    """Track many drives: each in a process of its own, written whole or not at all.
+    """Track many drives, each in its own process; the result of a drive is complete or absent.
 
-    The folder keeps a manifest (batch.json): the same command goes on where it was stopped, does not repeat what is
-    done, and tries failed drives again. A bad drive is named in the summary (summary.html, summary.json); the others go
-    on. Exit code 3: some drives failed.
+    The folder keeps a manifest (batch.json): after a stop the same command continues, skips finished drives and tries
+    failed ones again. The summary (summary.html, summary.json) names failed drives; the others continue. Exit code 3:
+    some drives failed.
 
     \b
     Examples:

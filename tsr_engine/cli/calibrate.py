@@ -20,17 +20,15 @@ def calibrate(
     video: Annotated[Path, typer.Argument(help="Video file of a drive.")],
     frames: Annotated[
         str | None,
-        typer.Option(
-            "--frames", metavar="A:B", help="Look at frames A to B-1, counted from 0; unset: as many as it takes."
-        ),
+        typer.Option("--frames", metavar="A:B", help="Use frames A to B-1, counted from 0; unset: as many as needed."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Tell from a drive how high the camera's focus of expansion lies: where the road comes from.
+    """Estimate from a drive how high the camera's focus of expansion lies.
 
-    Signs move away from it as they come nearer; were it assumed elsewhere, a track that goes on without detections
-    would drift off its sign. `tsr track` tells it in the same way from the first frames of each drive. What the
-    camera is known to have can be named for all its drives.
+    Signs move away from this point as they come nearer; with a wrong one, a track without detections drifts off its
+    sign. `tsr track` estimates it in the same way from the first frames of each drive. If you know the value of a
+    camera, set it for all of its drives.
 
     \b
     Examples:

@@ -28,12 +28,12 @@ def classify(
     network: NetworkOption = False,
     json: JsonOption = False,
 ) -> None:
-    """Recognise crops of signs.
+    """Classify crops of signs.
 
     Reads GTSRB class folders (with GT-000CC.csv), the benchmark's test table (Filename;Width;Height;Roi.X1;...), and
-    folders of loose crops. The region of interest is used where a table gives one; a loose crop is taken to carry a
-    border of about a tenth on each side, as GTSRB's do. File names are relative to the folder or table named.
-    After Ctrl-C the rows of the crops that were done are kept.
+    folders of loose crops. The region of interest of a table is used; a loose crop is expected to have a border of
+    about a tenth on each side, as in GTSRB. File names are relative to the named folder or table. After Ctrl-C the
+    finished rows are kept.
 
     \b
     Examples:

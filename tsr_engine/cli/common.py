@@ -52,10 +52,10 @@ PresetOption = Annotated[
 ]
 ModelsOption = Annotated[
     Path | None,
-    typer.Option("--models", metavar="DIR", help="Folder of models; unset: those shipped with the package."),
+    typer.Option("--models", metavar="DIR", help="Folder of models; unset: the shipped ones."),
 ]
 NetworkOption = Annotated[
-    bool, typer.Option("--network-classifier", help="Read with the network of the models instead.")
+    bool, typer.Option("--network-classifier", help="Classify with the network of the models instead.")
 ]
 OnnxOption = Annotated[
     Path | None, typer.Option("--onnx", metavar="FILE", help="Detect with this YOLO-style ONNX network instead.")

@@ -37,7 +37,7 @@ __all__ = ["detect"]
 
 def detect(
     sources: Annotated[list[Path], typer.Argument(metavar="IMAGE_OR_FOLDER...", help="Pictures, folders of pictures.")],
-    jsonl: Annotated[Path, typer.Option("--jsonl", metavar="OUT", help="Write one line a picture.")],
+    jsonl: Annotated[Path, typer.Option("--jsonl", metavar="OUT", help="Write one line for each picture.")],
     preset: PresetOption = "default",
     settings: SetOption = [],  # noqa: B006 - typer copies it
     models: ModelsOption = None,
@@ -50,13 +50,13 @@ def detect(
     ] = False,
     json: JsonOption = False,
 ) -> None:
-    """Find the signs in pictures and recognise each of them.
+    """Detect and classify the signs in pictures.
 
-    A line of the output is {"image": name, "detections": [{"x1", "y1", "x2", "y2", "score", "raw_score",
+    Each line of the output is {"image": name, "detections": [{"x1", "y1", "x2", "y2", "score", "raw_score",
     "class_id", "class_prob"}]}, best detection first, in pixel edges. The scores are those with and without the
-    spatial prior. What --other-shapes finds beside the others has class_id -1 and class_prob null.
-    A picture that cannot be read is named on stderr; the others are done and the exit code is 3.
-    After Ctrl-C the lines of the pictures that were done are kept.
+    spatial prior. Detections of --other-shapes have class_id -1 and class_prob null.
+    Unreadable pictures are named on stderr; the others are processed and the exit code is 3. After Ctrl-C the finished
+    lines are kept.
 
     \b
     Examples:

@@ -14,9 +14,9 @@ _MARKS = {"ok": "[green]ok[/green]", "warning": "[yellow]warning[/yellow]", "mis
 
 
 def doctor(models: ModelsOption = None, as_json: JsonOption = False) -> None:
-    """Show versions, codecs, models and cores, what is missing and how to get it.
+    """Show versions, codecs, models and cores, and how to get what is missing.
 
-    The exit code is 4 where something is missing that a command needs.
+    The exit code is 4 if something is missing that a command needs.
 
     Example: tsr doctor --json
     """

@@ -38,7 +38,7 @@ app = typer.Typer(
 )
 
 OutOption = Annotated[
-    Path | None, typer.Option("--out", metavar="DIR", help="Write figures as JSON and plots as PNG there.")
+    Path | None, typer.Option("--out", metavar="DIR", help="Folder for figures as JSON and plots as PNG.")
 ]
 
 
@@ -50,10 +50,11 @@ def tracking(
         typer.Option("--truth", metavar="DIR", help="Folder of <video>.csv; unset: beside the video, or in gt/ there."),
     ] = None,
     results: Annotated[
-        Path | None, typer.Option("--results", metavar="DIR", help="Score <video>.csv of this folder; track nothing.")
+        Path | None,
+        typer.Option("--results", metavar="DIR", help="Score <video>.csv of this folder instead of tracking."),
     ] = None,
     kf_alone: Annotated[
-        bool, typer.Option("--kf-alone", help="Track a second time by Kalman filter alone, for comparison (Fig. 11).")
+        bool, typer.Option("--kf-alone", help="Also track with the Kalman filter alone, for comparison (Fig. 11).")
     ] = False,
     min_width: Annotated[float, typer.Option("--min-width", help="Narrowest sign that counts, px.")] = 20.0,
     preset: PresetOption = "default",
@@ -64,8 +65,8 @@ def tracking(
 ) -> None:
     """Score tracking: localisation error (equation 7), coverage, identities, Tables I and II by physical sign.
 
-    Truth is a CSV with the columns frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore. Boxes of both are cut at
-    the picture's edge first.
+    Ground truth is a CSV with the columns frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore. Boxes of both sides
+    are first cut at the picture's edge.
 
     \b
     Examples:
@@ -196,7 +197,7 @@ def fusion(
     out: OutOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Score fused tracks: share of right ones by number of frames and way of weighting (figure 13).
+    """Score fused tracks: share of right ones by number of frames and weighting (figure 13).
 
     \b
     Example:

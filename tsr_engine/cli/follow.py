@@ -37,17 +37,19 @@ def follow(
     ],
     only: Annotated[
         str | None,
-        typer.Option("--only", metavar="forward|backward", help="Follow one way only; unset: both."),
+        typer.Option("--only", metavar="forward|backward", help="Follow in one direction only; unset: both."),
     ] = None,
     csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write the rows there.")] = None,
     models: ModelsOption = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a line for another program.")] = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object for each row, for another program.")
+    ] = False,
 ) -> None:
     """Follow a sign from a box that you draw, until it is gone.
 
-    The rows are frame,x1,y1,x2,y2,confidence,source, in the order of the frames: pixel edges, the probability that the
-    box lies on the sign, and what it comes from: anchor (yours), detected, matched or predicted (the sign is hidden).
-    Without --csv they are printed. What ended it, and where, is said for each direction. With --json a line is an
+    The rows are frame,x1,y1,x2,y2,confidence,source in the order of the frames: pixel edges, the probability that the
+    box lies on the sign, and the source: anchor (yours), detected, matched or predicted (the sign is hidden). Without
+    --csv they are printed. For each direction the command says where and why it ended. With --json each line is an
     object with these names, or one with direction, frame, reason and sentence.
 
     \b

@@ -61,7 +61,7 @@ class _Group(TyperGroup):
 app = typer.Typer(
     name="tsr",
     cls=_Group,
-    help="Traffic signs in drive videos: detected, tracked, recognised, and explained frame by frame.",
+    help="Detect, track and classify traffic signs in drive videos, and store why each result is there.",
     epilog=EPILOG,
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -81,7 +81,7 @@ def _root(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    """Traffic signs in drive videos: detected, tracked, recognised, and explained frame by frame."""
+    """Detect, track and classify traffic signs in drive videos, and store why each result is there."""
 
 
 app.command("track", cls=ParameterCommand)(track.track)

@@ -16,7 +16,7 @@ __all__ = ["params"]
 def params(
     preset: PresetOption = "default",
     json: JsonOption = False,
-    changed: Annotated[bool, typer.Option("--changed", help="Only those in which the preset departs.")] = False,
+    changed: Annotated[bool, typer.Option("--changed", help="Only those that the preset changes.")] = False,
 ) -> None:
     """List every parameter: name, value in the preset, allowed values, meaning.
 

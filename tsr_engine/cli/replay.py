@@ -35,12 +35,12 @@ __all__ = ["ParameterCommand", "replay"]
 def replay(
     evidence: Annotated[
         Path,
-        typer.Argument(
-            metavar="EVIDENCE|BUNDLE", help="The folder that `tsr track --evidence` made, or a bug bundle (.zip)."
-        ),
+        typer.Argument(metavar="EVIDENCE|BUNDLE", help="A folder from `tsr track --evidence`, or a bug bundle (.zip)."),
     ],
     settings: SetOption = [],  # noqa: B006 - typer copies it
-    csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write one row a track and frame.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option("--csv", metavar="OUT", help="Write one row for each track and frame.")
+    ] = None,
     preset: Annotated[
         str | None,
         typer.Option("--preset", metavar="default|realtime|paper", help="Start from a preset, not from the run."),
@@ -50,21 +50,21 @@ def replay(
         bool, typer.Option("--other-models", help="Allow models other than those of the run.")
     ] = False,
     bundled_models: Annotated[
-        bool, typer.Option("--bundled-models", help="Of a bundle: use the models inside, not those of this machine.")
+        bool, typer.Option("--bundled-models", help="For a bundle: use the models inside, not those of this machine.")
     ] = False,
     onnx: Annotated[
-        Path | None, typer.Option("--onnx", metavar="FILE", help="Of a bundle: the ONNX network of its run.")
+        Path | None, typer.Option("--onnx", metavar="FILE", help="For a bundle: the ONNX network of its run.")
     ] = None,
     json: JsonOption = False,
 ) -> None:
-    """Re-run everything after detection from a run's evidence, or the whole engine on a bug bundle.
+    """Run everything after detection again from a run's evidence, or the whole engine on a bug bundle.
 
-    Evidence, in seconds: unset parameters are those of the run; without --set the result equals the run bit by bit.
-    The table shows which tracks were gained, lost, split or relabelled. Parameters of decoding, detection and camera
-    shift cannot be changed this way.
+    A replay of evidence takes seconds. Unset parameters are those of the run; without --set the result equals the run
+    bit by bit. The table shows which tracks were gained, lost, split or relabelled. Parameters of decoding, detection
+    and camera shift cannot be changed.
 
-    A bundle, at the engine's speed: this version and these models run on its clip, and the last line says fixed (exit
-    code 0), still broken (20) or different (21).
+    A bundle is replayed at the engine's speed: this version and these models run on its clip, and the last line says
+    fixed (exit code 0), still broken (20) or different (21).
 
     \b
     Examples:

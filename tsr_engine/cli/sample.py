@@ -18,7 +18,7 @@ __all__ = ["sample"]
 def sample(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder to write into.")] = Path("sample"),
     seconds: Annotated[float, typer.Option("--seconds", metavar="N", help="Length of the drive.")] = 12.0,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Another seed is another drive.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Each seed gives another drive.")] = 0,
     size: Annotated[str, typer.Option("--size", metavar="WxH", help="Size of the pictures, px.")] = "1280x720",
     fps: Annotated[int, typer.Option("--fps", metavar="N", help="Frames a second.")] = 25,
     scenario: Annotated[

@@ -39,15 +39,17 @@ __all__ = ["track"]
 
 def track(
     video: Annotated[Path, typer.Argument(metavar="VIDEO", help=f"A video file: {KINDS}.")],
-    csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write one row a track and frame.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option("--csv", metavar="OUT", help="Write one row for each track and frame.")
+    ] = None,
     evidence: Annotated[
         Path | None,
         typer.Option(
-            "--evidence", metavar="DIR", help="Keep all evidence there; the same command goes on after a kill."
+            "--evidence", metavar="DIR", help="Folder for all evidence; after a kill the same command continues."
         ),
     ] = None,
     annotated: Annotated[
-        Path | None, typer.Option("--video", metavar="OUT.mp4", help="Write the video with everything drawn on it.")
+        Path | None, typer.Option("--video", metavar="OUT.mp4", help="Write the video with the results drawn on it.")
     ] = None,
     preset: PresetOption = "default",
     settings: SetOption = [],  # noqa: B006 - typer copies it
@@ -58,21 +60,21 @@ def track(
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1, counted from 0.")
     ] = None,
-    restart: Annotated[
-        bool, typer.Option("--restart", help="Start over where --evidence already holds a run.")
-    ] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Start over if --evidence already holds a run.")] = False,
     cores: Annotated[
         int | None,
-        typer.Option("--cores", min=1, max=64, metavar="N", help="Processes that detect frames; unset: one a core."),
+        typer.Option(
+            "--cores", min=1, max=64, metavar="N", help="Processes that detect frames; unset: one for each core."
+        ),
     ] = None,
     timing: Annotated[bool, typer.Option("--timing", help="Print the time of each stage.")] = False,
     json: JsonOption = False,
 ) -> None:
-    """Track and recognise the traffic signs of one video.
+    """Track and classify the traffic signs of one video.
 
-    Without any output option a table of the tracks is printed. The rows of --csv are
-    frame,track_id,x1,y1,x2,y2,class_id,score,source: frames from 0, pixel edges, confirmed tracks from their
-    first frame on, the class fused over the whole track, source in detected|predicted|relocalised.
+    Without an output option the command prints a table of the tracks. The rows of --csv are
+    frame,track_id,x1,y1,x2,y2,class_id,score,source: frames from 0, pixel edges, confirmed tracks from their first
+    frame on, the class fused over the whole track, source in detected|predicted|relocalised.
 
     \b
     Examples:

@@ -27,8 +27,8 @@ REFINED = ("detector", "prior", "lambda", "classifier", "online")
 """Parts that corrections refine."""
 
 app = typer.Typer(
-    help="Train models: whole from annotated scenes (GTSDB) and crops (GTSRB), or an earlier version refined by "
-    "exports of corrections. The same seed and data give the same models.",
+    help="Train models from annotated scenes (GTSDB) and crops (GTSRB), or refine an earlier version with exported "
+    "corrections. The same seed and data give the same models.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -46,12 +46,12 @@ GtsrbOption = Annotated[
 SignsOption = Annotated[
     Path | None,
     typer.Option(
-        "--signs", metavar="FILE", help="Annotations of other signs in the GTSDB scenes: these are no background then."
+        "--signs", metavar="FILE", help="Annotations of other signs in the GTSDB scenes, which are then no background."
     ),
 ]
 OutOption = Annotated[Path, typer.Option("--out", metavar="MODELS", help="Model folder; other components in it stay.")]
-SeedOption = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of everything random.")]
-DeviceOption = Annotated[str, typer.Option("--device", metavar="cuda|cpu", help="Where PyTorch trains.")]
+SeedOption = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of all random choices.")]
+DeviceOption = Annotated[str, typer.Option("--device", metavar="cuda|cpu", help="Device of PyTorch.")]
 ExportOption = Annotated[
     list[Path],
     typer.Option(
@@ -73,7 +73,7 @@ def detector(
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
     signs: SignsOption = None,
 ) -> None:  # fmt: skip
-    """Train the ACF detector on scenes, and on crops as further signs if --gtsrb names them (long); or refine it.
+    """Train the ACF detector on scenes, and on crops if --gtsrb names them (long); or refine it.
 
     \b
     Examples:
@@ -89,7 +89,7 @@ def prior(
     out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
 ) -> None:  # fmt: skip
-    """Estimate the spatial prior and its weight (equation 8) for the detector in --out; or blend corrected boxes in.
+    """Estimate the spatial prior and its weight (equation 8) for the detector in --out; or add corrected boxes to it.
 
     \b
     Example:
@@ -103,7 +103,7 @@ def weight(
     out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
 ) -> None:  # fmt: skip
-    """Learn the prior's weight anew (equation 8) from corrections; the table of the prior stays.
+    """Learn the prior's weight (equation 8) again from corrections; the table of the prior stays.
 
     \b
     Example:
@@ -133,7 +133,7 @@ def network(
     out: OutOption, gtsrb: GtsrbOption = None, device: DeviceOption = "cuda", seed: SeedOption = 0,
     json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Train the network that --network-classifier reads with, by PyTorch (minutes on a GPU, days without).
+    """Train the network of --network-classifier with PyTorch (minutes on a GPU, days without).
 
     \b
     Examples:
@@ -149,7 +149,7 @@ def online(
     out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
 ) -> None:  # fmt: skip
-    """Draw the samples that the online detector of every track starts from; or exchange some for corrected ones.
+    """Draw the initial samples of every track's online detector; or replace some by corrected ones.
 
     \b
     Example:
@@ -163,7 +163,7 @@ def memory(
     out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0,
     json: JsonOption = False, signs: SignsOption = None,
 ) -> None:  # fmt: skip
-    """Draw what later refinements remember of the training data, for the detector and classifier in --out.
+    """Draw the training samples that later refinements keep, for the detector and classifier in --out.
 
     \b
     Example:
@@ -177,7 +177,7 @@ def other_shapes(
     out: OutOption, gtsdb: GtsdbOption = None, signs: SignsOption = None, seed: SeedOption = 0,
     json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Train the detector of signs that the 43 classes lack, beside the detector in --out (long).
+    """Train the detector of signs outside the 43 classes, beside the detector in --out (long).
 
     \b
     Example:

@@ -1,7 +1,7 @@
 """``M_off``: the offline detector on aggregated channel features (section III-A, Eq. 1 and 2).
 
-Pyramid, cascade over all windows, suppression, refine-and-verify stage at the few that are left, sign verifier score to
-a class of sign, calibration to log-odds, outline of what is likely to be one, prior.
+The steps are: pyramid, cascade over all windows, suppression, refine-and-verify stage on the remaining windows, sign
+verifier score, calibration to log-odds, box refinement of likely signs, prior.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _OVERLAP = 0.75
 
 @dataclass(frozen=True, slots=True)
 class AcfModel:
-    """Everything trained.
+    """All trained parts of the detector.
 
     Attributes:
         window: the cascade's window.
@@ -137,7 +137,7 @@ def _ensemble(arrays: Mapping[str, NDArray[np.generic]], name: str, window: int)
 
 
 class AcfDetector:
-    """Finds signs in one picture, without memory; implements :class:`tsr_engine.protocols.OfflineDetector`.
+    """Finds signs in one picture, without state; implements :class:`tsr_engine.protocols.OfflineDetector`.
 
     Args:
         model: everything trained.

@@ -1,4 +1,4 @@
-"""Combines the scores of cascade, verifier and sign verifier to log-odds of being a sign."""
+"""Combines the scores of verifier and sign verifier (in older models the cascade's too) to log-odds of being a sign."""
 
 from __future__ import annotations
 

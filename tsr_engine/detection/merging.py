@@ -1,7 +1,7 @@
 """Merges the windows that pass the cascade to candidates: one per place, at their weighted mean.
 
-A sign is found by dozens of windows, none of which lies exactly on it, since they stand on a grid of cells and scales.
-Their mean lies nearer than the best of them, and costs nothing beside a refine-and-verify stage that starts there.
+Dozens of windows find a sign, and none lies exactly on it, because they stand on a grid of cells and scales. Their mean
+lies nearer than the best of them. The refine-and-verify stage starts there.
 """
 
 from __future__ import annotations

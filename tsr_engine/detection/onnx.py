@@ -1,11 +1,11 @@
 """Any YOLO-style network in ONNX form as the offline detector.
 
-Two layouts of the one output are understood, distinguished by the caller:
+The output has one of two layouts, which the caller names:
 
 * ``"v8"``: ``(1, 4 + classes, n)``: centre and size in input px, class probabilities;
 * ``"v5"``: ``(1, n, 5 + classes)``: centre and size, objectness, class probabilities.
 
-The score of a box is its best class probability (times objectness); it becomes log-odds, so that thresholds, prior and
+The score of a box is its best class probability (times objectness); it becomes log-odds, so thresholds, prior and
 evidence mean the same as with the ACF detector.
 """
 

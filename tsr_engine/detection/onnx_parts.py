@@ -1,7 +1,7 @@
 """Finds the other files that an ONNX file refers to, without loading it.
 
-A tensor may say that its values lie in another file, by any path. OpenCV follows that, also from bytes in memory, so a
-network from somebody else could have any file of this machine read as its weights.
+A tensor may name another file, by any path, for its values. OpenCV reads that file even if the network is bytes in
+memory, so a network from somebody else could read any file of this machine as its weights.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Signs outside the classifier's classes, found beside those of the detector: one-way, parking, no stopping.
 
-A second ACF model looks for them. What it finds on a sign that the detector has found already is left out, and so is
-the sign's class: nobody has taught one.
+A second ACF model finds them. Its detections on signs that the detector has found are left out. They have no class.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The spatial prior: where in a picture signs appear (section III-A, Eq. 2, Fig. 5).
 
 ``P_spatial`` is a two-dimensional Parzen estimate with a Gaussian kernel of sign centres in coordinates normalised by
-the picture's size, scaled so that its maximum is 1. It is kept as a table over the unit square.
+the picture's size, scaled so that its maximum is 1. It is stored as a table over the unit square.
 """
 
 from __future__ import annotations

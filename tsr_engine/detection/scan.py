@@ -1,8 +1,8 @@
 """The soft cascade over every window of one pyramid level.
 
 The first trees are evaluated for a whole row of windows at once: a node of neighbouring windows reads neighbouring
-bytes, so one vector instruction compares dozens of windows, and no branch is taken. Windows that survive go on tree by
-tree. Both parts add the same whole numbers in the same order: the result equals the plain loop's to the bit.
+bytes, so one vector instruction compares dozens of windows, and no branch is taken. The remaining windows continue tree
+by tree. Both parts add the same whole numbers in the same order: the result equals the plain loop's to the bit.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ BLOCK: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class ScanNodes:
-    """An ensemble's nodes made ready for levels of one size and gain.
+    """An ensemble's nodes prepared for levels of one size and gain.
 
     Attributes:
         offsets: shape (trees, 7), uint32: where each node's byte lies from a window's first byte.

@@ -1,8 +1,8 @@
-"""A scan that is spread over several frames of a video: which scales and rows are searched in which frame.
+"""Spreads a scan over several frames of a video: the scales and rows to search in each frame.
 
-The scales of the smallest signs take two thirds of a scan's time, whatever the size of the picture. They are searched
-in strips, a strip a frame, and all larger scales together in a frame of their own. What is searched depends on the
-frame's number alone: a run finds the same on any number of cores, and after it has been taken up again.
+The scales of the smallest signs take two thirds of a scan's time at any picture size. They are searched in strips, one
+in each frame, and all larger scales together in another frame. The schedule depends on the frame's number alone: a run
+gives the same result on any number of cores, and after a resume.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The detector's window: where the sign lies in it, and how cells become picture coordinates and back."""
+"""The detector's window: the place of the sign in it, and conversion between cells and picture coordinates."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The evidence of a run: schema, writer, reader, and the pixels kept for replay.
 
-One folder a run: ``run.json`` (what it was made of) and ``evidence.sqlite`` (what was decided, frame by frame).
+Each run is a folder with ``run.json`` (video, parameters, models) and ``evidence.sqlite`` (decisions, frame by frame).
 """
 
 from tsr_engine.evidence.compare import differences

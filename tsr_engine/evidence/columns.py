@@ -1,7 +1,7 @@
-"""Named, typed columns of an evidence store: every question to its tables that is not about whole records.
+"""Named, typed columns of an evidence store, for every query that does not need whole records.
 
 Names are those of ``docs/evidence.md``. A column of a joined table carries the table's name: ``gates.l_positive``. The
-schema says what can be asked for, so a wrong name fails at once, whatever the store holds.
+schema lists the valid names, so a wrong name fails at once for every store.
 """
 
 from __future__ import annotations

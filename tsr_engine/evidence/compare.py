@@ -1,4 +1,4 @@
-"""Exact comparison of records: how a replay or a resumed run is proved to be the same."""
+"""Exact comparison of records, for tests that a replay or a resumed run is the same."""
 
 from __future__ import annotations
 

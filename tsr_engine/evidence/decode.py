@@ -1,4 +1,4 @@
-"""Rows of the tables back to records: the inverse of ``encode``."""
+"""Decodes rows of the tables to records: the inverse of ``encode``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One frame's evidence to rows of the tables, and the summary of a track that grows with them."""
+"""Encodes one frame's evidence as rows of the tables, and updates the summaries of its tracks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Rows = dict[str, list[Row]]
 
 @dataclass(frozen=True, slots=True)
 class TableEntry:
-    """One row of the frame table: where a frame lies in its file."""
+    """One row of the frame table: the place of a frame in its file."""
 
     pts: int | None = None
     """Presentation time in units of the stream's time base."""

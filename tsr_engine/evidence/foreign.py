@@ -1,8 +1,8 @@
-"""An evidence store of somebody else, looked at before anything is read from it.
+"""Checks an evidence store from somebody else before the first query.
 
-SQLite runs what a file's own schema says: a view in the place of a table computes for ever, a generated column or a
-trigger calls functions, a page of a tree that names itself gives rows without end. So the schema has to be ours, letter
-by letter, and the trees have to be sound, before the first query.
+SQLite executes the schema of a file: a view in place of a table can compute without end, a generated column or a
+trigger calls functions, and a tree page that refers to itself gives endless rows. The schema must therefore equal ours
+exactly, and the trees must be sound.
 """
 
 from __future__ import annotations

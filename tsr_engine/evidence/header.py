@@ -1,4 +1,4 @@
-"""``run.json``: what a run was made of, and how it ended. Written atomically."""
+"""``run.json``: the inputs of a run and how it ended. Written atomically."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RunState = Literal["running", "complete", "interrupted", "failed"]
 
 @dataclass(frozen=True, slots=True)
 class VideoIdentity:
-    """Which file a run belongs to. The content counts; the name is for people."""
+    """The file of a run, identified by its content; the name is for people."""
 
     name: str
     """File name without its folder."""
@@ -34,7 +34,7 @@ class VideoIdentity:
 
 @dataclass(frozen=True, slots=True)
 class RunHeader:
-    """What a run was made of.
+    """The inputs of a run.
 
     Attributes:
         video: the file.

@@ -1,4 +1,4 @@
-"""What the writer of a run holds of its folder: the lock and the database, and what it says when the disk fails."""
+"""The folder of a run while it is written: lock, database, and messages if the disk fails."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Reading evidence: by range of frames, by track, as result rows. Works while another process writes.
+"""Reads evidence by range of frames, by track, and as result rows, also while another process writes.
 
-Every query covers a block of frames in a transaction of its own, so that a long read neither holds back the writer's
-checkpoints nor grows with the length of the run.
+Every query reads a block of frames in its own transaction. A long read therefore neither delays the writer's
+checkpoints nor needs more memory for a longer run.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Pixels on demand: from the frame itself, or from the rectangles that evidence has kept of it.
+"""Pixels on demand: from the frame itself, or from the rectangles of it in evidence.
 
-Both serve the same crops bit by bit, so that a replay sees what the run saw.
+Both give the same crops bit by bit, so a replay sees the pixels of the run.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Rectangle = tuple[int, int, int, int]
 
 
 class FramePixels:
-    """The live source: crops of one frame, and a record of what was asked for.
+    """The live source: crops of one frame, and a record of the requested rectangles.
 
     Args:
         picture: BGR, uint8, shape (height, width, 3); not copied.
@@ -56,7 +56,7 @@ class FramePixels:
 
 
 class StoredPixels:
-    """A frame of which only some rectangles are known.
+    """A frame with only some rectangles known.
 
     Args:
         width: frame width, px.

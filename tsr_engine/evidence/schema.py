@@ -1,8 +1,8 @@
-"""The tables of an evidence store, with the meaning of every column: the source of ``docs/evidence.md``.
+"""The tables of an evidence store with the meaning of every column. ``docs/evidence.md`` repeats them.
 
-Floating-point columns are declared without a type on purpose. A column of REAL affinity keeps whole numbers as
-integers on disk and thereby loses the sign of ``-0.0``; without affinity SQLite keeps the eight bytes as given, and
-a replay can be compared bit by bit. NaN has no representation in SQLite and is kept as NULL.
+Floating-point columns have no declared type on purpose. A column of REAL affinity stores whole numbers as integers and
+loses the sign of ``-0.0``. Without affinity SQLite keeps the eight bytes, and a replay can be compared bit by bit. NaN
+has no representation in SQLite and is stored as NULL.
 """
 
 from __future__ import annotations

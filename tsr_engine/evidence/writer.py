@@ -1,6 +1,6 @@
-"""Writing evidence: frames gather in memory and go to disk a chunk at a time, one transaction each.
+"""Writes evidence: frames are collected in memory and written in chunks, one transaction each.
 
-After a kill at any moment the store holds exactly the chunks whose transactions were committed.
+After a kill at any moment the store holds exactly the committed chunks.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the whole picture says from one frame to the next: how the camera turned, and whether the film was cut."""
+"""Camera rotation between frames, and cuts of the film, from the whole picture."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _BLANK: Final = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """From one frame to the next.
+    """Change from one frame to the next.
 
     Attributes:
         shift: of the picture by the camera's turning, px.

@@ -1,4 +1,4 @@
-"""How sure it is that a box lies on the sign: one logistic over everything that was seen of it.
+"""The probability that a box lies on the sign: a logistic regression over all observations of a frame.
 
 The weights come from ``python -m benchmarks.follow_confidence``, which follows the signs of clips and approaches that
 values are chosen on, as they are and with the sign painted over from some frame on.
@@ -32,7 +32,7 @@ WEIGHTS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What was seen of a sign in one frame.
+    """Observations of a sign in one frame.
 
     Attributes:
         similarity: largest correlation with a template.

@@ -1,4 +1,4 @@
-"""Follow a sign from the boxes that a person has drawn: outwards in both directions, and between them. No input/output.
+"""Follows a sign from the boxes that a person has drawn: outwards in both directions, and between them. Does no I/O.
 
 ::
 

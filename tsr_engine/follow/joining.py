@@ -1,4 +1,4 @@
-"""Two passes over the frames between two anchors, made one: each frame by what both filters know of it."""
+"""Joins two passes over the frames between two anchors: each frame combines both filters."""
 
 from __future__ import annotations
 

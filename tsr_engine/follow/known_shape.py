@@ -1,7 +1,7 @@
-"""What the offline detector says of a place, in the way that the person draws boxes.
+"""The offline detector's box at a place, adjusted to the way that the person draws boxes.
 
-Its later stages know the shapes of signs. They are asked where they take the anchor for a sign and draw it much as the
-person did; the rest of the difference is the person's manner, and is kept.
+The detector's later stages know the shapes of signs. They are used if they accept the anchor as a sign and their box is
+close to the person's. The remaining difference is the person's manner and is kept.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _DRAWN_PX: Final = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What the detector says of a place.
+    """The detector's result at a place.
 
     Attributes:
         score: log-odds that there is a sign.

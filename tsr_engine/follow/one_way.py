@@ -1,7 +1,7 @@
-"""Following in one direction: from frame to frame away from an anchor.
+"""Follows a sign in one direction, frame by frame away from an anchor.
 
-Predict by the sign's path and the camera's shift, search for the looks that are known, let the detector's later stages
-set the edges where they know the shape, and weigh how sure that is.
+Each frame predicts the box from the sign's path and the camera's shift, searches for the known templates, lets the
+detector's later stages set the edges of known shapes, and computes the confidence.
 """
 
 from __future__ import annotations

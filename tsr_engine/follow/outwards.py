@@ -1,4 +1,4 @@
-"""Away from the outermost anchor, until there is a reason to stop."""
+"""Follows away from the outermost anchor until there is a reason to stop."""
 
 from __future__ import annotations
 

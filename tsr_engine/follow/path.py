@@ -1,4 +1,4 @@
-"""The path of a sign through the picture: the looming filter, told by an exact box, in either direction of time."""
+"""The path of a sign through the picture: the looming filter, started by an exact box, in either direction of time."""
 
 from __future__ import annotations
 

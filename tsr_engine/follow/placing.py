@@ -1,4 +1,4 @@
-"""Anchors as they are given, and as they can be followed."""
+"""Converts anchors as given to anchors that can be followed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a follower is given, and what it says."""
+"""Inputs and outputs of following."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ Pictures = Callable[[int], Shown | None]
 
 @dataclass(frozen=True, slots=True)
 class FollowerModels:
-    """The trained parts that following rests on; without any it follows by correlation alone.
+    """The trained parts for following; without any it follows by correlation alone.
 
     Attributes:
         make_online: makes the online detector that tells this sign from what surrounds it.
@@ -84,8 +84,8 @@ class Anchor:
 class Proposal:
     """Where the sign is in one frame.
 
-    A later proposal of the same frame replaces the earlier one: between two anchors the first pass is shown while it
-    runs, and both passes are joined at its end; a hidden sign that is seen again sets the frames before right.
+    A later proposal of the same frame replaces the earlier one. Between two anchors the first pass is shown while it
+    runs, and both passes are joined at its end. A hidden sign that is seen again corrects the frames before.
 
     Attributes:
         frame: ordinal.

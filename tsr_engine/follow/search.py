@@ -1,4 +1,4 @@
-"""Search of a picture for what a template shows: by correlation over place and scale, then by alignment."""
+"""Searches a picture for a template: by correlation over place and scale, then by alignment."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from tsr_engine.records import FloatArray, GateVerdict, Picture
 class Gate:
     """``L_positive(f_k) = symm(f_k) * p_ph(mean of earlier crops, f_k) * p_pos(f_{k-1}, f_k)``, confident below tau.
 
-    Holds parameters only; what a track remembers is its :class:`HashMemory`, kept by the caller.
+    Holds parameters only. The caller keeps the :class:`HashMemory` of each track.
     """
 
     def __init__(self, params: GateParams) -> None:

@@ -1,7 +1,7 @@
 """Perceptual hash: 64 bits that change little when a picture changes little.
 
 The 64 lowest frequencies of a 32 x 32 DCT, each compared with their median (after pHash 0.9.6,
-``ph_dct_imagehash``). Brightness moves the mean alone, which lies above the median anyway; contrast scales all.
+``ph_dct_imagehash``). Brightness changes only the mean, which lies above the median anyway; contrast scales all.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From a box to a better one: the steps that regressions of boxes learn and answer with."""
+"""Steps from a box to a better one, the targets and outputs of box regressions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Output files that appear whole or not at all: a hidden name in the same folder, then a rename."""
+"""Atomic output files: written under a hidden name in the same folder, then renamed."""
 
 from __future__ import annotations
 

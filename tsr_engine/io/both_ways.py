@@ -1,7 +1,7 @@
-"""Frames of a video in both directions: onwards as they are decoded, backwards by whole groups of pictures.
+"""Frames of a video in both directions: forwards as they are decoded, backwards by whole groups of pictures.
 
-Going back frame by frame would decode a group of pictures from its key frame for each of them. Here the frames before
-the wanted one are decoded together and kept, as far as there is room; the memory does not grow with the video.
+Stepping back frame by frame would decode a group of pictures from its key frame for each of them. This module decodes
+the frames before the requested one together and caches them up to a limit that does not depend on the video.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _AHEAD: Final = 3
 
 
 class BothWays:
-    """Gives frames by ordinal; cheap where these run on, or back, or both by turns. A context manager.
+    """Gives frames by ordinal; cheap for consecutive ordinals in either direction. A context manager.
 
     Args:
         video: an open video; it stays open.

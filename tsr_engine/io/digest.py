@@ -1,4 +1,4 @@
-"""The SHA-256 of a file, by which videos, outputs and the parts of bundles are known."""
+"""The SHA-256 of a file, which identifies videos, outputs and the parts of bundles."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The frame table: which pictures a video has, in presentation order, and when each is shown.
 
-Ordinal k is the k-th picture that the pinned decoder puts out once edit lists have discarded theirs. A row is
-**confirmed** once the decoder has really produced it; rows beyond are what the packets promise. Nothing is ever
-looked up by frame rate or announced count.
+Ordinal k is the k-th picture of the pinned decoder after edit lists are applied. A row is **confirmed** once the
+decoder has produced it; later rows are predicted from the packets. Neither frame rate nor announced count is used for
+look-ups.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Drawing with measure: lines, dashes, panels and text whose sizes follow the picture's height."""
+"""Draws lines, dashes, panels and text in sizes proportional to the picture's height."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@
 A component of the manifest holds ``file``, ``sha256``, ``params`` (what inference needs besides the arrays),
 ``data`` (what it was trained on), ``figures`` (held-out results) and ``seed``.
 
-An array file is named after its content and never written over: until the manifest is replaced, in one step, it names
-the files that were there before. Where a file is called otherwise, as those that ship are, the manifest's word counts.
+An array file is named after its content and never overwritten. The manifest is replaced in one step and names the old
+files until then. Shipped files have other names; the manifest decides.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ SHIPPED = Path(__file__).resolve().parent.parent / "models"
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """One trained part: arrays, the parameters that inference needs, and where it comes from."""
+    """One trained part: arrays, parameters for inference, and origin."""
 
     name: str
     arrays: Mapping[str, NDArray[np.generic]]

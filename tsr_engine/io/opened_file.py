@@ -1,6 +1,6 @@
-"""A file that is opened once: type, size, hash and bytes are asked of the descriptor, never of the name again.
+"""A file that is opened once: type, size, hash and bytes come from the descriptor, never from the name again.
 
-Between two looks at a name, somebody may put another file there. What is opened stays what it is.
+Somebody may put another file at a name between two accesses. An open file stays the same.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Stamp: TypeAlias = tuple[int, int, int, int]
 
 
 class FileSource(Protocol):
-    """Whoever opens a file by other means than its name alone, and looks each time whether it is still the same."""
+    """Opens a file by more than its name, and checks each time that it is still the same."""
 
     @property
     def path(self) -> Path:

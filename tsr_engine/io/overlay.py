@@ -1,7 +1,7 @@
 """The annotated frame: every stage's boxes over the picture, each in its own line style.
 
-Detections are thin and pale, Kalman predictions dashed, the search region of a relocalisation dotted, and the
-result is a thick box coloured by where it comes from. Colours are Okabe and Ito's, distinguished by any eye.
+Detections are thin and pale, Kalman predictions dashed, search regions of relocalisations dotted, and results thick
+boxes coloured by their source. Colours are Okabe and Ito's, which colour-blind people can tell apart.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Still pictures in: which files, and one at a time, with a limit on what a small file may unfold to."""
+"""Reads still pictures: lists the files, and decodes one at a time with a limit on the decoded size."""
 
 from __future__ import annotations
 

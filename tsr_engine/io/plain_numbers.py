@@ -1,7 +1,7 @@
-"""Numbers as tables and attributes spell them.
+"""Parses numbers of tables and attributes.
 
-Python reads more: ``1_0`` as ten, and digits of other scripts. In a file these are slips, and other tools read them
-otherwise or not at all.
+Python accepts more: ``1_0`` as ten, and digits of other scripts. In a file these are mistakes, and other tools read
+them differently or not at all.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Work ahead of the consumer: an iterator run in a background thread behind a bounded queue."""
+"""Runs an iterator in a background thread, ahead of its consumer, behind a bounded queue."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why something cannot be written: no room, a file that may not grow, or a disk that fails."""
+"""Reasons why a write fails: no space, a limit on the file's size, or a failing disk."""
 
 from __future__ import annotations
 

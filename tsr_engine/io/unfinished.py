@@ -1,7 +1,7 @@
-"""What an output is made under until it is whole: a hidden sibling, named at random and held locked by its maker.
+"""The temporary file of an output: a hidden sibling with a random name, locked by its writer.
 
-Two processes that make one output never share such a name, so each writes its own and the last one to finish stays.
-The kernel drops the lock of a dead process: whoever makes the same output next can tell rubbish from work in progress.
+Two processes that make the same output use different names, and the last one to finish wins. The kernel releases the
+lock of a dead process, so the next writer of the same output can tell leftovers from work in progress.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _NO_FOLDERS: Final = (errno.EACCES, errno.EPERM, errno.EINVAL, errno.ENOTSUP)
 
 
 class UnfinishedFile:
-    """A new, empty file beside its place; ends by :meth:`settle`, or by :meth:`drop` alone.
+    """A new, empty file beside its target; ended by :meth:`settle` or :meth:`drop`.
 
     Args:
         out: the file's place, in a folder that is there. Removes first what dead makers of it have left.

@@ -1,4 +1,4 @@
-"""Video in: frame k is the same picture by sequential decoding and by random access.
+"""Reads videos: frame k is the same picture by sequential decoding and by random access.
 
 ::
 

@@ -1,4 +1,4 @@
-"""A place in a video: steps forward, and jumps to any ordinal by key frame and stamp."""
+"""A position in a video: steps forward, and seeks to any ordinal by key frame and time stamp."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class _MismatchError(Exception):
 
 
 class Cursor:
-    """Walks one decoder over a video and checks every frame against a shared ledger, or enters it there.
+    """Moves one decoder over a video; checks every frame against a shared ledger, or adds it there.
 
     Attributes:
         position: ordinal of the current frame; -1 before the first.

@@ -1,4 +1,4 @@
-"""The pinned decoder: one pass over one file with PyAV, its errors turned into counts and sentences."""
+"""The pinned decoder: one pass over one file with PyAV, with errors as counts and sentences."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _ANCHORS = 6
 
 @dataclass(frozen=True, slots=True)
 class Orientation:
-    """How stored pictures are turned to stand upright: a transposition, then mirrorings."""
+    """How stored pictures are turned upright: a transposition, then mirrorings."""
 
     transpose: bool = False
     flip_x: bool = False

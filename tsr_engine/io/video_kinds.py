@@ -1,7 +1,7 @@
-"""Which kinds of video files are read, distinguished by their own first bytes.
+"""The kinds of video files, recognised by their first bytes.
 
-The kind chooses the demuxer, so that no file is ever handed to one that would follow it to other files: a text playlist
-named ``x.mp4`` is refused here.
+The kind decides the demuxer, so no demuxer opens other files on behalf of a file: a text playlist named ``x.mp4`` is
+refused here.
 """
 
 from __future__ import annotations

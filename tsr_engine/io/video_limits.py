@@ -1,4 +1,4 @@
-"""What a video may demand; in a module of its own, so that settings name it without loading a decoder."""
+"""Limits for videos; a separate module, so that settings use it without loading a decoder."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_PIXELS: Final = 50_000_000
 
 @dataclass(frozen=True, slots=True)
 class VideoLimits:
-    """What a video may demand of this machine.
+    """Limits on what a video may need of this machine.
 
     Attributes:
         max_pixels: largest picture, width times height.

@@ -1,4 +1,4 @@
-"""A piece of a video as its own packets, in a file of their own: nothing is decoded and encoded anew."""
+"""Copies packets of a part of a video into a new file, without decoding and encoding."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ IntArray = NDArray[np.int64]
 
 
 class UnfitPackets(Exception):
-    """The packets cannot be taken over; says why."""
+    """The packets cannot be copied; the message says why."""
 
 
 def check_kind(kind: Kind) -> None:

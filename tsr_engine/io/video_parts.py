@@ -1,4 +1,4 @@
-"""The outermost boxes of a file: whether it is all there, and whether several videos were joined in it."""
+"""Reads the outermost boxes of a file: is it complete, and does it join several videos?"""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Boxes: TypeAlias = Iterator[tuple[bytes, int | None]]
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What the outermost boxes of a file say.
+    """Facts from the outermost boxes of a file.
 
     Attributes:
         starts: where each of the videos begins that lie one behind the other, in bytes; the first one at 0.

@@ -1,4 +1,4 @@
-"""The door for video files: what is refused, and why, before a single picture is allocated."""
+"""Checks video files and refuses bad ones, with the reason, before a picture is allocated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When each frame is shown, where the file says it plainly, and where it does not."""
+"""Presentation times of frames, also if the file lacks or contradicts them."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Scan:
 
 @dataclass(slots=True)
 class _State:
-    """Where the reckoning stands after some frames."""
+    """State of the computation after some frames."""
 
     count: int = 0
     last: int | Fraction = 0
@@ -100,10 +100,10 @@ class _State:
 class Timeline:
     """The presentation time of every frame that a ledger knows, by ordinal.
 
-    A frame has the time that the file gives it. One without a time follows the frame before it at the video's rate, and
-    the first ones come before the first frame with a time. Times that begin anew, as in files that were joined, go on
-    from the frame before. All of that is reported by earlier frames and by the packets alone, so that a frame has the
-    same time whoever asks first. In files of decoding times only (AVI), frame k is shown at the k-th of them.
+    A frame has the time that the file gives it. One without a time follows the frame before it at the video's rate;
+    such frames at the start precede the first frame with a time. Times that restart, as in joined files, continue from
+    the frame before. All of this depends only on earlier frames and the packets, so a frame's time does not depend on
+    the order of queries. In files with decoding times only (AVI), frame k is shown at the k-th of them.
 
     Safe to use from any thread.
 

@@ -1,4 +1,4 @@
-"""What is wrong or unusual with a video that nevertheless decodes, in one sentence each."""
+"""Warnings about a video that decodes, in one sentence each."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NAMED = 3
 
 @dataclass(frozen=True, slots=True)
 class Announced:
-    """What the header promises; never trusted, only compared.
+    """Claims of the header; never trusted, only compared.
 
     Attributes:
         frames: number of coded pictures, None where the container does not say.
@@ -80,7 +80,7 @@ class Announced:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What one pass over the whole file found.
+    """Results of one pass over the whole file.
 
     Attributes:
         packets: coded pictures in the file.
@@ -104,7 +104,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """All that the sentences about one file are made of.
+    """All facts for the sentences about one file.
 
     Attributes:
         path: the file.

@@ -1,4 +1,4 @@
-"""Animated WebP behind the interface of a PyAV container, because FFmpeg 8 has no decoder for it: Pillow has one."""
+"""Animated WebP behind the interface of a PyAV container, decoded by Pillow because FFmpeg 8 has no decoder for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Video out: H.264 in MP4, whole or not at all."""
+"""Writes videos atomically: H.264 in MP4."""
 
 from __future__ import annotations
 

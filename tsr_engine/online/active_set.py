@@ -1,7 +1,7 @@
 """An active-set method for the dual: exact sets and coefficients from a nearly optimal start.
 
-As on the path of :mod:`tsr_engine.online.path`, one coefficient moves while the margin vectors answer; but the
-others may be in violation meanwhile, so that the objective falls with each move and no start is too bad. Free
+As on the path of :mod:`tsr_engine.online.path`, one coefficient moves and the margin vectors follow. The others may be
+in violation meanwhile; the objective falls with each move, so any start will do. Free
 coefficients that depend on the margin vectors slide along directions in which the dual is flat to a bound, which
 leaves an independent margin set.
 """

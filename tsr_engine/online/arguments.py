@@ -1,4 +1,4 @@
-"""What ``IncrementalSVC`` accepts; each function names what was expected and what was got."""
+"""Checks of the arguments of ``IncrementalSVC``; each message names what was expected and what was given."""
 
 from __future__ import annotations
 

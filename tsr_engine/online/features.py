@@ -39,7 +39,7 @@ _CENTRE = np.array([0.4, 0.33, 0.5] + [0.0] * 6, dtype=np.float32)
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """How one window size lies over a search region.
+    """Positions of windows of one size over a search region.
 
     Attributes:
         centre: shape (2,), centre of the prediction, frame px.

@@ -1,6 +1,6 @@
-"""Bringing a dual solution to rest: exact gradient, refinement, offset without margin vectors, repair.
+"""Completes a dual solution: exact gradient, refinement, offset without margin vectors, repair.
 
-The path of :mod:`tsr_engine.online.path` accumulates rounding. After each sample the gradient is computed anew
+The path of :mod:`tsr_engine.online.path` accumulates rounding. After each sample the gradient is computed again
 from the coefficients and the margin equations are refined against it, so that errors do not add up over a track.
 """
 

@@ -15,7 +15,7 @@ from tsr_engine.records import FloatArray
 
 
 class SampleStore:
-    """Samples with d features and everything that the solution says about them."""
+    """Samples with d features, and their part of the solution."""
 
     X: FloatArray
     y: FloatArray

@@ -14,7 +14,8 @@ class FusionParams(Section):
 
     fusion_mode: Literal["scale", "equal", "clamped"] = Field(
         "clamped",
-        description="scale: Eq. 5; clamped: Eq. 5 with full weight above fusion_scale; equal: all frames alike",
+        description="scale: Eq. 5; clamped: Eq. 5 with full weight above fusion_scale; equal: the same weight "
+        "for all frames",
     )
     fusion_delta: float = Field(20.0, ge=0.1, le=1000, description="delta of Eq. 5, px")
     fusion_scale: float = Field(48.0, gt=0, le=1000, description="s_c of Eq. 5, px")

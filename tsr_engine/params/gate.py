@@ -20,20 +20,18 @@ class GateParams(Section):
     symmetry_contrast: float = Field(
         0.003, ge=0, le=0.5, description="contrast below which SIFT features do not count for symmetry"
     )
-    symmetry_floor: float = Field(
-        0.6, gt=0, le=1, description="magnitudes below this count as this before the reciprocal"
-    )
+    symmetry_floor: float = Field(0.6, gt=0, le=1, description="smallest magnitude used in the reciprocal")
     hash_memory: int | None = Field(
         5, ge=1, le=1000, description="the newest crop weighs at least 1/this in the mean picture; none: plain mean"
     )
     position_unit: Literal["px", "side"] = Field("side", description="p_pos in px, or in sides of the candidate")
     position_camera: bool = Field(
         True,
-        description="p_pos leaves out the picture's global shift since the previous frame, as it was measured",
+        description="subtract the measured global shift of the picture since the previous frame from p_pos",
     )
     position_offset: float = Field(
         0.0,
         ge=0,
         le=1000,
-        description="added to p_pos in the product, so that a prediction that moves smoothly is judged by its look too",
+        description="added to p_pos in the product, so that the appearance of a smoothly moving prediction counts too",
     )

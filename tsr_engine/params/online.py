@@ -17,7 +17,7 @@ class OnlineParams(Section):
     )
     search_radius: int = Field(20, ge=1, le=100, description="n of Algorithm 2, px on each side of the prediction")
     search_scales: tuple[Annotated[float, Field(ge=0.5, le=2.0)], ...] = Field(
-        (0.93, 1.0, 1.07), min_length=1, max_length=9, description="sizes that are searched, relative to the prediction"
+        (0.93, 1.0, 1.07), min_length=1, max_length=9, description="searched sizes, relative to the prediction"
     )
     search_penalty: float = Field(
         0.5, ge=0, le=100, description="decision value lost at a displacement of search_radius, growing with its square"

@@ -27,8 +27,8 @@ class PipelineParams(Section):
         2,
         ge=1,
         le=1000,
-        description="from so many frames in a row without a detection on, the online detector is asked whatever the "
-        "gate says; none: only when the gate rejects",
+        description="from this many frames in a row without a detection on, the online detector searches "
+        "regardless of the gate; none: only if the gate rejects",
     )
     search_probability: float = Field(
         0.5, ge=0, le=1, description="least P(y = 1) of a window that replaces a confident prediction"
@@ -40,38 +40,37 @@ class PipelineParams(Section):
         16.0,
         gt=0,
         le=1000,
-        description="noise of such a window's width and height, relative to a detection's: few sizes are searched, so "
-        "it says little of the sign's (none: as that of its centre)",
+        description="noise of such a window's width and height, relative to a detection's: few sizes are "
+        "searched, so the window says little about the size (none: as for its centre)",
     )
     rescore_windows: bool = Field(
         True,
-        description="the offline detector rescores such a window: what it takes for a sign there is "
-        "measured as a detection of that score would be, edges and all",
+        description="rescore such a window with the offline detector: an accepted sign is measured as a "
+        "detection of that score, including its edges",
     )
-    rescore_score: float = Field(2.0, description="least score, before the prior, from which that is taken for a sign")
+    rescore_score: float = Field(2.0, description="least raw score from which a rescored window is accepted as a sign")
     rescore_noise: float = Field(
-        1.0, gt=0, le=100, description="noise of what rescoring finds, relative to a detection of that score"
+        1.0, gt=0, le=100, description="noise of a rescored box, relative to a detection of that score"
     )
     inflate_rejected_noise: bool = Field(
         True,
-        description="the less such a window looks like a sign to the window scorer, which rejects it, the less exact "
-        "a measurement it is: its noise grows as that of a detection of that score",
+        description="increase the noise of a window that rescoring rejects, as for a detection of that score",
     )
     search_sigmas: float | None = Field(
         3.0,
         gt=0,
         le=100,
-        description="such a window is refused whose centre lies farther than this from the predicted one, std of a "
-        "detection's innovation; none: however far",
+        description="reject such a window if its centre is farther than this from the predicted one, std of a "
+        "detection's innovation; none: never",
     )
     keep_radius: int = Field(
-        40, ge=1, le=200, description="largest search_radius that a replay finds pixels for, px around each prediction"
+        40, ge=1, le=200, description="largest search_radius for which evidence keeps pixels, px around each prediction"
     )
     keep_context: float = Field(
         0.5, ge=0, le=4, description="context kept around each detection for a replay, share of its size"
     )
     network_classifier: bool = Field(
         False,
-        description="the network of the models reads signs, not descriptor and feature map: more single frames are "
-        "right; it knows the 43 signs alone, since retraining leaves it out",
+        description="classify signs with the network of the models: more single frames are right, but it "
+        "knows only the 43 signs, because retraining leaves it out",
     )

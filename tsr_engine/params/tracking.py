@@ -28,19 +28,19 @@ class TrackingParams(Section):
         0.15,
         ge=0,
         le=1,
-        description="how much that noise grows with each unit that a detection's score lies below clear_score, natural "
-        "logarithm (0: a uncertain detection is as exact as a sure one)",
+        description="growth of that noise for each unit of score below clear_score, natural logarithm (0: an "
+        "uncertain detection is as exact as a sure one)",
     )
-    clear_score: float = Field(8.0, description="score from which on a detection is as exact as it gets")
+    clear_score: float = Field(8.0, description="score from which on the noise of a detection no longer falls")
     result_noise: float = Field(
         0.35,
         gt=0,
         le=1,
-        description="factor on that noise for the result box alone: below 1 the box follows the detection more closely "
-        "than the state that predicts (1: the box is the state's)",
+        description="factor on that noise for the result box only: below 1 the box follows the detection more "
+        "closely than the filter's state does (1: the state's box)",
     )
 
-    open_edges: bool = Field(True, description="an edge of a box that the picture cuts off is no measurement")
+    open_edges: bool = Field(True, description="do not measure an edge of a box at the picture's edge")
 
     # motion = "paper"
     displacement_window: int = Field(
@@ -60,8 +60,9 @@ class TrackingParams(Section):
         None,
         ge=-1,
         le=2,
-        description="looming: the camera's own, share of the height, from which a track without detections moves away; "
-        "none: estimated from the drive before it is tracked, or the track's own where it does not tell",
+        description="looming: height of the camera's focus of expansion, share of the picture's height, from "
+        "which a track without detections moves away; none: estimated from the drive before tracking, or the "
+        "track's own if the estimate fails",
     )
     foe_spread: float = Field(
         0.03,
@@ -85,13 +86,13 @@ class TrackingParams(Section):
         60,
         ge=0,
         le=10_000,
-        description="the mean vertical shift of so many frames is taken for a focus of expansion that lies elsewhere, "
-        "not for a camera that tilts, and left out (0: never)",
+        description="frames whose mean vertical shift is subtracted, as the effect of a camera that is not "
+        "level (0: none)",
     )
     shift_scale: int = Field(4, ge=1, le=16, description="the global shift is estimated at 1 / this scale")
 
     # Association
-    low_score: float = Field(-2.0, description="detections below this score are not associated at all")
+    low_score: float = Field(-2.0, description="detections below this score are never associated")
     high_score: float = Field(0.0, description="detections from this score on are associated first")
     iou_gate: float = Field(0.2, ge=0, le=1, description="least IoU of prediction and detection for a match by overlap")
     centre_gate: float = Field(
@@ -110,14 +111,16 @@ class TrackingParams(Section):
     confirm_hits: int = Field(3, ge=1, le=60, description="k: detections above birth_score that confirm a track")
     confirm_window: int = Field(8, ge=1, le=120, description="m: frames in which they must fall")
     confirm_score: float = Field(0.0, description="least mean score of those detections")
-    sure_hits: int = Field(2, ge=1, le=60, description="so many detections confirm a track by themselves ...")
+    sure_hits: int = Field(
+        2, ge=1, le=60, description="number of detections that confirm a track without further ones ..."
+    )
     sure_score: float | None = Field(
         1.5, description="... if their mean score is at least this (none: never fewer than confirm_hits)"
     )
     duplicate_iou: float = Field(
         0.3, ge=0, le=1, description="a detection that overlaps a track by this IoU starts no second one"
     )
-    merge_iou: float = Field(0.5, ge=0, le=1, description="IoU from which two tracks are taken for the same sign")
+    merge_iou: float = Field(0.5, ge=0, le=1, description="IoU from which two tracks count as the same sign")
 
     # Death
     max_coast: int = Field(
@@ -126,7 +129,7 @@ class TrackingParams(Section):
     max_undetected: int = Field(
         60, ge=0, le=3600, description="frames without detection that end a track even if it is relocalised"
     )
-    view_share: float = Field(0.4, ge=0, le=1, description="a track ends when less of its box than this is in view")
+    view_share: float = Field(0.4, ge=0, le=1, description="a track ends when a smaller share of its box is in view")
     score_decay: float = Field(
         0.9, gt=0, le=1, description="factor on a track's score margin per frame without detection"
     )

@@ -1,8 +1,8 @@
-"""Detection on several cores: frames are detected side by side and come out in their order.
+"""Detection on several cores: processes detect frames in parallel, and the frames come out in order.
 
-Detection has no memory, so that a frame's detections do not depend on when or where they are made: a run on any number
-of cores stores the same bytes. Tracking needs the frames in order and stays in this process, which detects too whenever
-the next frame is not ready: no core waits while there is something to detect. With ``d`` seconds of detection and ``t``
+Detection has no state, so a frame's detections do not depend on when or where they are made: a run on any number of
+cores stores the same bytes. Tracking needs the frames in order and stays in this process, which also detects if the
+next frame is not ready. No core waits while there is a frame to detect. With ``d`` seconds of detection and ``t``
 of the rest, ``n`` cores take ``max((d + t) / n, t)`` a frame.
 """
 
@@ -49,7 +49,7 @@ class _Place(Generic[F]):
 
 @dataclass(slots=True)
 class _Working(Generic[F]):
-    """A helper and what it holds, in order."""
+    """A helper and its frames, in order."""
 
     helper: Helper
     places: deque[_Place[F]] = field(default_factory=deque)

@@ -40,7 +40,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Components:
-    """Everything trained that a run needs.
+    """All trained parts that a run needs.
 
     Attributes:
         detector: the offline detector.

@@ -1,11 +1,11 @@
-"""One step of Algorithm 3: from detections and pixels to everything decided about a frame. No input, no output.
+"""One step of Algorithm 3: from detections and pixels to all decisions about a frame. No input or output.
 
 ::
 
     predict -> associate -> gate each predicted crop -> learn, correct or relocalise -> births and deaths
             -> classify each result -> fuse the votes of its track
 
-The same code serves the live run and the replay: what it sees of a picture it sees through ``PixelSource.crop``.
+Live runs and replays use the same code: it reads pixels only through ``PixelSource.crop``.
 """
 
 from __future__ import annotations
@@ -287,7 +287,7 @@ def is_seen(source: Source, gate: GateVerdict | None) -> bool:
 
 @dataclass(slots=True)
 class _Note:
-    """What was found out about one prediction."""
+    """Results about one prediction."""
 
     gate: GateVerdict | None
     relocalisation: Relocalisation | None

@@ -1,4 +1,4 @@
-"""The offline detector, asked frame by frame of a video."""
+"""The offline detector, called for each frame of a video."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["VideoDetector"]
 
 @dataclass(frozen=True, slots=True)
 class VideoDetector:
-    """What a run asks of its detector.
+    """Interface between a run and its detector.
 
     Attributes:
         detector: any.

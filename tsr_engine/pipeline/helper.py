@@ -1,11 +1,11 @@
-"""A process that detects frames for the one that has started it.
+"""A process that detects frames for its parent.
 
-It is forked: it begins within milliseconds with all that is loaded, compiled and prepared, takes any detector, and can
-be started where a process may start no other program. As its parent has threads, it does nothing but detect: it closes
-the parent's files, collects no garbage, and leaves without cleaning up. OpenCV's threads are ended before the fork,
-since a child would wait for them forever.
+The process is forked: it starts within milliseconds with everything loaded and compiled, takes any detector, and works
+where no other program may be started. Because its parent has threads, it only detects: it closes the parent's files,
+collects no garbage, and exits without cleaning up. OpenCV's threads end before the fork, since a child would wait for
+them forever.
 
-Pictures go through shared memory, detections through a pipe. The process ends when its parent does, as the pipe then
+Pictures go through shared memory, detections through a pipe. The process ends with its parent, because the pipe then
 closes.
 """
 

@@ -27,7 +27,7 @@ __all__ = ["Inspection", "inspect_gate", "stored_pixels"]
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
-    """What the gate saw of one prediction.
+    """The gate's inputs and factors for one prediction.
 
     Attributes:
         verdict: recomputed; equals the stored one where the pixels are those of the run.

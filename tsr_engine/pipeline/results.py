@@ -48,8 +48,8 @@ class TrackSummary:
 class ResultStream:
     """Turns frames into result rows: by frame, then by track, confirmed tracks only and from their first frame on.
 
-    A row waits until every track of its frame has ended, because its class is the one fused over the whole
-    life of the physical sign (Eq. 4); ``finish`` releases what is left. Memory grows with the length of the
+    A row waits until every track of its frame has ended, because its class is fused over the whole life of the
+    physical sign (Eq. 4). ``finish`` releases the remaining rows. Memory grows with the length of the
     tracks in view, not with that of the video.
     """
 

@@ -1,4 +1,4 @@
-"""One thread for the linear algebra of training: sums then have one order, whatever the number of cores.
+"""One thread for the linear algebra of training, so sums have one order on any number of cores.
 
 A run needs no such block: it multiplies with :mod:`tsr_engine.products`.
 """

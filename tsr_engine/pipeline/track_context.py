@@ -45,7 +45,7 @@ class WindowScorer(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Models:
-    """The trained parts that decisions rest on.
+    """The trained parts that decisions use.
 
     Attributes:
         classifier: class probabilities of crops.
@@ -62,7 +62,7 @@ class Models:
 
 @dataclass(slots=True)
 class TrackContext:
-    """The memory of one track."""
+    """State of one track besides its filter."""
 
     box: FloatArray
     """Result of the last frame, shape (4,)."""

@@ -1,10 +1,10 @@
 """The sign classifier: features, one-vs-rest support vector machine, calibrated softmax.
 
-The features are those of a network, or of a descriptor with its feature map.
+The features come from a descriptor with its feature map, or from a network.
 
-The paper maps the scores of a multi-class SVM to probabilities by softmax (III-E). On raw margins that saturates,
-and the frames that err with confidence then rule a track's vote; a temperature fitted on tracks that the machine has
-not seen makes the probabilities mean what they say.
+The paper maps the scores of a multi-class SVM to probabilities by softmax (III-E). On raw margins the softmax
+saturates, and confident errors then dominate a track's votes. A temperature, fitted on tracks that the machine has not
+seen, calibrates the probabilities.
 """
 
 from __future__ import annotations

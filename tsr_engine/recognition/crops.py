@@ -1,4 +1,4 @@
-"""Cutting a sign out of a picture with the border that the classifier expects."""
+"""Cuts a sign out of a picture with the border that the classifier expects."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The explicit feature map between descriptor and support vector machine.
 
 Filters look at windows of 4x4 cells of the descriptor every 2 cells (25 positions), a hidden layer combines what
-they find; both are followed by ``max(0, .)``. The map plays the part of a kernel, but is learned together with the
-machine, so that some hundred features do what thousands of fixed ones would (Tang 2013: deep learning with linear
+they find; both are followed by ``max(0, .)``. The map replaces a kernel. It is learned together with the
+machine, so some hundred features do the work of thousands of fixed ones (Tang 2013: deep learning with linear
 support vector machines).
 """
 

@@ -1,8 +1,8 @@
 """Features of sign crops by a small convolutional network, in place of descriptor and feature map.
 
 Only training needs PyTorch (``tsr train network``). Here the layers are sums in one order, so the bits depend neither
-on threads nor on the processor. Most of what a layer finds is not above 0, and those products are left out: that is
-quicker than OpenCV's own convolutions.
+on threads nor on the processor. Most outputs of a layer are 0; skipping those products makes the loops faster than
+OpenCV's convolutions.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Two views of a crop, moved against each other: what both see is the sign's, what one sees is the place's.
+"""Two views of a crop, shifted against each other.
 
 A classifier's answer changes with the place of the box and, in the dark, with the noise of single pixels. The mean over
-two views, each 1.5 px of 48 from the crop's place along the diagonal, depends less on either: between pixels a view is
-the mean of four of them.
+two views, each 1.5 px of 48 from the crop's place along the diagonal, depends less on either, because a view between
+pixels is the mean of four of them.
 """
 
 from __future__ import annotations

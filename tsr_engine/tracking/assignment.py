@@ -18,7 +18,7 @@ _FORBIDDEN = 1e6
 
 @dataclass(frozen=True, slots=True)
 class Gates:
-    """What a prediction and a detection must share to be taken for the same sign; see ``TrackingParams``."""
+    """Conditions for a detection to match a prediction; see ``TrackingParams``."""
 
     iou: float
     centre: float

@@ -1,9 +1,9 @@
 """Global shift of the picture between two frames: the part of the flow that camera rotation explains.
 
-A camera that drives and turns sees two flows at once: every point runs away from the focus of expansion (FOE), the
-nearer the faster, and the whole picture shifts with the rotation. Flow across the ray from the FOE comes from
-rotation alone, whatever the depth, so every tracked point gives one clean equation for the shift. Flow along the
-ray is used with less weight, with one common growth for all points.
+A moving and turning camera sees two flows at once. Every point moves away from the focus of expansion (FOE), near
+points faster, and the whole picture shifts with the rotation. Flow across the ray from the FOE comes from rotation
+alone at any depth, so every tracked point gives one clean equation for the shift. Flow along the ray is used with less
+weight, with one common growth for all points.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ UNKNOWN = (1e-9, 1e-9)
 class CameraShift:
     """Estimates the shift from sparse Lucas-Kanade flow on a small grey picture; holds the previous one.
 
-    A picture that repeats the one before has a shift of exactly (0.0, 0.0), and no other has: the tracker tells from
-    it that the world stood still for this frame and catches up in the next.
+    Only a picture that repeats the one before has a shift of exactly (0.0, 0.0). The tracker then holds still for this
+    frame and catches up in the next.
 
     Args:
         scale: the picture is made smaller by this factor.

@@ -1,9 +1,9 @@
 """Estimates the height of the focus of expansion of a car's camera from the flow of a drive.
 
-Seen from the true focus of expansion (FOE) a car that drives straight on makes flow along the rays alone. Fitted about
-an assumed one that lies ``delta`` px too high, the same flow has a vertical shift of ``-delta`` times the growth. Bumps
-shift the picture too, but a car does not go on nodding: over a drive their sum is the difference of its first and last
-pitch, while what comes from the focus adds up.
+Seen from the true focus of expansion (FOE), a car that drives straight has flow along the rays only. About an assumed
+focus that lies ``delta`` px too high, the same flow has a vertical shift of ``-delta`` times the growth. Bumps shift
+the picture too, but over a drive their sum is only the difference of the first and last pitch, while the part of the
+focus adds up.
 """
 
 from __future__ import annotations

@@ -15,12 +15,11 @@ is too coarse or jumped back, and divided by next to no time a shift of a pixel 
 
 
 class Level:
-    """Takes the lasting vertical part out of the picture's global shift.
+    """Subtracts the lasting vertical part of the picture's global shift.
 
-    A car nods over bumps, but its mean pitch rate over a second or two is next to none; only curves turn a camera for
-    long, and those turn it sideways. A vertical shift that lasts therefore is no rotation: it is flow from a focus of
-    expansion above or below the assumed one (a camera that is not mounted level), and such flow is not the same for
-    all depths.
+    A car nods over bumps, but its mean pitch rate over a second or two is almost zero; only curves turn a camera for
+    longer, and they turn it sideways. A lasting vertical shift is therefore no rotation. It is flow from a focus of
+    expansion above or below the assumed one (a camera that is not level), and such flow depends on the depth.
 
     Args:
         frames: the mean is taken over so many frames; 0 leaves the shift as it is.

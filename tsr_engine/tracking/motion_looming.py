@@ -1,4 +1,4 @@
-"""Looming: the motion of a sign that a camera nears on a road, filtered in inverse width.
+"""Looming: the motion of a sign that a driving camera approaches, filtered in inverse width.
 
 A sign of metric width W at depth Z is ``w = f W / Z`` px wide. At constant speed Z falls linearly, so
 ``q = 1 / w`` is linear in time where ``w`` and the centre are hyperbolic. The centre moves along the ray from
@@ -45,10 +45,10 @@ class LoomingNoise:
 class LoomingMotion:
     """Extended Kalman filter over ``cx, cy, q, dq/dt, h/w``, a slow drift of the centre, and the FOE.
 
-    ``q' = q + dq dt`` and ``c' = foe + (c - foe) q / q' + drift dt + shift``. The drift takes up what the
-    picture's shift leaves over; it fades by ``drift_decay`` a frame. The FOE starts where it is assumed, with a
+    ``q' = q + dq dt`` and ``c' = foe + (c - foe) q / q' + drift dt + shift``. The drift is the motion that the
+    picture's shift does not explain; it fades by ``drift_decay`` a frame. The FOE starts where it is assumed, with a
     standard deviation of ``foe_spread`` of the picture's width and height, and follows from the centre's path.
-    Measured are ``cx, cy, 1 / q, aspect / q``.
+    The measurement is ``cx, cy, 1 / q, aspect / q``.
 
     Args:
         noise: measurement noise.

@@ -14,7 +14,7 @@ from tsr_engine.tracking.noise import MeasurementNoise
 class PaperMotion:
     """Kalman filter whose control input carries all of the motion.
 
-    The paper leaves F, B and u open. Read here: F = I and ``B u`` = the mean displacement per frame over the last
+    The paper leaves F, B and u open. Here F = I, and ``B u`` = the mean displacement per frame over the last
     ``window`` estimates. The model is stateless, so the estimates that u needs travel in the state:
     ``mean[:4]`` is ``cx, cy, w, h``; then follow up to ``window`` rows ``age, cx, cy, w, h`` of earlier estimates,
     youngest first. The covariance is that of the first four, 4x4.

@@ -1,4 +1,4 @@
-"""The metric drive: the camera with its picture, and signs of known size where ``Z = f D / w`` puts them."""
+"""The metric drive: the camera with its picture, and signs of known size placed by ``Z = f D / w``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The spatial prior (Eq. 2) as a height field over the picture, against where this run's detections really are."""
+"""The spatial prior (Eq. 2) as a height field over the picture, with the run's detections."""
 
 from __future__ import annotations
 

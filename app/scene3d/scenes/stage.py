@@ -1,4 +1,4 @@
-"""What all scenes are given, and what they give back."""
+"""Inputs and outputs of all scenes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ENGINES = "Boxes and classes are the engine's; corrections are not drawn."
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Where a viewer stands at first, and what the colours mean."""
+    """The first point of view, and the meaning of colours."""
 
     position: tuple[float, float, float]
     look_at: tuple[float, float, float]

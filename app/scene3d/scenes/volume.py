@@ -1,4 +1,4 @@
-"""The space-time volume: picture plane against time, every confirmed track a line, tangible near the cursor."""
+"""The space-time volume: picture plane against time, every confirmed track a line, with blocks near the cursor."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Box refinement: a learned regression that moves a box onto the edges of its sign.
 
-The regressions of the refine-and-verify stage are linear and know the few hundred signs of the training scenes; this
-one is learned as the classifier is, a map of filters and hidden units on the same descriptor, and knows GTSRB's tens of
-thousands of boxes besides. It looks at what has been found to be a sign, so it runs on a handful of boxes a picture.
+The regressions of the refine-and-verify stage are linear and trained on the few hundred signs of the training scenes.
+This one is a map of filters and hidden units on the classifier's descriptor, trained also on GTSRB's tens of thousands
+of boxes. It runs only on likely signs, a handful of boxes in a picture.
 """
 
 from __future__ import annotations

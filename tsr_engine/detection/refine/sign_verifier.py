@@ -1,9 +1,9 @@
 """The sign verifier: does a refined candidate show one of the 43 signs, or only a similar shape?
 
-Cascade and verifier know signs as one class: a porthole is round and dark, a shop's arrow is white on blue. One machine
-a class, trained to refuse what the cascade lets through, tells those apart by what is drawn inside. A sign whose class
-is hard to tell has a low margin for each; a common machine on the same features, which answers for all classes, knows
-it nevertheless. They look at a crop of the refined box, so they run on a handful of boxes a picture.
+Cascade and verifier treat signs as one class and accept a round dark porthole or a shop's white arrow on blue. The sign
+verifier has one machine for each class, trained to reject background that passes the cascade by the drawing inside. A
+sign whose class is hard to tell has a low margin for each of them; a common machine for all classes on the same
+features still accepts it. All read a crop of the refined box, so they run on a handful of boxes in a picture.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tsr_engine.records import FloatArray, Picture
 
 @dataclass(frozen=True, slots=True)
 class SignVerifier:
-    """Machines that answer for one class each, or for all, and refuse background.
+    """Machines for one class each, or for all, that reject background.
 
     Attributes:
         machines: margins of the 43 classes.

@@ -1,9 +1,9 @@
 """The refine-and-verify stage: corrects the box of each candidate and scores it with a larger ensemble.
 
-The cascade answers on a grid of whole cells and scales. Each candidate that it leaves is cut out once more with more
-of its surroundings; a linear regression moves and stretches the box (one step of supervised descent, Xiong & De la
-Torre 2013), the window is cut again at the corrected place, moved once more, and a larger boosted ensemble, trained on
-just such corrected candidates, scores it.
+The cascade works on a grid of whole cells and scales. The stage cuts each candidate out again with more of its
+surroundings. A linear regression moves and stretches the box (one step of supervised descent, Xiong & De la Torre
+2013). The window is cut again at the corrected place and moved once more. A larger boosted ensemble, trained on such
+corrected candidates, scores it.
 """
 
 from __future__ import annotations

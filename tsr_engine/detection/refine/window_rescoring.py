@@ -1,7 +1,6 @@
 """Window rescoring: the steps of the offline detector after its scan, on a box that the scan did not find.
 
-What found the place need not be the detector: the window that an online detector settles on says where a sign is, and
-hardly how large, nor whether it is one.
+The window of an online detector says where a sign is, but hardly how large it is, nor whether it is one.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ _AROUND = 1.0
 
 @dataclass(frozen=True, slots=True)
 class WindowRescoring:
-    """Moves a box onto the edges of the sign in it, and says how sure it is that there is one.
+    """Moves a box onto the edges of the sign in it, and scores how likely it is a sign.
 
     Attributes:
         model: the detector's; its cascade is not asked.
