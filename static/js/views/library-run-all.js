@@ -18,10 +18,8 @@ export function createRunAll({ store }) {
   let videos = [];
   const words = h('span');
   const element = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       hidden: true,
       title: 'A run of the engine for each video that has none yet',
       onclick: () => {

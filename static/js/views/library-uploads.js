@@ -30,7 +30,7 @@ export async function sendVideo({ store, api, load }, file, options) {
  * @returns {{element: HTMLElement, add: (files: File[]) => void}}
  */
 export function createUploads(app, signal) {
-  const element = h('ul', { class: 'uploads', 'aria-label': 'Uploads', hidden: true });
+  const element = h('ul.uploads', { 'aria-label': 'Uploads', hidden: true });
   let queue = Promise.resolve();
 
   /** @param {File[]} files */
@@ -45,17 +45,15 @@ export function createUploads(app, signal) {
   function begin(file, before) {
     const stop = new AbortController();
     let begun = false;
-    const words = h('span', { class: 'muted small upload-words' }, 'Waits');
+    const words = h('span.muted.small.upload-words', 'Waits');
     const bar = h(
-      'span',
-      { class: 'meter', role: 'progressbar', 'aria-label': `Upload of ${file.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
+      'span.meter',
+      { role: 'progressbar', 'aria-label': `Upload of ${file.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
       h('span'),
     );
     const button = h(
-      'button',
+      'button.btn.btn-small',
       {
-        class: 'btn btn-small',
-        type: 'button',
         onclick: () => {
           stop.abort();
           if (!begun) close(); // it is never sent, so nobody has to wait for its turn
@@ -63,7 +61,7 @@ export function createUploads(app, signal) {
       },
       'Cancel',
     );
-    const item = h('li', { class: 'upload' }, icon('upload'), h('span', { class: 'truncate upload-name' }, file.name), bar, words, button);
+    const item = h('li.upload', icon('upload'), h('span.truncate.upload-name', file.name), bar, words, button);
     element.append(item);
     element.hidden = false;
     const close = () => {

@@ -21,37 +21,31 @@ export function createModels(app) {
   const { store, api } = app;
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const total = h('span', { class: 'muted' });
+  const total = h('span.muted');
   const back = h(
-    'button',
-    { class: 'btn', type: 'button', hidden: true, title: 'Take the last promotion back', onclick: () => void rollBack() },
+    'button.btn',
+    { hidden: true, title: 'Take the last promotion back', onclick: () => void rollBack() },
     icon('undo'),
     'Roll back',
   );
-  const list = h('ul', { class: 'model-list', 'aria-label': 'Model versions' });
-  const notice = h('div', { class: 'library-notice' }, waiting('The model versions are listed', { retry: load, signal }));
+  const list = h('ul.model-list', { 'aria-label': 'Model versions' });
+  const notice = h('div.library-notice', waiting('The model versions are listed', { retry: load, signal }));
   const element = h(
-    'div',
-    { class: 'library' },
+    'div.library',
     h(
-      'div',
-      { class: 'library-inner page-inner' },
+      'div.library-inner.page-inner',
       pageHead(
         'Models',
         total,
         back,
         h(
-          'button',
-          { class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'retrain' })) },
+          'button.btn.btn-primary',
+          { onclick: () => store.dispatch((state) => openDialog(state, { kind: 'retrain' })) },
           icon('run'),
           'Retrain',
         ),
       ),
-      h(
-        'p',
-        { class: 'muted' },
-        'New runs use the version that is in use; runs that exist keep theirs. A version never changes once it is made.',
-      ),
+      h('p.muted', 'New runs use the version that is in use; runs that exist keep theirs. A version never changes once it is made.'),
       notice,
       list,
     ),

@@ -22,61 +22,36 @@ import { toast } from '../../core/toast.js';
  */
 export function runItem({ app, close, signal }, run) {
   return h(
-    'li',
-    { class: 'run-item' },
+    'li.run-item',
     h(
-      'div',
-      { class: 'row' },
-      h('strong', { class: 'run-name truncate' }),
+      'div.row',
+      h('strong.run-name.truncate'),
       renameField(app, signal, run),
-      h('span', { class: 'badge run-badge' }),
-      h('span', { class: 'grow' }),
-      h('span', { class: 'muted small run-time' }, moment(run.created)),
+      h('span.badge.run-badge'),
+      h('span.grow'),
+      h('span.muted.small.run-time', moment(run.created)),
     ),
-    h('p', { class: 'run-changes muted small' }),
-    h('p', { class: 'run-progress small' }),
-    h('p', { class: 'run-inexact field-warning' }),
+    h('p.run-changes.muted.small'),
+    h('p.run-progress.small'),
+    h('p.run-inexact.field-warning'),
+    h('span.meter.run-meter', { role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100 }, h('span')),
     h(
-      'span',
-      { class: 'meter run-meter', role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100 },
-      h('span'),
-    ),
-    h(
-      'div',
-      { class: 'row run-actions' },
+      'div.row.run-actions',
       h(
-        'a',
-        {
-          class: 'btn btn-small run-open',
-          href: formatRoute({ screen: 'review', video: run.video_id, run: run.id, frame: null, track: null }),
-          onclick: close,
-        },
+        'a.btn.btn-small.run-open',
+        { href: formatRoute({ screen: 'review', video: run.video_id, run: run.id, frame: null, track: null }), onclick: close },
         'Open',
       ),
+      h('button.btn.btn-small.run-cancel', { onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal) }, 'Cancel'),
+      h('button.btn.btn-small.run-resume', { onclick: () => changeRun(app, () => app.api.resumeRun(run.id), signal) }, 'Go on'),
       h(
-        'button',
-        { class: 'btn btn-small run-cancel', type: 'button', onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal) },
-        'Cancel',
-      ),
-      h(
-        'button',
-        { class: 'btn btn-small run-resume', type: 'button', onclick: () => changeRun(app, () => app.api.resumeRun(run.id), signal) },
-        'Go on',
-      ),
-      h(
-        'button',
-        {
-          class: 'btn btn-small run-whatif',
-          type: 'button',
-          onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'whatif', data: { run: run.id } })),
-        },
+        'button.btn.btn-small.run-whatif',
+        { onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'whatif', data: { run: run.id } })) },
         'What if …',
       ),
       h(
-        'button',
+        'button.btn.btn-small.run-adopt',
         {
-          class: 'btn btn-small run-adopt',
-          type: 'button',
           title: 'Bring the corrections that were made on this run to the run that is open',
           onclick: () => {
             const to = app.store.get().review?.run;
@@ -85,28 +60,16 @@ export function runItem({ app, close, signal }, run) {
         },
         'Bring its corrections',
       ),
-      h('span', { class: 'grow' }),
-      h('button', { class: 'btn btn-small btn-quiet run-whatifs', type: 'button', onclick: () => askRemoveWhatIfs(app, run) }),
+      h('span.grow'),
+      h('button.btn.btn-small.btn-quiet.run-whatifs', { onclick: () => askRemoveWhatIfs(app, run) }),
       h(
-        'button',
-        {
-          class: 'btn btn-small btn-quiet run-rename',
-          type: 'button',
-          'aria-label': `Rename ${runName(run)}`,
-          title: 'Rename this run',
-          onclick: (/** @type {Event} */ event) => beginRename(event),
-        },
+        'button.btn.btn-small.btn-quiet.run-rename',
+        { 'aria-label': `Rename ${runName(run)}`, title: 'Rename this run', onclick: (/** @type {Event} */ event) => beginRename(event) },
         'Rename',
       ),
       h(
-        'button',
-        {
-          class: 'btn btn-small btn-quiet btn-icon',
-          type: 'button',
-          'aria-label': `Remove ${runName(run)}`,
-          title: 'Remove this run …',
-          onclick: () => askRemove(app, run),
-        },
+        'button.btn.btn-small.btn-quiet.btn-icon',
+        { 'aria-label': `Remove ${runName(run)}`, title: 'Remove this run …', onclick: () => askRemove(app, run) },
         icon('trash'),
       ),
     ),
@@ -157,8 +120,7 @@ export function showRun({ app }, item, { run, under, whatifs }) {
  * @param {Run} run
  */
 function renameField(app, signal, run) {
-  const input = h('input', {
-    class: 'input run-new-name grow',
+  const input = h('input.input.run-new-name.grow', {
     type: 'text',
     maxlength: 120,
     autocomplete: 'off',

@@ -198,13 +198,13 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
   ];
   const buttons = offers.map((offer) =>
     h(
-      'button',
-      { class: 'btn', type: 'button', title: offer.title, 'aria-label': offer.label, onclick: offer.run },
+      'button.btn',
+      { title: offer.title, 'aria-label': offer.label, onclick: offer.run },
       icon(offer.icon),
-      h('span', { class: 'search-act' }, offer.label),
+      h('span.search-act', offer.label),
     ),
   );
-  const element = h('div', { class: 'search-actions', role: 'toolbar', 'aria-label': 'Selected tracks' }, ...buttons);
+  const element = h('div.search-actions', { role: 'toolbar', 'aria-label': 'Selected tracks' }, ...buttons);
 
   /** @param {number} number   of tracks that are selected */
   function show(number) {
