@@ -32,7 +32,7 @@ export function createBanners(app) {
           'aria-label': 'Hide this warning',
           onclick: () => {
             if (banner.once) putAway(banner.once);
-            app.store.dispatch((state) => hideBanner(state, banner.id));
+            app.store.dispatch(hideBanner, banner.id);
           },
         },
         icon('close'),

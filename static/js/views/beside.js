@@ -45,7 +45,7 @@ export function createBeside(app, resize) {
         {
           'aria-label': 'Close this view',
           title: 'Close this view',
-          onclick: () => app.store.dispatch((state) => changeReview(state, { beside: null })),
+          onclick: () => app.store.dispatch(changeReview, { beside: null }),
         },
         icon('close'),
       ),

@@ -94,12 +94,10 @@ export function createCompare(app) {
           'button.btn',
           {
             onclick: () =>
-              app.store.dispatch((state) =>
-                openDialog(state, {
-                  kind: 'compare',
-                  data: { video: found.video_id, run: runOf(b) ?? runOf(a), reference: a, candidate: b },
-                }),
-              ),
+              app.store.dispatch(openDialog, {
+                kind: 'compare',
+                data: { video: found.video_id, run: runOf(b) ?? runOf(a), reference: a, candidate: b },
+              }),
           },
           icon('settings'),
           'Choose others',

@@ -46,13 +46,8 @@ export function createFiles(app) {
         'Files',
         total,
         kind,
-        h(
-          'button.btn',
-          { onclick: () => store.dispatch((state) => openDialog(state, { kind: 'import-bundle' })) },
-          icon('bug'),
-          'Open bug bundle',
-        ),
-        h('button.btn', { onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })) }, icon('export'), 'Export'),
+        h('button.btn', { onclick: () => store.dispatch(openDialog, { kind: 'import-bundle' }) }, icon('bug'), 'Open bug bundle'),
+        h('button.btn', { onclick: () => store.dispatch(openDialog, { kind: 'export' }) }, icon('export'), 'Export'),
       ),
       notice,
       list,
@@ -113,7 +108,7 @@ export function createFiles(app) {
           actions: [
             h(
               'button.btn.btn-primary',
-              { onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })) },
+              { onclick: () => store.dispatch(openDialog, { kind: 'export' }) },
               icon('export'),
               'Export annotations',
             ),

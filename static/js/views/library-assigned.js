@@ -43,7 +43,7 @@ export function createAssigned(app, id) {
             {
               'aria-label': `Assign ${video.name}`,
               title: 'Give this video, or some frames of it, to somebody …',
-              onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'assign', data: { video: id } })),
+              onclick: () => app.store.dispatch(openDialog, { kind: 'assign', data: { video: id } }),
             },
             icon('person'),
             'Assign',

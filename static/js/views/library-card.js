@@ -52,7 +52,7 @@ export function createCard(app, first, choose) {
   );
   acceptDrops(element, ([file]) => {
     if (!file || isVideoFile(file)) return false;
-    app.store.dispatch((now) => openDialog(now, { kind: 'import', data: { video: first.id, file } }));
+    app.store.dispatch(openDialog, { kind: 'import', data: { video: first.id, file } });
     return true;
   });
   /** @type {[Video, Run[]|undefined]|null} */
@@ -187,7 +187,7 @@ function meter(part, label, good = false) {
  * @returns {HTMLElement[]}
  */
 function actionsOf(app, video) {
-  const open = () => app.store.dispatch((state) => openDialog(state, { kind: 'run', data: { video: video.id } }));
+  const open = () => app.store.dispatch(openDialog, { kind: 'run', data: { video: video.id } });
   const { session } = app.store.get();
   const actions = [];
   if (video.state === 'ready' && video.latest_run) {
@@ -217,7 +217,7 @@ function actionsOf(app, video) {
         {
           'aria-label': `Import annotations for ${video.name}`,
           title: 'Import annotations for this video …',
-          onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'import', data: { video: video.id } })),
+          onclick: () => app.store.dispatch(openDialog, { kind: 'import', data: { video: video.id } }),
         },
         icon('import'),
       ),
@@ -254,23 +254,21 @@ function askRemove(app, video) {
   const { tracks, reviewed } = video.review;
   const done = reviewed ? ` (${reviewed} of ${plural(tracks, 'track')} reviewed)` : '';
   const loss = `${plural(video.runs, 'run')}, all corrections and notes on ${video.runs === 1 ? 'it' : 'them'}${done}, and its ground truth`;
-  app.store.dispatch((state) =>
-    openDialog(state, {
-      kind: 'confirm',
-      data: {
-        title: 'Remove this video?',
-        text: video.runs
-          ? `${video.name} leaves the library, with ${loss}. They cannot be brought back.`
-          : `${video.name} leaves the library.`,
-        note: 'A file that was added from a folder stays where it is. The copy of an upload is deleted.',
-        confirm: 'Remove',
-        danger: true,
-        run: async () => {
-          await app.api.removeVideo(video.id);
-          app.store.dispatch((now) => dropVideo(now, video.id));
-          toast(`${video.name} was removed.`);
-        },
+  app.store.dispatch(openDialog, {
+    kind: 'confirm',
+    data: {
+      title: 'Remove this video?',
+      text: video.runs
+        ? `${video.name} leaves the library, with ${loss}. They cannot be brought back.`
+        : `${video.name} leaves the library.`,
+      note: 'A file that was added from a folder stays where it is. The copy of an upload is deleted.',
+      confirm: 'Remove',
+      danger: true,
+      run: async () => {
+        await app.api.removeVideo(video.id);
+        app.store.dispatch(dropVideo, video.id);
+        toast(`${video.name} was removed.`);
       },
-    }),
-  );
+    },
+  });
 }

@@ -23,7 +23,7 @@ export function createRunAll({ store }) {
       hidden: true,
       title: 'A run of the engine for each video that has none yet',
       onclick: () => {
-        store.dispatch((state) => openDialog(state, { kind: 'run-several', data: { videos } }));
+        store.dispatch(openDialog, { kind: 'run-several', data: { videos } });
       },
     },
     icon('run'),

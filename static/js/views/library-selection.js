@@ -25,7 +25,7 @@ export function createSelection({ store }, changed) {
     'button.btn.btn-primary',
     {
       onclick: () => {
-        store.dispatch((state) => openDialog(state, { kind: 'run-several', data: { videos: ready(), done: drop } }));
+        store.dispatch(openDialog, { kind: 'run-several', data: { videos: ready(), done: drop } });
       },
     },
     icon('run'),

@@ -86,7 +86,7 @@ export function createWelcome(app) {
           : video.state === 'ready' &&
               h(
                 'button.btn.btn-primary.btn-large',
-                { onclick: () => app.store.dispatch((now) => openDialog(now, { kind: 'run', data: { video: video.id } })) },
+                { onclick: () => app.store.dispatch(openDialog, { kind: 'run', data: { video: video.id } }) },
                 icon('run'),
                 'Run the engine on it',
               ),

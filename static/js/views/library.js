@@ -71,7 +71,7 @@ export function createLibrary(app) {
       files.value = '';
     },
   });
-  const addVideo = () => store.dispatch((state) => openDialog(state, { kind: 'add-video' }));
+  const addVideo = () => store.dispatch(openDialog, { kind: 'add-video' });
   const uploads = createUploads(app, signal);
   const filters = createLibraryFilters(app, {
     chosen: place.chosen,
@@ -110,7 +110,7 @@ export function createLibrary(app) {
     'button.btn',
     {
       title: 'Runs that go on or wait, and their order',
-      onclick: () => store.dispatch((state) => openDialog(state, { kind: 'run-queue' })),
+      onclick: () => store.dispatch(openDialog, { kind: 'run-queue' }),
     },
     icon('sort'),
     'Run queue',
@@ -135,7 +135,7 @@ export function createLibrary(app) {
           'button.btn',
           {
             title: 'Annotations of one or several videos',
-            onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })),
+            onclick: () => store.dispatch(openDialog, { kind: 'export' }),
           },
           icon('export'),
           'Export',
@@ -144,7 +144,7 @@ export function createLibrary(app) {
           'button.btn',
           {
             title: 'Take somebody’s bug bundle into the library',
-            onclick: () => store.dispatch((state) => openDialog(state, { kind: 'import-bundle' })),
+            onclick: () => store.dispatch(openDialog, { kind: 'import-bundle' }),
           },
           icon('bug'),
           'Open bug bundle',
@@ -164,7 +164,7 @@ export function createLibrary(app) {
     uploads.add(dropped.filter(isVideoFile));
     const data = dropped.find((file) => !isVideoFile(file));
     if (!data) return;
-    if (/\.zip$/i.test(data.name)) store.dispatch((state) => openDialog(state, { kind: 'import-bundle', data: { file: data } }));
+    if (/\.zip$/i.test(data.name)) store.dispatch(openDialog, { kind: 'import-bundle', data: { file: data } });
     else toast('Drop annotations on the video that they belong to.');
   });
   /** @type {Set<string>} */

@@ -38,12 +38,7 @@ export function createModels(app) {
         'Models',
         total,
         back,
-        h(
-          'button.btn.btn-primary',
-          { onclick: () => store.dispatch((state) => openDialog(state, { kind: 'retrain' })) },
-          icon('run'),
-          'Retrain',
-        ),
+        h('button.btn.btn-primary', { onclick: () => store.dispatch(openDialog, { kind: 'retrain' }) }, icon('run'), 'Retrain'),
       ),
       h('p.muted', 'New runs use the version that is in use; runs that exist keep theirs. A version never changes once it is made.'),
       notice,
@@ -58,42 +53,38 @@ export function createModels(app) {
   const acts = {
     promote: (/** @type {ModelVersion} */ version) =>
       void act(async () => {
-        store.dispatch((state) =>
-          openDialog(state, {
-            kind: 'confirm',
-            data: {
-              title: `Promote ${version.name}?`,
-              confirm: 'Promote',
-              text: 'New runs are made with it from now on. Roll back takes this back.',
-              run: async () => {
-                await api.changeModel(version.id, 'promote');
-                await load();
-                toast(`${version.name} is in use.`, { tone: 'good' });
-              },
+        store.dispatch(openDialog, {
+          kind: 'confirm',
+          data: {
+            title: `Promote ${version.name}?`,
+            confirm: 'Promote',
+            text: 'New runs are made with it from now on. Roll back takes this back.',
+            run: async () => {
+              await api.changeModel(version.id, 'promote');
+              await load();
+              toast(`${version.name} is in use.`, { tone: 'good' });
             },
-          }),
-        );
+          },
+        });
       }),
     cancel: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'cancel', { signal }))),
     resume: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'resume', { signal }))),
     remove: (/** @type {ModelVersion} */ version) =>
-      store.dispatch((state) =>
-        openDialog(state, {
-          kind: 'confirm',
-          data: {
-            title: 'Delete this version?',
-            confirm: 'Delete',
-            danger: true,
-            text: `${version.name} and its files are deleted. They cannot be brought back.`,
-            note: 'A version that runs were made with, or that others come from, stays.',
-            run: async () => {
-              await api.removeModel(version.id);
-              store.dispatch((now) => dropMade(now, version.id));
-              toast(`${version.name} was deleted.`);
-            },
+      store.dispatch(openDialog, {
+        kind: 'confirm',
+        data: {
+          title: 'Delete this version?',
+          confirm: 'Delete',
+          danger: true,
+          text: `${version.name} and its files are deleted. They cannot be brought back.`,
+          note: 'A version that runs were made with, or that others come from, stays.',
+          run: async () => {
+            await api.removeModel(version.id);
+            store.dispatch(dropMade, version.id);
+            toast(`${version.name} was deleted.`);
           },
-        }),
-      ),
+        },
+      }),
   };
 
   /** @param {() => Promise<ModelVersion>} ask */

@@ -175,7 +175,7 @@ function actionsOf(app, output) {
         {
           'aria-label': `Retrain from ${output.name}`,
           title: 'Make a new model version from these corrections',
-          onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'retrain', data: { exports: [output.id] } })),
+          onclick: () => app.store.dispatch(openDialog, { kind: 'retrain', data: { exports: [output.id] } }),
         },
         'Retrain',
       ),
@@ -200,25 +200,23 @@ function actionsOf(app, output) {
 function askRemove(app, output) {
   const remove = async () => {
     await app.api.removeOutput(output.id);
-    app.store.dispatch((state) => dropMade(state, output.id));
+    app.store.dispatch(dropMade, output.id);
     toast(`${output.name} was deleted.`);
   };
   if (output.state !== 'complete') {
     void act(app, remove);
     return;
   }
-  app.store.dispatch((state) =>
-    openDialog(state, {
-      kind: 'confirm',
-      data: {
-        title: 'Delete this file?',
-        confirm: 'Delete',
-        danger: true,
-        run: remove,
-        text: `${output.name} is deleted from the data folder. What it was made from stays, so it can be made again as long as that does not change.`,
-      },
-    }),
-  );
+  app.store.dispatch(openDialog, {
+    kind: 'confirm',
+    data: {
+      title: 'Delete this file?',
+      confirm: 'Delete',
+      danger: true,
+      run: remove,
+      text: `${output.name} is deleted from the data folder. What it was made from stays, so it can be made again as long as that does not change.`,
+    },
+  });
 }
 
 /**

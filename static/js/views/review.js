@@ -115,7 +115,7 @@ export function createReview(app) {
   );
   acceptDrops(element, ([file]) => {
     const { review } = app.store.get();
-    if (file && review) app.store.dispatch((state) => openDialog(state, { kind: 'import', data: { video: review.video.id, file } }));
+    if (file && review) app.store.dispatch(openDialog, { kind: 'import', data: { video: review.video.id, file } });
   });
   const parts = [toolbar, work, picture, beside, side, lanes];
   let noticed = 'waiting';

@@ -48,7 +48,7 @@ export function createTopBar(app) {
       title: 'Start a run, see the runs of this video, remove them',
       onclick: () => {
         const { route } = store.get();
-        if (route.screen === 'review') store.dispatch((state) => openDialog(state, { kind: 'run', data: { video: route.video } }));
+        if (route.screen === 'review') store.dispatch(openDialog, { kind: 'run', data: { video: route.video } });
       },
     },
     icon('run'),
@@ -61,9 +61,7 @@ export function createTopBar(app) {
       onclick: () => {
         const { route, review } = store.get();
         if (route.screen === 'review')
-          store.dispatch((state) =>
-            openDialog(state, { kind: 'compare', data: { video: route.video, run: review?.run?.id ?? route.run } }),
-          );
+          store.dispatch(openDialog, { kind: 'compare', data: { video: route.video, run: review?.run?.id ?? route.run } });
       },
     },
     icon('compare'),

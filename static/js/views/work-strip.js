@@ -23,11 +23,11 @@ import { toast } from '../core/toast.js';
 export async function changeWork(app, known, change, done) {
   try {
     const now = await app.api.changeAssignment(known, change);
-    app.store.dispatch((state) => putAssignment(state, now));
+    app.store.dispatch(putAssignment, now);
     toast(done, { tone: 'good' });
   } catch (thrown) {
     const current = Reflect.get(Object(thrown), 'details')?.current;
-    if (current) app.store.dispatch((state) => putAssignment(state, current));
+    if (current) app.store.dispatch(putAssignment, current);
     toast(sentence(thrown), { tone: 'bad' });
   }
 }
@@ -71,7 +71,7 @@ export function createWorkStrip(app) {
       );
       found.push(
         button('Return …', 'Say what is to be done again', () =>
-          app.store.dispatch((state) => openDialog(state, { kind: 'return-work', data: { assignment: work } })),
+          app.store.dispatch(openDialog, { kind: 'return-work', data: { assignment: work } }),
         ),
       );
     }

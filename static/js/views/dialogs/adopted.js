@@ -37,7 +37,7 @@ export function adoptedDialog({ app, data, close, signal }) {
             close();
             app.store.dispatch((state) => select(seek(state, frame), null));
             app.loader.showSecond(data.from.id);
-            app.store.dispatch((state) => changeReview(state, { playing: false }));
+            app.store.dispatch(changeReview, { playing: false });
           },
         },
         `Frame ${frame}`,

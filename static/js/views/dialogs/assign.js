@@ -43,7 +43,7 @@ export function assignDialog({ app, data, close, signal }) {
   async function takeBack(one) {
     try {
       await api.removeAssignment(one.id, { signal });
-      store.dispatch((state) => dropAssignment(state, one.id));
+      store.dispatch(dropAssignment, one.id);
     } catch (thrown) {
       if (!signal.aborted) setText(problem, sentence(thrown));
     }

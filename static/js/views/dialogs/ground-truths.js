@@ -28,7 +28,7 @@ export function groundTruthsDialog({ app, data, close, signal }) {
   const error = h('p.field-error.grow', { role: 'alert' });
   const add = h(
     'button.btn.btn-primary',
-    { onclick: () => store.dispatch((state) => openDialog(state, { kind: 'import', data: { video: data.video, as: 'truth' } })) },
+    { onclick: () => store.dispatch(openDialog, { kind: 'import', data: { video: data.video, as: 'truth' } }) },
     icon('add'),
     'Import ground truth',
   );
@@ -75,22 +75,20 @@ export function groundTruthsDialog({ app, data, close, signal }) {
 
   /** @param {import('../../api/ground_truths.js').GroundTruth} truth */
   function ask(truth) {
-    store.dispatch((state) =>
-      openDialog(state, {
-        kind: 'confirm',
-        data: {
-          title: 'Delete this ground truth?',
-          confirm: 'Delete',
-          danger: true,
-          text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} is deleted. Runs and corrections stay.`,
-          run: async () => {
-            await api.removeTruth(truth.id);
-            if (store.get().review?.video.id === data.video) app.loader.showTruth(null);
-            toast(`${truth.name} was deleted.`);
-          },
+    store.dispatch(openDialog, {
+      kind: 'confirm',
+      data: {
+        title: 'Delete this ground truth?',
+        confirm: 'Delete',
+        danger: true,
+        text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} is deleted. Runs and corrections stay.`,
+        run: async () => {
+          await api.removeTruth(truth.id);
+          if (store.get().review?.video.id === data.video) app.loader.showTruth(null);
+          toast(`${truth.name} was deleted.`);
         },
-      }),
-    );
+      },
+    });
   }
 
   void load();

@@ -76,7 +76,7 @@ export function mergeDialog({ app, data, close, signal }) {
     asked.add(frame);
     try {
       const found = await app.api.overlays(run, frame, frame, { signal });
-      if (app.store.get().review?.run?.id === run) app.store.dispatch((state) => putOverlays(state, 'overlays', found));
+      if (app.store.get().review?.run?.id === run) app.store.dispatch(putOverlays, 'overlays', found);
     } catch {
       // the words say which frames it is about
     }

@@ -42,7 +42,7 @@ export function recordDialog({ app, close, signal }) {
         (state, output) => putOutput(changeReview(state, { beside: null }), output),
       );
       // The view lists what there is when it opens: one that stood open is opened anew, after it is gone.
-      requestAnimationFrame(() => requestAnimationFrame(() => app.store.dispatch((state) => changeReview(state, { beside: 'recording' }))));
+      requestAnimationFrame(() => requestAnimationFrame(() => app.store.dispatch(changeReview, { beside: 'recording' })));
       toast('The recording is made; it opens beside the picture.', { tone: 'good' });
       close();
     } catch (thrown) {

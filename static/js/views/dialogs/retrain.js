@@ -40,7 +40,7 @@ export function retrainDialog({ app, data, close, signal }) {
   const none = h(
     'p.muted',
     'No complete export yet. ',
-    h('button.btn-link', { onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })) }, 'Export corrections'),
+    h('button.btn-link', { onclick: () => store.dispatch(openDialog, { kind: 'export' }) }, 'Export corrections'),
     '.',
   );
   const parts = PARTS.map(([value, label, title]) =>

@@ -46,7 +46,7 @@ export function runItem({ app, close, signal }, run) {
       h('button.btn.btn-small.run-resume', { onclick: () => changeRun(app, () => app.api.resumeRun(run.id), signal) }, 'Go on'),
       h(
         'button.btn.btn-small.run-whatif',
-        { onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'whatif', data: { run: run.id } })) },
+        { onclick: () => app.store.dispatch(openDialog, { kind: 'whatif', data: { run: run.id } }) },
         'What if …',
       ),
       h(
@@ -55,7 +55,7 @@ export function runItem({ app, close, signal }, run) {
           title: 'Bring the corrections that were made on this run to the run that is open',
           onclick: () => {
             const to = app.store.get().review?.run;
-            if (to) app.store.dispatch((state) => openDialog(state, { kind: 'adopted', data: { from: run, to } }));
+            if (to) app.store.dispatch(openDialog, { kind: 'adopted', data: { from: run, to } });
           },
         },
         'Bring its corrections',
@@ -163,23 +163,21 @@ function beginRename(event) {
  * @param {Run} run
  */
 function askRemove(app, run) {
-  app.store.dispatch((state) =>
-    openDialog(state, {
-      kind: 'confirm',
-      data: {
-        title: 'Remove this run?',
-        confirm: 'Remove',
-        danger: true,
-        text: `“${runName(run)}” goes, with its evidence, its what-ifs and all corrections and notes that were made on it. They cannot be brought back.`,
-        note: 'The video, its other runs and its ground truth stay.',
-        run: async () => {
-          await app.api.removeRun(run.id);
-          app.store.dispatch((now) => dropRun(now, run.id));
-          toast('The run was removed.');
-        },
+  app.store.dispatch(openDialog, {
+    kind: 'confirm',
+    data: {
+      title: 'Remove this run?',
+      confirm: 'Remove',
+      danger: true,
+      text: `“${runName(run)}” goes, with its evidence, its what-ifs and all corrections and notes that were made on it. They cannot be brought back.`,
+      note: 'The video, its other runs and its ground truth stay.',
+      run: async () => {
+        await app.api.removeRun(run.id);
+        app.store.dispatch(dropRun, run.id);
+        toast('The run was removed.');
       },
-    }),
-  );
+    },
+  });
 }
 
 /**
@@ -187,25 +185,23 @@ function askRemove(app, run) {
  * @param {Run} run
  */
 function askRemoveWhatIfs(app, run) {
-  app.store.dispatch((state) =>
-    openDialog(state, {
-      kind: 'confirm',
-      data: {
-        title: 'Remove the what-ifs of this run?',
-        confirm: 'Remove',
-        danger: true,
-        text: `All what-ifs of “${runName(run)}” go, with what was corrected and noted on them. They can be asked again; corrections on them cannot be brought back.`,
-        note: 'The run itself and its corrections stay. A what-if that is still being replayed stays too.',
-        run: async () => {
-          const gone = await app.api.removeWhatIfs(run.id);
-          app.store.dispatch((now) => gone.reduce(dropRun, now));
-          toast(
-            gone.length
-              ? `${plural(gone.length, 'what-if')} ${gone.length === 1 ? 'was' : 'were'} removed.`
-              : 'Nothing was removed: they are still being replayed.',
-          );
-        },
+  app.store.dispatch(openDialog, {
+    kind: 'confirm',
+    data: {
+      title: 'Remove the what-ifs of this run?',
+      confirm: 'Remove',
+      danger: true,
+      text: `All what-ifs of “${runName(run)}” go, with what was corrected and noted on them. They can be asked again; corrections on them cannot be brought back.`,
+      note: 'The run itself and its corrections stay. A what-if that is still being replayed stays too.',
+      run: async () => {
+        const gone = await app.api.removeWhatIfs(run.id);
+        app.store.dispatch((now) => gone.reduce(dropRun, now));
+        toast(
+          gone.length
+            ? `${plural(gone.length, 'what-if')} ${gone.length === 1 ? 'was' : 'were'} removed.`
+            : 'Nothing was removed: they are still being replayed.',
+        );
       },
-    }),
-  );
+    },
+  });
 }

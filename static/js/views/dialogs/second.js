@@ -23,7 +23,7 @@ export function secondDialog({ app, close }) {
   if (review === null || others.length === 0) {
     const start = h(
       'button.btn.btn-primary',
-      { onclick: () => review && store.dispatch((state) => openDialog(state, { kind: 'run', data: { video: review.video.id } })) },
+      { onclick: () => review && store.dispatch(openDialog, { kind: 'run', data: { video: review.video.id } }) },
       icon('run'),
       'Runs',
     );

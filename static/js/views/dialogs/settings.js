@@ -31,7 +31,7 @@ export function settingsDialog({ app, close }) {
   theme.value = present;
 
   function submit() {
-    app.store.dispatch((state) => setTheme(state, /** @type {'auto'|'light'|'dark'} */ (theme.value)));
+    app.store.dispatch(setTheme, /** @type {'auto'|'light'|'dark'} */ (theme.value));
     close();
     if (session?.person) return;
     const name = author.value.replaceAll(/[\u0000-\u001f\u007f]/g, '').trim();

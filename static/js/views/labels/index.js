@@ -120,7 +120,7 @@ export function createLabels(app) {
   function dialog(of) {
     if (shown === null) return;
     const { key: set, labels, usage } = shown;
-    store.dispatch((state) => openDialog(state, of({ set, labels, usage })));
+    store.dispatch(openDialog, of({ set, labels, usage }));
   }
 
   /** @param {Label|null} label   null: a new one */

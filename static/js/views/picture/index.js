@@ -124,7 +124,7 @@ export function createPicture(app) {
   function refit(review) {
     if (!size.width || !review.video.width || !review.video.height) return;
     fitted = true;
-    app.store.dispatch((state) => setViewport(state, fit(sizeOf(review.video), size)));
+    app.store.dispatch(setViewport, fit(sizeOf(review.video), size));
   }
 
   app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next, /** @type {boolean} */ passing) => {
@@ -212,7 +212,7 @@ export function createPicture(app) {
       return;
     }
     const view = keepInView.viewOf(review, size, fitted);
-    if (view !== review.viewport) app.store.dispatch((now) => setViewport(now, view));
+    if (view !== review.viewport) app.store.dispatch(setViewport, view);
     if (before && before.viewport !== review.viewport) {
       const whole = fit(sizeOf(review.video), size);
       fitted = Math.abs(whole.zoom - review.viewport.zoom) < 1e-6;

@@ -30,7 +30,7 @@ export function createLegend(app) {
       {
         'aria-pressed': 'false',
         title: `${LAYER_NAMES[name]} (${layerKey(name)})`,
-        onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
+        onclick: () => app.store.dispatch(switchLayer, name),
       },
       swatch,
       h('span.legend-name.truncate', SHORT_NAMES[name]),
@@ -46,7 +46,7 @@ export function createLegend(app) {
             title: 'Choose the second run … (Shift+8)',
             'aria-label': 'Choose the second run',
             'data-operation': 'second-run',
-            onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
+            onclick: () => app.store.dispatch(openDialog, { kind: 'second' }),
           },
           icon('down'),
         ),

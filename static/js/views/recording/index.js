@@ -180,7 +180,7 @@ export function createRecordingView(app) {
       frame: clamp(recording, frame()),
       opened: () => veil.remove(),
       moved: (to) => {
-        if (!app.store.get().review?.playing) app.store.dispatch((now) => seek(now, to));
+        if (!app.store.get().review?.playing) app.store.dispatch(seek, to);
       },
       selected: (entity, instance) => {
         const review = app.store.get().review;
@@ -188,7 +188,7 @@ export function createRecordingView(app) {
         const key = trackOf(entity, instance, review?.overlays[review.frame], same ? recordedKeys(review) : []);
         if (!review || key === null) return;
         picked = key;
-        if (key !== review.selected) app.store.dispatch((now) => select(now, key));
+        if (key !== review.selected) app.store.dispatch(select, key);
       },
       failed: (message) => instead(recording, message),
     });
