@@ -12,6 +12,7 @@ import { fill, h, setText } from './dom.js';
 import { acceptDrops } from './drops.js';
 import { bytes, clock, count, figure, plural } from '../model/format.js';
 import { icon } from './icons.js';
+import { createMeter, setMeter } from './meter.js';
 import { runProgress } from '../model/run_words.js';
 import { toast } from '../core/toast.js';
 
@@ -166,19 +167,10 @@ function message(tone, text, title) {
  * @param {boolean} [good]
  */
 function meter(part, label, good = false) {
-  return h(
-    'span',
-    {
-      class: `meter ${part === null ? 'meter-waiting' : ''} ${good ? 'meter-good' : ''}`,
-      role: 'progressbar',
-      'aria-label': label,
-      'aria-valuemin': 0,
-      'aria-valuemax': 100,
-      'aria-valuenow': part === null ? null : Math.round(part * 100),
-      style: part === null ? {} : { '--part': `${part * 100}%` },
-    },
-    h('span'),
-  );
+  const element = createMeter(label);
+  element.classList.toggle('meter-good', good);
+  setMeter(element, part);
+  return element;
 }
 
 /**

@@ -6,6 +6,7 @@ import { putVideo } from '../store/actions/page.js';
 import { fill, h, setText } from './dom.js';
 import { bytes } from '../model/format.js';
 import { icon } from './icons.js';
+import { createMeter, setMeter } from './meter.js';
 import { toast } from '../core/toast.js';
 
 /**
@@ -46,11 +47,7 @@ export function createUploads(app, signal) {
     const stop = new AbortController();
     let begun = false;
     const words = h('span.muted.small.upload-words', 'Waits');
-    const bar = h(
-      'span.meter',
-      { role: 'progressbar', 'aria-label': `Upload of ${file.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
-      h('span'),
-    );
+    const bar = createMeter(`Upload of ${file.name}`);
     const button = h(
       'button.btn.btn-small',
       {
@@ -92,9 +89,7 @@ export function createUploads(app, signal) {
         const there = await sendVideo(app, file, {
           signal: AbortSignal.any([stop.signal, signal]),
           onProgress: (sent, total) => {
-            const part = total ? (sent / total) * 100 : 100;
-            bar.style.setProperty('--part', `${part}%`);
-            bar.setAttribute('aria-valuenow', String(Math.round(part)));
+            setMeter(bar, total ? sent / total : 1);
             setText(words, sent === total ? 'Checked by the server …' : `${bytes(sent)} of ${bytes(total)}`);
           },
         });

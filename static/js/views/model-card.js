@@ -2,11 +2,12 @@
 /** One model version: where it comes from, its figures beside the earlier ones, and what can be done with it. */
 
 import { complaints, figureGroups } from '../model/model_figures.js';
-import { isActive, partOf } from './output-words.js';
+import { isActive, partOf, stateWords } from './output-words.js';
 import { fill, h, setText } from './dom.js';
 import { figure, moment, percent } from '../model/format.js';
 import { icon } from './icons.js';
-import { lineage, modelProgress, modelState, VERDICTS } from './model-words.js';
+import { createMeter, setMeter } from './meter.js';
+import { lineage, modelProgress, VERDICTS } from './model-words.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 /** @typedef {import('../model/model_figures.js').FigureGroup} FigureGroup */
@@ -25,11 +26,7 @@ export function createModelCard(first, acts) {
   const when = h('span.muted.small');
   const actions = h('div.row');
   const words = h('p.small');
-  const bar = h(
-    'span.meter',
-    { role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
-    h('span'),
-  );
+  const bar = createMeter(`Progress of ${first.name}`);
   const origin = h('dl.origin');
   const figures = h('div.model-figures');
   const element = h(
@@ -49,7 +46,7 @@ export function createModelCard(first, acts) {
     if (version === shown) return;
     const before = shown;
     shown = version;
-    const [text, tone] = modelState(version);
+    const [text, tone] = stateWords(version);
     setText(title, version.name);
     setText(badge, text);
     badge.className = `badge ${tone}`;
@@ -64,9 +61,7 @@ export function createModelCard(first, acts) {
     );
     words.classList.toggle('field-error', version.state === 'failed');
     bar.hidden = !active;
-    bar.classList.toggle('meter-waiting', part === null);
-    bar.style.setProperty('--part', `${(part ?? 0) * 100}%`);
-    if (part !== null) bar.setAttribute('aria-valuenow', String(Math.round(part * 100)));
+    setMeter(bar, part);
     if (before?.lineage !== version.lineage)
       fill(origin, ...lineage(version, all).flatMap(([name, value]) => [h('dt', name), h('dd', value)]));
     if (before?.figures !== version.figures) fill(figures, ...figuresOf(version));

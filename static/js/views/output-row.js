@@ -8,6 +8,7 @@ import { content, facts, isActive, KINDS, partOf, skipped, stateWords, warnings 
 import { fill, h, setText } from './dom.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
+import { createMeter, setMeter } from './meter.js';
 import { toast } from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -23,11 +24,7 @@ export function createOutputRow(app, first) {
   const name = h('strong.truncate.made-name', first.name);
   const badge = h('span.badge');
   const line = h('p.muted.small.made-facts');
-  const bar = h(
-    'span.meter',
-    { role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
-    h('span'),
-  );
+  const bar = createMeter(`Progress of ${first.name}`);
   const words = h('p.small.made-words');
   const actions = h('div.row.made-actions');
   const warned = h('ul.skipped-list.small.made-warnings', { hidden: true });
@@ -65,9 +62,7 @@ export function createOutputRow(app, first) {
     const active = isActive(output);
     const part = partOf(output);
     bar.hidden = !active;
-    bar.classList.toggle('meter-waiting', part === null);
-    bar.style.setProperty('--part', `${(part ?? 0) * 100}%`);
-    if (part !== null) bar.setAttribute('aria-valuenow', String(Math.round(part * 100)));
+    setMeter(bar, part);
     const say =
       output.state === 'queued'
         ? 'Waits for a free worker.'

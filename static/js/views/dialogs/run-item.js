@@ -9,6 +9,7 @@ import { h, setText } from '../dom.js';
 import { moment, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { modelsOf } from '../model-words.js';
+import { createMeter, setMeter } from '../meter.js';
 import { runChanges, runInexact, runKind, runName, runProgress, runState, runTone } from '../../model/run_words.js';
 import { toast } from '../../core/toast.js';
 
@@ -34,7 +35,7 @@ export function runItem({ app, close, signal }, run) {
     h('p.run-changes.muted.small'),
     h('p.run-progress.small'),
     h('p.run-inexact.field-warning'),
-    h('span.meter.run-meter', { role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100 }, h('span')),
+    createMeter('Progress', 'span.meter.run-meter'),
     h(
       'div.row.run-actions',
       h(
@@ -99,8 +100,7 @@ export function showRun({ app }, item, { run, under, whatifs }) {
   setText(part('inexact'), runInexact(run));
   part('progress').classList.toggle('field-error', run.state === 'failed');
   part('meter').hidden = !open;
-  part('meter').style.setProperty('--part', `${runPart(run) * 100}%`);
-  part('meter').setAttribute('aria-valuenow', String(Math.round(runPart(run) * 100)));
+  setMeter(part('meter'), runPart(run));
   part('cancel').hidden = !open;
   part('resume').hidden = !resumable(run);
   part('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';

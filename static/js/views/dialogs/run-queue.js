@@ -8,6 +8,7 @@ import { h, reconcile, setText } from '../dom.js';
 import { emptyState } from '../empty.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
+import { createMeter, setMeter } from '../meter.js';
 import { runKind, runProgress } from '../../model/run_words.js';
 import { toast } from '../../core/toast.js';
 
@@ -110,12 +111,7 @@ export function runQueueDialog({ app, close, signal }) {
         },
       },
       h('span.line-grip', { 'aria-hidden': 'true' }, '⠿'),
-      h(
-        'span.line-words',
-        h('strong.truncate.line-name'),
-        h('span.muted.small.line-facts'),
-        h('span.meter', { role: 'progressbar', 'aria-label': 'Run', 'aria-valuemin': 0, 'aria-valuemax': 100 }, h('span')),
-      ),
+      h('span.line-words', h('strong.truncate.line-name'), h('span.muted.small.line-facts'), createMeter('Run')),
       button(-1),
       button(1),
       h(
@@ -138,8 +134,7 @@ export function runQueueDialog({ app, close, signal }) {
     );
     const meter = /** @type {HTMLElement} */ (item.querySelector('.meter'));
     meter.hidden = at >= 0;
-    meter.style.setProperty('--part', `${runPart(run) * 100}%`);
-    meter.setAttribute('aria-valuenow', String(Math.round(runPart(run) * 100)));
+    setMeter(meter, runPart(run));
     for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (item.querySelectorAll('[data-by]'))) {
       const up = button.dataset.by === '-1';
       button.hidden = at < 0;

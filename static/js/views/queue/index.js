@@ -12,6 +12,7 @@ import { dialog, mark } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
+import { createMeter, setMeter } from '../meter.js';
 import { createNoTracks } from '../no_tracks.js';
 import { NEXT_VIDEO_KEY, openNextVideo } from '../../operations/next_video.js';
 import { createQueueEnd } from './end.js';
@@ -50,12 +51,7 @@ export function createQueue(app) {
     },
     icon('film'),
   );
-  const bar = h('span');
-  const meter = h(
-    'div.meter.meter-good',
-    { role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' },
-    bar,
-  );
+  const meter = createMeter('Reviewed', 'div.meter.meter-good');
   const list = h('div.queue-rows');
   const empty = createNoTracks(app, 'queue-empty');
   const end = createQueueEnd(() => void openNextVideo(app));
@@ -191,9 +187,8 @@ export function createQueue(app) {
         deleted.hidden = gone === 0;
         setText(deleted, `${count(gone)} deleted`);
         deleted.setAttribute('aria-label', `${plural(gone, 'deleted track')}, show`);
-        bar.style.setProperty('--part', `${done * 100}%`);
+        setMeter(meter, done);
         meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} false positives, ${count(counts.needs_work)} need work`;
-        setAttribute(meter, 'aria-valuenow', Math.round(done * 100));
         filters.update(review.filter, entries, next.labels);
         empty.update(review, counts.total, order.length === 0 ? 'No track passes these filters.' : '');
         list.style.setProperty('height', `${order.length * rowHeight}px`);
