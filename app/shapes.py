@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler
+from datetime import datetime
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "Model"]
+__all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "Model", "Moment"]
 
 PLAIN = r"^[^\x00]*$"
 """Pattern of texts that go into the database: anything but NUL, which PostgreSQL cannot hold."""
+
+Moment = Annotated[str, BeforeValidator(lambda at: at.isoformat() if isinstance(at, datetime) else at)]
+"""ISO 8601; takes a datetime."""
 
 
 class Model(BaseModel):
@@ -24,6 +30,11 @@ class Model(BaseModel):
         use_attribute_docstrings=True,
         json_schema_serialization_defaults_required=True,
     )
+
+    @classmethod
+    def from_row(cls, row: object, /, **others: Any) -> Self:
+        """The view of a row: a field that ``others`` lacks is the row's attribute of that name."""
+        return cls(**{name: getattr(row, name) for name in cls.model_fields if name not in others}, **others)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:

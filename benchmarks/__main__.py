@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import fields, replace
 from pathlib import Path
 
 from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine
@@ -41,20 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if unknown:
         parser.error(f"there is no experiment {', '.join(unknown)}; there are {', '.join(names)}")
     args.scratch.mkdir(parents=True, exist_ok=True)
-    data = Data(
-        args.gtsdb,
-        args.gtsrb,
-        args.clips,
-        args.looming,
-        args.scratch,
-        args.seed,
-        args.tuning,
-        args.seconds,
-        args.boards,
-        args.before,
-        args.foreign,
-        args.drives,
-    )
+    data = Data(**{field.name: getattr(args, field.name) for field in fields(Data)})
     chosen = [] if args.report else [e for e in EXPERIMENTS if not args.names or e.name in args.names]
     try:
         if chosen:
@@ -91,7 +79,7 @@ def _run(experiments: Sequence[Experiment], data: Data) -> None:
         sys.stderr.write(f"{experiment.name} ... ")
         sys.stderr.flush()
         try:
-            result = experiment.run(data)
+            result = replace(experiment.run(data), machine=machine())
         except (Skip, InputError) as why:  # an old number never stands in for one that could not be taken
             result = Result(experiment.name, skipped=str(why), machine=machine())
         if experiment.headline is not None:

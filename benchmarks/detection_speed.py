@@ -21,7 +21,7 @@ from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.detection.scan import scan_level
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.params import Params
-from tsr_engine.pipeline import load_detector
+from tsr_engine.pipeline import load_detector, one_opencv_thread
 from tsr_engine.records import Picture
 
 TURNS = 5
@@ -63,9 +63,7 @@ def _levels(detector: AcfDetector, picture: Picture, scratch: Scratch | None = N
 
 def stages(pictures: list[Picture]) -> dict[str, float]:
     """Median CPU ms of pyramid, cascade and whole detection with the shipped models and settings on one thread."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
+    with one_opencv_thread():
         detector = load_detector(Params().with_settings([("second_core", False)]))
         scratch = Scratch()
         work: Mapping[str, Contender] = {
@@ -75,8 +73,6 @@ def stages(pictures: list[Picture]) -> dict[str, float]:
         }
         turns = scenes_in_turn(work, pictures, TURNS)
         return {name: turns.median(name) for name in turns.names}
-    finally:
-        cv2.setNumThreads(threads)
 
 
 def main() -> None:

@@ -19,7 +19,7 @@ from app.exchange.formats import FormatView, format_view
 from app.exchange.imports import ImportKind, ImportResult
 from app.exchange.incoming import Incoming
 from app.exchange.underway import Import, ImportProgress
-from app.outputs.view import OutputView, output_view
+from app.outputs.view import OutputView
 from app.shapes import PLAIN, Model
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.formats import UnknownNames
@@ -53,7 +53,7 @@ def list_formats() -> Formats:
 @router.post("/exports", operation_id="start_export", status_code=202, responses=failures(404, 409))
 def start_export(wanted: ExportRequest, context: ContextDep) -> OutputView:
     """Queue an export of one or more runs with their corrections; it becomes one ZIP file."""
-    return output_view(context.exports.start(wanted))
+    return OutputView.from_row(context.exports.start(wanted))
 
 
 @router.post(

@@ -15,7 +15,6 @@ from app.context import ContextDep
 from app.edits.documents import ClassId
 from app.exchange.take_over import TakenOver
 from app.shapes import Model
-from app.storage.models import GroundTruth
 
 __all__ = ["router"]
 
@@ -75,14 +74,11 @@ class TakeOver(Model):
         return self
 
 
-def _view(truth: GroundTruth) -> GroundTruthView:
-    return GroundTruthView(id=truth.id, name=truth.name, count=truth.count)
-
-
 @router.get("/videos/{video_id}/ground-truths", operation_id="list_ground_truths", responses=failures(404))
 def list_ground_truths(video_id: VideoId, context: ContextDep) -> GroundTruths:
     """Ground truths of a video, by name."""
-    return GroundTruths(ground_truths=[_view(truth) for truth in context.ground_truths.of_video(video_id)])
+    found = context.ground_truths.of_video(video_id)
+    return GroundTruths(ground_truths=[GroundTruthView.from_row(truth) for truth in found])
 
 
 @router.put(
@@ -92,7 +88,7 @@ def put_truth(
     video_id: VideoId, name: Name, content: Annotated[bytes, Body(media_type="text/csv")], context: ContextDep
 ) -> GroundTruthView:
     """Import a CSV, all of it or nothing; a truth of the same name is replaced."""
-    return _view(context.ground_truths.put(video_id, name, content))
+    return GroundTruthView.from_row(context.ground_truths.put(video_id, name, content))
 
 
 @router.get("/ground-truths/{truth_id}/boxes", operation_id="get_truth_boxes", responses=failures(404))

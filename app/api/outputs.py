@@ -9,7 +9,7 @@ from fastapi.responses import FileResponse
 
 from app.api.responses import failures
 from app.context import ContextDep
-from app.outputs.view import OutputView, output_view
+from app.outputs.view import OutputView
 from app.shapes import Model
 
 __all__ = ["OutputId", "router"]
@@ -39,7 +39,7 @@ def list_outputs(
 @router.get("/outputs/{output_id}", operation_id="get_output", responses=failures(404))
 def get_output(output_id: OutputId, context: ContextDep) -> OutputView:
     """One output."""
-    return output_view(context.outputs.get(output_id))
+    return OutputView.from_row(context.outputs.get(output_id))
 
 
 @router.delete("/outputs/{output_id}", operation_id="remove_output", status_code=204, responses=failures(404, 409))
@@ -51,7 +51,7 @@ def remove_output(output_id: OutputId, context: ContextDep) -> None:
 @router.post("/outputs/{output_id}/cancel", operation_id="cancel_output", status_code=202, responses=failures(404))
 def cancel_output(output_id: OutputId, context: ContextDep) -> OutputView:
     """Stop its making; nothing of it stays."""
-    return output_view(context.outputs.cancel(output_id))
+    return OutputView.from_row(context.outputs.cancel(output_id))
 
 
 @router.get(

@@ -10,7 +10,7 @@ from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
-from app.outputs.view import OutputView, output_view
+from app.outputs.view import OutputView
 from app.storage.database import Database
 from app.storage.models import Run, TrackDocument, Video
 from app.videos.words import in_words
@@ -81,4 +81,4 @@ class BundleService:
                 "max_eq7": max_eq7,
             }
             name = f"{file_stem(video.name, 'video')}_{first}-{stop - 1}_bug.zip"
-            return output_view(self._outputs.queue(session, "bundle", run_id, name, options, JOB))
+            return OutputView.from_row(self._outputs.queue(session, "bundle", run_id, name, options, JOB))

@@ -157,5 +157,4 @@ def resolved(table: TrackTable, labels: LabelSet) -> TrackTable:
 
 def _view(side: Side, boxes: TrackTable) -> SideView:
     tracks = len(set(boxes.track.tolist()))
-    about = {"name": side.name, "kind": side.kind, "names": side.names, "edited": side.edited}
-    return SideView(**about, tracks=tracks, boxes=len(boxes))
+    return SideView.from_row(side, tracks=tracks, boxes=len(boxes))

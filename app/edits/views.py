@@ -5,7 +5,7 @@ from __future__ import annotations
 from app.edits.adopt import Adoption
 from app.edits.documents import TrackDoc
 from app.edits.undo import Target
-from app.shapes import Model
+from app.shapes import Model, Moment
 from app.storage.models import Edit
 from tsr_engine.json_shapes import JsonObject
 
@@ -56,7 +56,7 @@ class LogEntry(Model):
     reverts: str | None
     command: JsonObject
     keys: list[str]
-    time: str
+    time: Moment
 
 
 def adopted(adoption: Adoption) -> Adopted:
@@ -67,14 +67,4 @@ def adopted(adoption: Adoption) -> Adopted:
 
 def log_entry(edit: Edit) -> LogEntry:
     """A row of the log, for the page."""
-    return LogEntry(
-        seq=edit.seq,
-        op_id=edit.op_id,
-        author=edit.author,
-        name=edit.kind,
-        frame=edit.frame,
-        reverts=edit.reverts,
-        command=edit.command,
-        keys=sorted(edit.after),
-        time=edit.created.isoformat(),
-    )
+    return LogEntry.from_row(edit, name=edit.kind, keys=sorted(edit.after), time=edit.created)

@@ -40,20 +40,14 @@ class FormatView(Model):
 
 def format_view(format: Format) -> FormatView:
     """A format as pages and programs see it."""
-    return FormatView(
-        name=format.name,
-        title=format.title,
-        summary=format.summary,
+    return FormatView.from_row(
+        format,
         can_export=format.write is not None,
         can_import=format.read is not None,
-        needs_pictures=format.needs_pictures,
-        ignores=format.ignores,
-        key_frames=format.key_frames,
         export_switches=[_switch(switch) for switch in format.export_switches],
         import_switches=[_switch(switch) for switch in format.import_switches],
-        docs=format.docs,
     )
 
 
 def _switch(switch: Switch) -> SwitchView:
-    return SwitchView(name=switch.name, values=list(switch.values), help=switch.help, free=switch.free)
+    return SwitchView.from_row(switch, values=list(switch.values))

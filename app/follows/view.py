@@ -62,17 +62,12 @@ def follow_view(follow: Follow, pieces: Iterable[Sequence[Any]], following: int)
         pieces: proposals by the piece that they were stored in.
         following: number of the next piece.
     """
-    return FollowView(
-        id=follow.id,
-        run_id=follow.run_id,
-        key=follow.key,
+    return FollowView.from_row(
+        follow,
         anchors=follow.request["anchors"],
         only=follow.request["only"],
         first=follow.request["first"],
         last=follow.request["last"],
-        state=follow.state,
-        error=follow.error,
         proposals=[tuple(row) for piece in pieces for row in piece],
-        endings=follow.endings,
         next=following,
     )

@@ -34,7 +34,7 @@ from app.labels.store import (
     newest,
     set_keys,
 )
-from app.labels.views import Change, LabelSetView, LabelVersion, LabelView, label_view, version_view
+from app.labels.views import Change, LabelSetView, LabelVersion, LabelView, label_view
 from app.storage.database import Database
 from app.storage.models import LabelSetDefault, LabelSetVersion, Video
 from app.videos.view import publish_video
@@ -144,7 +144,7 @@ class LabelService:
             NotFound: there is no such set.
         """
         with self._database.read() as session:
-            return [version_view(row) for row in history(session, key)]
+            return [LabelVersion.from_row(row) for row in history(session, key)]
 
     def change(self, key: str, author: str, change: LabelChange) -> Change:
         """Carry a change out on the newest version; one that changes nothing makes no version.
@@ -260,14 +260,8 @@ class LabelService:
 
 
 def _set_view(labels: LabelSet, default: str) -> LabelSetView:
-    return LabelSetView(
-        key=labels.key,
-        name=labels.name,
-        version=labels.version,
-        labels=len(labels),
-        default=labels.key == default,
-        shipped=labels.key in SHIPPED,
-    )
+    is_default, shipped = labels.key == default, labels.key in SHIPPED
+    return LabelSetView.from_row(labels, labels=len(labels), default=is_default, shipped=shipped)
 
 
 def _made(session: Session, labels: LabelSet, change: LabelChange) -> Changed:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 
-from app.shapes import Model
-from app.storage.models import LabelSetVersion
-from tsr_engine.labels.model import Attribute, AttributeKind, AttributeValue, Category, Label, LabelSet, Shape, Teach
+from app.shapes import Model, Moment
+from tsr_engine.labels.model import AttributeKind, AttributeValue, Category, Label, LabelSet, Shape, Teach
 
 __all__ = [
     "AttributeView",
@@ -17,7 +16,6 @@ __all__ = [
     "LabelVersion",
     "LabelView",
     "label_view",
-    "version_view",
 ]
 
 
@@ -83,7 +81,7 @@ class LabelVersion(Model):
 
     version: int
     author: str
-    created: str | None
+    created: Moment | None
     """None: it is as it came with tsr."""
     sentence: str
     undoes: int | None
@@ -129,31 +127,11 @@ class Brought(Model):
 
 def label_view(labels: LabelSet, label: Label) -> LabelView:
     """A label as pages see it."""
-    return LabelView(
-        id=label.id,
-        key=label.key,
-        name=label.name,
-        short=label.short,
+    return LabelView.from_row(
+        label,
         aliases=list(label.aliases),
         picture=_picture(labels.key, label),
-        shape=label.shape,
-        category=label.category,
-        attributes=[_attribute_view(attribute) for attribute in label.attributes],
-        size_mm=label.size_mm,
-        mirror=label.mirror,
-        teach=label.teach,
-        colour=label.colour,
-        pinned=label.pinned,
-        hidden=label.hidden,
-        merged_into=label.merged_into,
-    )
-
-
-def version_view(row: LabelSetVersion) -> LabelVersion:
-    """A version as pages see it."""
-    created = None if row.created is None else row.created.isoformat()
-    return LabelVersion(
-        version=row.version, author=row.author, created=created, sentence=row.sentence, undoes=row.undoes
+        attributes=[AttributeView.from_row(attribute, values=list(attribute.values)) for attribute in label.attributes],
     )
 
 
@@ -163,7 +141,3 @@ def _picture(key: str, label: Label) -> str | None:
         return None
     look = hashlib.sha256(label.pictogram.encode()).hexdigest()[:8]
     return f"/api/labels/{label.id}.png?set={key}&look={look}"
-
-
-def _attribute_view(attribute: Attribute) -> AttributeView:
-    return AttributeView(**attribute.model_dump(exclude={"values"}), values=list(attribute.values))

@@ -22,7 +22,7 @@ from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.outputs.folders import clear_folder, output_folder, sync_file
-from app.outputs.view import OutputView, output_view, publish_output
+from app.outputs.view import OutputView, publish_output
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Output
@@ -107,7 +107,7 @@ class OutputService:
         if run_id is not None:
             query = query.where(Output.run_id == run_id)
         with self._database.read() as session:
-            return [output_view(output) for output in session.scalars(query)]
+            return [OutputView.from_row(output) for output in session.scalars(query)]
 
     def open(self, output_id: str) -> tuple[Path, str]:
         """The finished file, and the name that it is offered under.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.shapes import Model
+from app.shapes import Model, Moment
 from app.storage.models import Output
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["OutputView", "output_view", "publish_output"]
+__all__ = ["OutputView", "publish_output"]
 
 
 class OutputView(Model):
@@ -30,31 +30,11 @@ class OutputView(Model):
     sha256: str
     summary: JsonObject
     """Of an export: title, counts, skipped, skipped_count, videos, split."""
-    created: str
-    finished: str | None
-
-
-def output_view(output: Output) -> OutputView:
-    """The output's present state."""
-    return OutputView(
-        id=output.id,
-        kind=output.kind,
-        run_id=output.run_id,
-        name=output.name,
-        state=output.state,
-        error=output.error,
-        options=output.options,
-        done=output.done,
-        total=output.total,
-        size=output.size,
-        sha256=output.sha256,
-        summary=output.summary,
-        created=output.created.isoformat(),
-        finished=None if output.finished is None else output.finished.isoformat(),
-    )
+    created: Moment
+    finished: Moment | None
 
 
 def publish_output(session: Session, events: EventBus, output: Output) -> None:
     """Tell the pages how the output stands."""
     session.flush()
-    events.publish(session, "artefact", output.id, output_view(output).model_dump(mode="json"))
+    events.publish(session, "artefact", output.id, OutputView.from_row(output).model_dump(mode="json"))

@@ -269,17 +269,10 @@ def _joined() -> Select[Assignment, str, str]:
 
 
 def _view(row: Assignment, person: str, video: str) -> AssignmentView:
-    return AssignmentView(
-        id=row.id,
-        video_id=row.video_id,
+    return AssignmentView.from_row(
+        row,
         video_name=video,
         person=person,
-        first=row.first,
-        stop=row.stop,
-        state=cast(State, row.state),
-        comment=row.comment,
-        changed_by=row.changed_by,
-        revision=row.revision,
         created=row.created.isoformat(timespec="seconds"),
         changed=row.changed.isoformat(timespec="seconds"),
     )

@@ -258,15 +258,12 @@ def _disputes(session: Session, apart: Sequence[SecondOpinion], sets: dict[str, 
         for track, video in session.execute(query.join(Video, Video.id == SearchTrack.video_id).where(here)):
             present[track.run_id, track.key] = track, video
     return [
-        Dispute(
-            run_id=look.run_id,
+        Dispute.from_row(
+            look,
             video_id=track.video_id,
             video_name=video,
-            key=look.key,
             frame=track.frame,
-            first=look.first,
             first_answer=word_of(sets[look.set_key], look.first_label),
-            second=look.second,
             second_answer=word_of(sets[look.set_key], look.second_label),
         )
         for look in apart

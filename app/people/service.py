@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import unicodedata
 from datetime import UTC, datetime
-from typing import cast
 from uuid import uuid4
 
 from sqlalchemy import func, select, update
@@ -234,4 +233,4 @@ def _checked(name: str) -> str:
 
 def _view(person: Person, assignments: int) -> PersonView:
     created = person.created.isoformat(timespec="seconds")
-    return PersonView(name=person.name, role=cast(Role, person.role), created=created, assignments=assignments)
+    return PersonView.from_row(person, created=created, assignments=assignments)

@@ -7,7 +7,7 @@ from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
-from app.outputs.view import OutputView, output_view
+from app.outputs.view import OutputView
 from app.storage.database import Database
 from app.storage.models import Run, Video
 
@@ -63,7 +63,7 @@ class RecordingService:
             output = self._outputs.queue(
                 session, "recording", run_id, _file_name(name or video.name, first, stop), options, JOB
             )
-            return output_view(output)
+            return OutputView.from_row(output)
 
 
 def _file_name(name: str, first: int, stop: int) -> str:

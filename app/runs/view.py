@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.shapes import Model
+from app.shapes import Model, Moment
 from app.storage.models import Run, Video
 from app.videos.view import publish_video
 from tsr_engine.json_shapes import JsonObject
@@ -46,8 +46,8 @@ class RunView(Model):
     a person}; of a what-if: `identical_frames`, `missing_pixels` in `missing_frames` that the evidence lacks,
     `difference`.
     """
-    created: str
-    finished: str | None
+    created: Moment
+    finished: Moment | None
 
 
 class StartedRun(RunView):
@@ -62,29 +62,7 @@ def run_view(run: Run) -> RunView:
     remaining = None
     if run.state == "running" and run.rate and run.frames_total is not None:
         remaining = max(0, run.frames_total - run.frames_done) / run.rate
-    return RunView(
-        id=run.id,
-        video_id=run.video_id,
-        kind=run.kind,
-        name=run.name,
-        parent_id=run.parent_id,
-        state=run.state,
-        error=run.error,
-        preset=run.preset,
-        parameters=present_names(run.parameters),
-        first=run.first,
-        stop=run.stop,
-        frames_done=run.frames_done,
-        frames_total=run.frames_total,
-        rate=run.rate,
-        remaining=remaining,
-        tracks=run.tracks,
-        engine_version=run.engine_version,
-        models=run.models,
-        summary=run.summary,
-        created=run.created.isoformat(),
-        finished=None if run.finished is None else run.finished.isoformat(),
-    )
+    return RunView.from_row(run, parameters=present_names(run.parameters), remaining=remaining)
 
 
 def started_run(run: Run, asked: Mapping[str, object]) -> StartedRun:

@@ -8,7 +8,7 @@ from app.errors import NotFound
 from app.evidence.service import EvidenceService
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
-from app.outputs.view import OutputView, output_view
+from app.outputs.view import OutputView
 from app.storage.database import Database
 from app.storage.models import Run, Video
 
@@ -46,4 +46,4 @@ class SceneService:
             video = session.get_one(Video, run.video_id)
             usual = f"{file_stem(video.name, 'video')}_{file_stem(run.name, 'run')}_{options['mode']}"
             file = f"{file_stem(name, usual)}.html"
-            return output_view(self._outputs.queue(session, "scene", run_id, file, options, JOB))
+            return OutputView.from_row(self._outputs.queue(session, "scene", run_id, file, options, JOB))

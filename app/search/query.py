@@ -171,23 +171,16 @@ def _found(session: Session, rows: Sequence[SearchTrack]) -> list[FoundTrack]:
         labels = sets[row.set_key]
         label = None if row.label == NO_LABEL else labels.get(labels.resolved(row.label))
         found.append(
-            FoundTrack(
+            FoundTrack.from_row(
+                row,
                 run=row.run_id,
                 run_name=runs.get(row.run_id, ""),
                 video=row.video_id,
                 video_name=videos.get(row.video_id, ""),
                 tags=tags.get(row.video_id, []),
-                key=row.key,
                 label=None if label is None else FoundLabel(set=labels.key, id=label.id, name=label.name),
-                state=row.state,
-                uncertainty=row.uncertainty,
                 size=round(row.size, 1),
-                frame=row.frame,
                 box=(round(row.x1, 2), round(row.y1, 2), round(row.x2, 2), round(row.y2, 2)),
-                first=row.first,
-                last=row.last,
-                revision=row.revision,
-                author=row.author,
                 edited=None if row.edited == 0 else datetime.fromtimestamp(row.edited, UTC).isoformat(),
                 notes=row.notes != "",
             )

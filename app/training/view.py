@@ -6,7 +6,7 @@ from sqlalchemy.orm import Session
 
 from app.events import EventBus
 from app.labels.store import default_key, newest
-from app.shapes import Model
+from app.shapes import Model, Moment
 from app.storage.models import ModelVersion
 from app.training.folders import active_version
 from tsr_engine.json_shapes import JsonObject
@@ -33,8 +33,8 @@ class ModelView(Model):
     done: int
     total: int | None
     active: bool
-    created: str
-    finished: str | None
+    created: Moment
+    finished: Moment | None
     labels: int
     """How many labels it reads."""
     lacks: list[str]
@@ -59,23 +59,7 @@ def label_facts(keys: list[str] | None, labels: LabelSet) -> JsonObject:
 
 def model_view(version: ModelVersion, active: bool, labels: LabelSet) -> ModelView:
     """The version's present state; ``labels`` are the library's."""
-    return ModelView(
-        id=version.id,
-        name=version.name,
-        state=version.state,
-        error=version.error,
-        parent_id=version.parent_id,
-        lineage=version.lineage,
-        figures=version.figures,
-        models=version.models,
-        stage=version.stage,
-        done=version.done,
-        total=version.total,
-        active=active,
-        created=version.created.isoformat(),
-        finished=None if version.finished is None else version.finished.isoformat(),
-        **label_facts(version.lineage.get("labels"), labels),
-    )
+    return ModelView.from_row(version, active=active, **label_facts(version.lineage.get("labels"), labels))
 
 
 def publish_model(session: Session, events: EventBus, version: ModelVersion) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.ablation_rows import DEPARTURES, IN_QUESTION, ON_CLIPS, configurations
 from benchmarks.experiments.against_paper import number
 from benchmarks.experiments.clips import clip_groups, read_clips
@@ -71,7 +71,6 @@ def _run(data: Data) -> Result:
         "judged. On the real clips these rows alone were run: " + "; ".join(ON_CLIPS) + "." + _not_given(data),
         figures=figures,
         settings={"rows": len(rows), "seed": data.seed},
-        machine=machine(),
     )
 
 

@@ -13,7 +13,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
@@ -67,7 +67,6 @@ def _run(data: Data) -> Result:
         f"each. From an answer to the next edit pass up to {STEADY:g} s, or up to {THINKING:g} s in a hurry.",
         figures={"stages": figures, "stored": stored},
         settings={"seed": data.seed, "every": EVERY},
-        machine=machine(),
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.drawing import drawing
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.against_paper import number, share, shortfalls, sign_notes, tables
 from benchmarks.experiments.online_changes import online_changes
@@ -68,7 +68,6 @@ def _run(data: Data) -> Result:
         + ".",
         figures=figures,
         settings={"preset": "default, paper"},
-        machine=machine(),
     )
 
 

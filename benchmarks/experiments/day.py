@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import read_clips
 from benchmarks.review.annotator import Annotator, Work
 from benchmarks.review.desk import READY, Desk, open_desk
@@ -43,7 +43,6 @@ def _run(data: Data) -> Result:
         "for 12 frames after its sign is gone; all three; a sign that is missing; a track on no sign.",
         figures=figures,
         settings={"seed": data.seed},
-        machine=machine(),
     )
 
 

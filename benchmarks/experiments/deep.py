@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.drawing import draw_precision_recall
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.held_out import ACF_IS, Found, held_out
 from benchmarks.systems.curves import plain
 from benchmarks.timing.contenders import SIGNS
@@ -58,7 +58,6 @@ def _run(data: Data) -> Result:
             "network": hashlib.sha256(SIGNS.read_bytes()).hexdigest()[:12],
             "detector": component.sha256[:12],
         },
-        machine=machine(),
     )
 
 

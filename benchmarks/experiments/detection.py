@@ -8,11 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
 from benchmarks.drawing import draw_precision_recall
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.held_out import ACF_IS, Found, held_out
 from benchmarks.peers.cache import Cache, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
@@ -24,7 +23,7 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.detector import DetectorParams
-from tsr_engine.pipeline import load_components, one_blas_thread
+from tsr_engine.pipeline import load_components, one_blas_thread, one_opencv_thread
 from tsr_engine.protocols import OfflineDetector
 
 __all__ = ["EXPERIMENT", "rows_side_by_side"]
@@ -68,7 +67,6 @@ def _run(data: Data) -> Result:
         "those that training kept of its model before it was trained once more on all scenes.",
         figures={"curves": figures, "missing": missing},
         settings=settings,
-        machine=machine(),
     )
 
 
@@ -83,18 +81,13 @@ def rows_side_by_side(
     found: dict[str, Found] = {name: [] for name in detectors}
     times: dict[str, list[float]] = {name: [] for name in detectors}
     warm: set[str] = set()
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        with one_blas_thread():
-            for scene in scenes:
-                key = [*made_from, list(detectors), file_digest(scene.path)]
-                record = kept.get(key, partial(_turn, detectors, scene.path, warm))
-                for name, (seconds, boxes, scores) in record.items():
-                    times[name].append(seconds)
-                    found[name].append((np.array(boxes, float).reshape(-1, 4), np.array(scores, float), scene.boxes))
-    finally:
-        cv2.setNumThreads(threads)
+    with one_opencv_thread(), one_blas_thread():
+        for scene in scenes:
+            key = [*made_from, list(detectors), file_digest(scene.path)]
+            record = kept.get(key, partial(_turn, detectors, scene.path, warm))
+            for name, (seconds, boxes, scores) in record.items():
+                times[name].append(seconds)
+                found[name].append((np.array(boxes, float).reshape(-1, 4), np.array(scores, float), scene.boxes))
     return found, {name: float(np.median(values)) * 1e3 for name, values in times.items()}
 
 

@@ -10,11 +10,10 @@ from functools import partial
 from itertools import product
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from benchmarks.drawing import draw_precision_recall
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.held_out import ACF_IS
 from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, read_looming
@@ -28,7 +27,7 @@ from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, load_components, one_blas_thread
+from tsr_engine.pipeline import Components, load_components, one_blas_thread, one_opencv_thread
 from tsr_engine.records import Detections
 from tsr_engine.runs.calibration import aimed
 from tsr_engine.runs.live import RunRequest, track_video
@@ -85,7 +84,6 @@ def _run(data: Data) -> Result:
         f"{sum(_signs(pairs[n][1]) for n in judged)} physical signs).",
         figures={"curves": figures, "picked": picked, "frames": len(truth)},
         settings={name: ", ".join(f"{k}={v:g}" for k, v in values.items()) for name, values in picked.items()},
-        machine=machine(),
     )
 
 
@@ -111,19 +109,14 @@ def watch_video(video: Path, components: Components) -> JsonObject:
     overlap = Params().detector.final_overlap
     seen: dict[str, list[object]] = {"ACF": [], "ACF and prior": []}
     times: list[float] = []
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        with one_blas_thread():
-            for frame in watch(video, components.detector, times):
-                for name, used in (("ACF", 0.0), ("ACF and prior", components.learned_lambda)):
-                    d = frame.detections
-                    scores = with_prior(d.raw_scores, d.prior, used)
-                    best = suppress(d.boxes, scores, overlap)
-                    final = Detections(d.boxes[best], d.raw_scores[best], d.prior[best], scores[best])
-                    seen[name].append(plain_seen(Seen(frame.ordinal, frame.seconds, frame.size, frame.shift, final)))
-    finally:
-        cv2.setNumThreads(threads)
+    with one_opencv_thread(), one_blas_thread():
+        for frame in watch(video, components.detector, times):
+            for name, used in (("ACF", 0.0), ("ACF and prior", components.learned_lambda)):
+                d = frame.detections
+                scores = with_prior(d.raw_scores, d.prior, used)
+                best = suppress(d.boxes, scores, overlap)
+                final = Detections(d.boxes[best], d.raw_scores[best], d.prior[best], scores[best])
+                seen[name].append(plain_seen(Seen(frame.ordinal, frame.seconds, frame.size, frame.shift, final)))
     return {"seen": seen, "times": times}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from benchmarks.corrected_clips import filmed
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.peers.cache import Cache, file_digest
 from benchmarks.weathers import WEATHERS
 from tsr_engine.evaluation.tracking_rows import read_results
@@ -65,7 +65,6 @@ def _run(data: Data) -> Result:
         "chosen on them.",
         figures=figures,
         settings={"preset": "default", "detector": components.models["detector"][:12]},
-        machine=machine(),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.exchange_scale import FRAMES, MOST_MB, MOST_SECONDS, TRACKS, WITHOUT_PICTURES, measured
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]
@@ -16,7 +16,6 @@ def _run(_: Data) -> Result:
         "jitter of a tracker. Each format by itself in a fresh process, without pictures, as one ZIP file.",
         figures={"formats": [measured(name, read=True) for name in WITHOUT_PICTURES]},
         settings={"seed": 1},
-        machine=machine(),
     )
 
 

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.looming_clips import EACH, read_looming
 from benchmarks.experiments.tracked import Videos
@@ -115,7 +115,6 @@ def _run(data: Data) -> Result:
         "width is the annotated one in the first frame in which a track lies on it at IoU 0.5.",
         figures=figures,
         settings={name: components.models["detector"][:12] for name, components in models.items()},
-        machine=machine(),
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
@@ -25,7 +25,7 @@ from tsr_engine.follow import FollowerModels
 from tsr_engine.following import load_follower
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
-from tsr_engine.pipeline import one_blas_thread
+from tsr_engine.pipeline import one_blas_thread, one_opencv_thread
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.track_table import TrackTable
 
@@ -103,24 +103,19 @@ def _run(data: Data) -> Result:
     needed: dict[str, list[dict[str, float]]] = {}
     signs: dict[str, int] = {}
     times: dict[str, list[tuple[float, int]]] = {}
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)  # so that CPU time is what a step costs
-    try:
-        with one_blas_thread():
-            for video in _videos(data):
-                about = [*video.identity(), own, cv2.__version__]
-                ours = kept.get(["ours", *about, engine], partial(_ours, video, parts))
-                able = {name: make for name, make in makers.items() if video.group != CLIPS or name not in SLOW}
-                theirs = kept.get(["theirs", *about, sorted(able)], partial(_theirs, video, able))
-                signs[video.group] = signs.get(video.group, 0) + ours["signs"]
-                for way, by_position in {**ours["ways"], **theirs["ways"]}.items():
-                    for position, found in by_position.items():
-                        rows.setdefault(video.group, {}).setdefault(way, {}).setdefault(position, []).extend(found)
-                needed.setdefault(video.group, []).extend(ours["needed"])
-                for way, (seconds, steps) in {**ours["times"], **theirs["times"]}.items():
-                    times.setdefault(way if video.group != CLIPS else f"{way} at 720p", []).append((seconds, steps))
-    finally:
-        cv2.setNumThreads(threads)
+    with one_opencv_thread(), one_blas_thread():  # so that CPU time is what a step costs
+        for video in _videos(data):
+            about = [*video.identity(), own, cv2.__version__]
+            ours = kept.get(["ours", *about, engine], partial(_ours, video, parts))
+            able = {name: make for name, make in makers.items() if video.group != CLIPS or name not in SLOW}
+            theirs = kept.get(["theirs", *about, sorted(able)], partial(_theirs, video, able))
+            signs[video.group] = signs.get(video.group, 0) + ours["signs"]
+            for way, by_position in {**ours["ways"], **theirs["ways"]}.items():
+                for position, found in by_position.items():
+                    rows.setdefault(video.group, {}).setdefault(way, {}).setdefault(position, []).extend(found)
+            needed.setdefault(video.group, []).extend(ours["needed"])
+            for way, (seconds, steps) in {**ours["times"], **theirs["times"]}.items():
+                times.setdefault(way if video.group != CLIPS else f"{way} at 720p", []).append((seconds, steps))
     figures = {
         "groups": {
             group: {way: {p: mean_of(found) for p, found in by.items()} for way, by in ways.items()}
@@ -139,7 +134,6 @@ def _run(data: Data) -> Result:
         "approaches whose sign vanishes in the middle of the picture. Times are CPU ms.",
         figures=figures,
         settings={"opencv": cv2.__version__},
-        machine=machine(),
     )
 
 

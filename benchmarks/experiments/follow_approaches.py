@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.follow import TUNED_BOARDS
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.figures import figures_of, mean_of, overlaps
@@ -19,7 +19,7 @@ from benchmarks.following.ways import KltBox, by_peer, by_us
 from tsr_engine.following import load_follower
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.pipeline import one_blas_thread
+from tsr_engine.pipeline import one_blas_thread, one_opencv_thread
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT"]
@@ -52,29 +52,24 @@ def _run(data: Data) -> Result:
     rows: dict[str, dict[str, dict[str, list[dict[str, float]]]]] = defaultdict(
         lambda: {way: {position: [] for position in POSITIONS} for way in (OURS, PEER)}
     )
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        with one_blas_thread():
-            for group, path, truth, hidden in _videos(data):
-                with open_video(path) as video:
-                    pictures = [frame.picture for frame in video.frames()]
-                height, width = pictures[0].shape[:2]
-                for whole in signs_of(truth, width, height)[:SIGNS]:
-                    sign = _drawable(whole, hidden)
-                    if not sign.clear:
-                        continue
-                    for position in POSITIONS:
-                        start = sign.anchor(position)
-                        for way, filled in (
-                            (OURS, by_us(pictures, {start: sign.life[start]}, parts)),
-                            (PEER, by_peer(pictures, start, sign.life[start], KltBox)),
-                        ):
-                            iou = float(np.mean(list(overlaps(sign, filled.boxes).values())))
-                            for of in (group, ALL):
-                                rows[of][way][position].append({**figures_of(sign, filled.boxes), "iou": iou})
-    finally:
-        cv2.setNumThreads(threads)
+    with one_opencv_thread(), one_blas_thread():
+        for group, path, truth, hidden in _videos(data):
+            with open_video(path) as video:
+                pictures = [frame.picture for frame in video.frames()]
+            height, width = pictures[0].shape[:2]
+            for whole in signs_of(truth, width, height)[:SIGNS]:
+                sign = _drawable(whole, hidden)
+                if not sign.clear:
+                    continue
+                for position in POSITIONS:
+                    start = sign.anchor(position)
+                    for way, filled in (
+                        (OURS, by_us(pictures, {start: sign.life[start]}, parts)),
+                        (PEER, by_peer(pictures, start, sign.life[start], KltBox)),
+                    ):
+                        iou = float(np.mean(list(overlaps(sign, filled.boxes).values())))
+                        for of in (group, ALL):
+                            rows[of][way][position].append({**figures_of(sign, filled.boxes), "iou": iou})
     groups = sorted(rows, key=lambda group: (group == ALL, group))
     figures = {
         group: {way: {p: mean_of(found) for p, found in by.items()} for way, by in rows[group].items()}
@@ -87,7 +82,6 @@ def _run(data: Data) -> Result:
         "widest, drawn where no block covers them.",
         figures=figures,
         settings={"opencv": cv2.__version__},
-        machine=machine(),
     )
 
 

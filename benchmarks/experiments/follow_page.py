@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.following.signs import signs_of
 from benchmarks.review.desk import Desk, open_desk
 from benchmarks.review.followed import bring_back, draw_missed, press
@@ -50,7 +50,6 @@ def _run(data: Data) -> Result:
         "1280x720, on the machine of the server.",
         figures=figures,
         settings={"seed": data.seed},
-        machine=machine(),
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.drawing import drawing, legend_below
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.trackers import CHOSEN_ON, annotated, ideal, tuning_approaches
 from benchmarks.peers.cache import Cache
 from benchmarks.peers.multi import PEERS, Missing, rows_of, version
@@ -76,7 +76,6 @@ def _run(data: Data) -> Result:
         f"{also}), of which every frame, every second, third and fourth is left. Ours is the Kalman filter alone.",
         figures={"groups": figures, "missing": missing},
         settings={name: version(name) for name in ("trackers", "trackeval") if version(name)},
-        machine=machine(),
     )
 
 

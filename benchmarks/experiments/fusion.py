@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.drawing import drawing
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.peers.cache import code
 from tsr_engine.evaluation.fusion import MODES, Mode, TrackVotes, evaluate_fusion, track_votes
 from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items, read_picture
@@ -67,7 +67,6 @@ def _run(data: Data) -> Result:
             },
         },
         settings={"seed": data.seed, "held_out": settings.held_out, "folds": FOLDS},
-        machine=machine(),
     )
 
 

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from benchmarks.drawing import drawing, legend_below
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.against_paper import number
 from benchmarks.experiments.tracked import CONFIGURATIONS, PAPER_KF
 from benchmarks.experiments.trackers import annotated
@@ -25,7 +25,7 @@ from benchmarks.peers.ours import identity
 from benchmarks.peers.seen import Seen, look, pictures
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, load_components
+from tsr_engine.pipeline import Components, load_components, one_opencv_thread
 
 __all__ = ["EXPERIMENT"]
 
@@ -57,9 +57,7 @@ def _run(data: Data) -> Result:
     seconds: dict[str, list[float]] = {}
     starts: dict[str, int] = {}
     kept = Cache(data.scratch / "peers")
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)  # so that CPU time is what a step costs
-    try:
+    with one_opencv_thread():  # so that CPU time is what a step costs
         for seen in list(look(videos, data.scratch / "detections")):
             group = seen.video.group if seen.video.group in EVERY else "approaches"
             gaps = find_gaps(seen, EVERY[group])
@@ -82,8 +80,6 @@ def _run(data: Data) -> Result:
                 if group == "approaches" and name in BY_STRESS:
                     stresses.setdefault(seen.video.group, {}).setdefault(name, []).extend(ends)
                 seconds.setdefault(name, []).extend(found["seconds"])
-    finally:
-        cv2.setNumThreads(threads)
     if not outcomes:
         raise Skip("no sign of the clips is seen long enough for a gap.")
     figures = {
@@ -109,7 +105,6 @@ def _run(data: Data) -> Result:
             "missing": missing,
         },
         settings={"seed": data.seed, "opencv": WHEEL},
-        machine=machine(),
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.drawing import drawing
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine
+from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.experiments.clips import clip_groups
 from tsr_engine.evaluation.gate import Trial, collection_curve, gate_trials
 from tsr_engine.evaluation.tracking_rows import read_clip_truth
@@ -70,7 +70,6 @@ def _run(data: Data) -> Result:
             "correct_at_15": float(np.interp(15.0, curve.tau, curve.correct)),
         },
         settings={"seed": data.seed},
-        machine=machine(),
     )
 
 

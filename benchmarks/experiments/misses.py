@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from benchmarks.contact_sheet import Cell, write_sheet
-from benchmarks.experiment import ROOT, Data, Experiment, Result, machine, table
+from benchmarks.experiment import ROOT, Data, Experiment, Result, table
 from benchmarks.experiments.held_out import held_out
 from tsr_engine.evaluation.detection import match, score_detections
 from tsr_engine.geometry.boxes import iou
@@ -120,7 +120,6 @@ def _run(data: Data) -> Result:
             "by_width": _by_width(np.concatenate(signs), [m["width"] for m in missed]),
         },
         settings={"false_a_picture": RATE},
-        machine=machine(),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.fusion import FOLDS, crop_time
 from benchmarks.networks import trained_on
 from tsr_engine.evaluation.fusion import evaluate_fusion, track_votes
@@ -46,7 +46,6 @@ def _run(data: Data) -> Result:
             "each": each,
         },
         settings={"seed": data.seed, "folds": FOLDS},
-        machine=machine(),
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
-from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, table
 from benchmarks.timing.in_turn import scenes_in_turn
 from tsr_engine.detection.other_shapes import COMPONENT, OtherShapes
 from tsr_engine.evaluation.detection import match
@@ -21,7 +21,7 @@ from tsr_engine.io.models import component_path, load_component
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
-from tsr_engine.pipeline import load_detector, load_other_shapes, one_blas_thread
+from tsr_engine.pipeline import load_detector, load_other_shapes, one_blas_thread, one_opencv_thread
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.records import FloatArray, Picture
 
@@ -138,19 +138,14 @@ def _run(data: Data) -> Result:
     params = Params().with_settings([("second_core", False)])
     component = load_component(COMPONENT)
     cv = component.figures
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        with one_blas_thread():
-            detector, others = load_detector(params), load_other_shapes(params)
-            price = _price(detector, others, data)
-            foreign = {
-                folder.name: _foreign(detector, others, folder)
-                for folder in sorted(data.foreign.iterdir() if data.foreign is not None else ())
-                if (folder / "boxes.json").is_file()
-            }
-    finally:
-        cv2.setNumThreads(threads)
+    with one_opencv_thread(), one_blas_thread():
+        detector, others = load_detector(params), load_other_shapes(params)
+        price = _price(detector, others, data)
+        foreign = {
+            folder.name: _foreign(detector, others, folder)
+            for folder in sorted(data.foreign.iterdir() if data.foreign is not None else ())
+            if (folder / "boxes.json").is_file()
+        }
     return Result(
         "other_shapes",
         data="GTSDB's training scenes with the annotations of other signs (docs/annotations-gtsdb.md): "
@@ -164,7 +159,6 @@ def _run(data: Data) -> Result:
             "model_bytes": component_path(COMPONENT).stat().st_size,
         },
         settings={"seed": component.seed, "other_shapes": component.sha256[:12]},
-        machine=machine(),
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.ablations import paired
 from benchmarks.experiments.against_paper import number
@@ -78,7 +78,6 @@ def _run(data: Data) -> Result:
         f"{SEEDS} draws of worse detections each; all rows get the same detections.",
         figures={"tau": tau, "collected": collected, "kinds": figures},
         settings={"seed": data.seed, "draws": SEEDS},
-        machine=machine(),
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.drawing import drawing
-from benchmarks.experiment import Data, Experiment, Result, machine
+from benchmarks.experiment import Data, Experiment, Result
 from tsr_engine.detection.prior import GRID, parzen
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.pictures import read_picture
@@ -42,7 +42,6 @@ def _run(data: Data) -> Result:
             "area_that_holds": area,
         },
         settings={"seed": data.seed, "bandwidth": BANDWIDTH},
-        machine=machine(),
     )
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.first_sight import sights
 from benchmarks.experiments.looming_clips import EACH, read_looming
@@ -24,7 +24,7 @@ from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, VideoDetector, load_components
+from tsr_engine.pipeline import Components, VideoDetector, load_components, one_opencv_thread
 from tsr_engine.runs.live import Progress, RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
@@ -59,24 +59,19 @@ def _run(data: Data) -> Result:
         + ".",
         figures=figures,
         settings={"scan_turns": Params.preset("realtime").detector.scan_turns},
-        machine=machine(),
     )
 
 
 def _times(folder: Path) -> JsonObject:
     """CPU ms a frame by size and preset."""
     folder.mkdir(parents=True, exist_ok=True)
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
+    with one_opencv_thread():
         found: JsonObject = {}
         for size in SIZES:
             video = _enlarged(folder, size)
             decoding = _decoding(video)
             found[size] = {preset: _time(video, Params.preset(preset)) | decoding for preset in PRESETS}
         return found
-    finally:
-        cv2.setNumThreads(threads)
 
 
 def _enlarged(folder: Path, size: str) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.recording_time import FRAMES, HEIGHT, KINDS, MOST_MB, MOST_SECONDS, WIDTH, measure
 
 __all__ = ["EXPERIMENT"]
@@ -21,7 +21,6 @@ def _run(data: Data) -> Result:
         "frame, joined to themselves, tracked with the `default` preset; every layer, the series, the events and the "
         "picture.",
         figures={"drives": found},
-        machine=machine(),
     )
 
 

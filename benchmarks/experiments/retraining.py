@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.corrected_clips import corrected, dimmed
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
@@ -69,7 +69,6 @@ def _run(data: Data) -> Result:
         "films them: a fifth of the light, noise, soft, compressed hard.",
         figures=figures,
         settings={"seed": data.seed},
-        machine=machine(),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.review.desk import open_desk, open_review
 from benchmarks.review.first_use import first_correction
 from benchmarks.review.handling import measure_early_seeks, measure_handling
@@ -68,7 +68,6 @@ def _run(data: Data) -> Result:
         "server.",
         figures=figures,
         settings={"seed": data.seed},
-        machine=machine(),
     )
 
 

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.drawing import drawing
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.review.desk import open_desk
 from benchmarks.review.long import play_on
 
@@ -32,7 +32,6 @@ def _run(data: Data) -> Result:
         "pictures come, in a browser whose network nobody listens to (a debugger that does keeps some kB a request).",
         figures={"playing": playing},
         settings={"minutes": minutes},
-        machine=machine(),
     )
 
 

@@ -9,12 +9,11 @@ from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 
-import cv2
 import numpy as np
 from matplotlib.axes import Axes
 
 from benchmarks.drawing import drawing
-from benchmarks.experiment import ROOT, Data, Experiment, Result, machine, table
+from benchmarks.experiment import ROOT, Data, Experiment, Result, table
 from benchmarks.timing.growth import exponent, picture_cost, sign_cost, sign_faces
 from benchmarks.timing.long_run import NOTES, SHOWN
 from benchmarks.timing.looped import RATE, SIZE, base_clip, cut_out, looped
@@ -23,7 +22,7 @@ from sample_videos import SHIPPED
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
-from tsr_engine.pipeline import load_components
+from tsr_engine.pipeline import load_components, one_opencv_thread
 
 __all__ = ["EXPERIMENT"]
 
@@ -51,16 +50,12 @@ def _run(data: Data) -> Result:
         figures[kind] = [asdict(section) for section in sections]
         size = sum(path.stat().st_size for path in evidence.rglob("*") if path.is_file())
         figures[f"{kind}_evidence_mb"] = round(size / 1e6, 1)
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
+    with one_opencv_thread():
         drive = SHIPPED[0]
         with open_video(drive.video) as opened:
             stills = [cut_out(frame.picture) for frame in opened.frames(0, 150)][::30]
         signs = sign_cost(stills[0], sign_faces(drive.video, drive.truth), COUNTS, load_components(Params()))
         sizes = picture_cost(stills, FACTORS)
-    finally:
-        cv2.setNumThreads(threads)
     figures["signs"] = {str(count): round(ms, 3) for count, ms in signs.items()}
     figures["signs_exponent"] = round(exponent(list(signs), list(signs.values())), 3)
     figures["sizes"] = {f"{w}x{h}": round(ms, 3) for (w, h), ms in sizes.items()}
@@ -75,7 +70,6 @@ def _run(data: Data) -> Result:
         f"{SHOWN}, for on real drives they are rare.",
         figures=figures,
         settings={f"seconds a call, {kind}": data.seconds or seconds for kind, seconds in SECONDS.items()},
-        machine=machine(),
     )
 
 

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from app.storage.database import Database
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.search_scale import MOST_MS, TRACKS_OF_DRIVE, fill, measured, pages, size_mb
 from tsr_engine.json_shapes import JsonObject
 
@@ -34,7 +34,6 @@ def _run(data: Data) -> Result:
         "answer is a page of 60 with its count, asked seven times.",
         figures={"tracks": tracks, "databases": figures},
         settings={"seed": data.seed},
-        machine=machine(),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.detection_speed import TURNS, shrunk_scenes, stages
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 
 __all__ = ["EXPERIMENT"]
 
@@ -18,7 +18,6 @@ def _run(data: Data) -> Result:
         data=f"{len(pictures)} GTSDB scenes shrunk to 720x576, signs from 16 px, one thread, CPU ms: median "
         f"of the least of {TURNS} turns. The shipped models and settings.",
         figures=figures,
-        machine=machine(),
     )
 
 

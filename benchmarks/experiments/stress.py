@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.drawing import drawing
-from benchmarks.experiment import ROOT, Data, Experiment, Result, machine, table
+from benchmarks.experiment import ROOT, Data, Experiment, Result, table
 from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.against_paper import number, share, shortfalls, sign_notes, tables
 from benchmarks.experiments.looming_clips import EACH, read_looming
@@ -49,7 +49,6 @@ def _run(data: Data) -> Result:
         f"signs of at least 20 px. {APART if data.tuning else NOT_APART}",
         figures=figures,
         settings={"clips": len(clips.videos), "seed": clips.seed},
-        machine=machine(),
     )
 
 

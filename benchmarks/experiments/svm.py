@@ -9,7 +9,7 @@ import numpy as np
 from sklearn.svm import SVC
 from threadpoolctl import threadpool_limits
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from tsr_engine import IncrementalSVC
 
 __all__ = ["EXPERIMENT"]
@@ -51,7 +51,6 @@ def _run(data: Data) -> Result:
         f"at), linear kernel, C = 1; CPU time of one thread, mean over {STEPS} steps.",
         figures={"rows": rows},
         settings={"seed": data.seed},
-        machine=machine(),
     )
 
 

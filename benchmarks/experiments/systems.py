@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.systems.trained import TrainedSystem, split, trained
 from tsr_engine.json_shapes import JsonObject
 
@@ -22,7 +22,6 @@ def _run(data: Data) -> Result:
         "as further signs, as for our own detector.",
         figures={"budget_minutes": BUDGET, "systems": [_plain(system) for system in systems]},
         settings={"seed": data.seed, **{system.system.name: system.sha256[:12] for system in systems}},
-        machine=machine(),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.peers.cache import code
 from benchmarks.teaching_labels import FRAMES, HIDDEN, TAUGHT_FROM, base_classifier, teach
 from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items
@@ -40,7 +40,6 @@ def _run(data: Data) -> Result:
         f"{len(HIDDEN)} labels: {', '.join(keys[number].replace('-', ' ') for number in HIDDEN)}.",
         figures=teach(_base(rest, held, data), rest, held, data.seed),
         settings={"seed": data.seed, "choices": {str(count): draws for count, draws in TAUGHT_FROM.items()}},
-        machine=machine(),
     )
 
 

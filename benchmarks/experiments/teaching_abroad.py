@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.other_shapes import CLASSES, OTHERS, read_boxes
 from tsr_engine.counted import counted
 from tsr_engine.io.models import load_component
@@ -109,7 +109,6 @@ def _run(data: Data) -> Result:
         "road scenes, cut out at their annotated boxes. Nothing was chosen on them.",
         figures=read_in_turn(signs, classifier, moment, int(memory.data.get("tracks", 1))),
         settings={"classifier": load_component("classifier").sha256[:12]},
-        machine=machine(),
     )
 
 

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from benchmarks.drawing import drawing, legend_below
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.looming_clips import EACH, EACH_OF_A_ROW, read_looming
 from benchmarks.experiments.tracked import CONFIGURATIONS
@@ -23,7 +22,7 @@ from benchmarks.peers.tuning import tune
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonMapping, JsonObject
-from tsr_engine.pipeline import load_components
+from tsr_engine.pipeline import load_components, one_opencv_thread
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["CHOSEN_ON", "EXPERIMENT", "annotated", "ideal", "run_peers", "tuning_approaches"]
@@ -87,16 +86,12 @@ def _run(data: Data) -> Result:
     rows: dict[str, list[tuple[TrackTable, float]]] = {name: [] for name in (*PRESETS, LIVE)}
     kept = Cache(data.scratch / "peers")
     configurations = {name: (CONFIGURATIONS[name], load_components(CONFIGURATIONS[name])) for name in PRESETS}
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)  # so that CPU time is what a frame costs
-    try:
+    with one_opencv_thread():  # so that CPU time is what a frame costs
         for video in judged:
             for name, found in follow(video, configurations, kept).items():
                 rows[name].append((found.rows, found.seconds))
                 if name == "default":
                     rows[LIVE].append((found.live, found.seconds))
-    finally:
-        cv2.setNumThreads(threads)
     chosen, missing = run_peers(tuned_on, judged, rows, kept)
     rows[BOUND] = [(ideal(s), 0.0) for s in judged]
     clips = [s.video.name for s in judged if s.video.group == "held out"]
@@ -117,7 +112,6 @@ def _run(data: Data) -> Result:
             "missing": missing,
         },
         settings={name: version(name) for name in ("trackers", "supervision", "trackeval") if version(name)},
-        machine=machine(),
     )
 
 

@@ -17,7 +17,7 @@ from app.evidence.tracks import TrackFacts
 from app.evidence.uncertainty import WEIGHTS, UncertaintyInput, terms
 from benchmarks.changed_tracks import CAMERAS, RUNS, JudgedRun, filmed, judged_runs
 from benchmarks.drawing import drawing
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.looming_clips import read_looming
 from tsr_engine.json_shapes import JsonMapping
@@ -139,7 +139,6 @@ def _run(data: Data) -> Result:
             "runs": {name: _of_run(chances["fitted"], judged, name) for name in RUNS},
         },
         settings={"weights in force": dict(WEIGHTS), "runs": list(RUNS), "cameras": list(cameras)},
-        machine=machine(),
     )
 
 

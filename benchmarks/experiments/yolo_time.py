@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from benchmarks.detection_speed import shrunk_scenes
 from benchmarks.drawing import COLOURS, drawing
-from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.timing.contenders import ENLARGED, EQUAL, deep_networks, runtime, yolo_networks
 from benchmarks.timing.in_turn import Turns, pipeline_beside, scenes_in_turn
 from benchmarks.timing.looped import base_clip
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
-from tsr_engine.pipeline import load_components, load_detector
+from tsr_engine.pipeline import load_components, load_detector, one_opencv_thread
 
 __all__ = ["EXPERIMENT", "judged"]
 
@@ -41,9 +40,7 @@ def _run(data: Data) -> Result:
     yolo = yolo_networks(onnxruntime, data.scratch / "yolo")
     pictures = shrunk_scenes(scenes, SCENES)
     params = Params().with_settings([("second_core", False)])
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
+    with one_opencv_thread():
         detector = load_detector(params)
         contenders = {"detection": detector.detect, **yolo.run}
         left_out = {}
@@ -54,8 +51,6 @@ def _run(data: Data) -> Result:
         in_turn = scenes_in_turn(contenders, pictures, ROUNDS)
         video = base_clip(data.scratch / "looped", FRAMES)
         whole = pipeline_beside(video, params, load_components(params), {n: (yolo.run[n], EVERY[n]) for n in EVERY})
-    finally:
-        cv2.setNumThreads(threads)
     figures = {
         "scenes": {name: in_turn.summary(name) for name in in_turn.names},
         "drive": {name: whole.summary(name) for name in whole.names},
@@ -75,7 +70,6 @@ def _run(data: Data) -> Result:
         f"order that rotates; of {ROUNDS} turns on a scene the least counts.",
         figures=figures,
         settings={"onnxruntime": onnxruntime.__version__, **yolo.about},
-        machine=machine(),
     )
 
 

@@ -99,9 +99,7 @@ const app = {
 app.loader = createLoader(app, {
   opened: (run) => {
     following.open(run);
-    return editor
-      .open(run)
-      .catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) })));
+    return editor.open(run).catch((thrown) => store.dispatch(showBanner, { id: 'review', tone: 'error', text: sentence(thrown) }));
   },
   closed: () => {
     following.close();
@@ -123,9 +121,9 @@ function readRoute() {
   if (route.screen === 'library' && before !== 'library') void app.load(() => api.videos(), setVideos).catch(() => {});
   const { review } = store.get();
   if (route.screen === 'review' && review?.video.id === route.video && (route.run === null || route.run === review.run?.id)) {
-    if (route.frame !== null) store.dispatch((state) => seek(state, /** @type {number} */ (route.frame)));
+    if (route.frame !== null) store.dispatch(seek, route.frame);
     if (route.track === NEXT_TRACK) openFirst(app);
-    else if (route.track !== null) store.dispatch((state) => select(state, route.track));
+    else if (route.track !== null) store.dispatch(select, route.track);
   }
 }
 
@@ -190,7 +188,7 @@ const live = startLive(app, {
   },
 });
 void live.reload();
-store.dispatch((state) => setTheme(state, rememberedTheme()));
+store.dispatch(setTheme, rememberedTheme());
 readRoute();
 shell.update(store.get());
 // what an earlier visit has left

@@ -125,7 +125,7 @@
 /**
  * @typedef {object} Store
  * @property {() => State} get
- * @property {(action: Action, ...args: any[]) => void} dispatch
+ * @property {<A extends Action>(action: A, ...args: A extends (state: State, ...args: infer P) => State ? P : never) => void} dispatch
  * @property {(listener: (state: State) => void) => (() => void)} subscribe   returns what ends it
  */
 export {};

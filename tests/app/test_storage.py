@@ -156,11 +156,8 @@ def test_writers_wait_for_each_other(database: Database) -> None:
                 seen = bus.newest(session)
                 bus.publish(session, "test", str(number), {"seen": seen})
 
-    threads = [threading.Thread(target=work, args=(n,)) for n in range(8)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(8) as threads:
+        list(threads.map(work, range(8)))
     with database.read() as session:
         events = bus.after(session, 0)
         # each writer saw all that were committed before it: none was lost, none interleaved

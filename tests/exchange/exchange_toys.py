@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -111,3 +113,22 @@ def there_and_back(dataset: Dataset, format: str, folder: Path, **options: objec
 def tracks_of(dataset: Dataset) -> dict[str, Track]:
     """Tracks of the first video by name."""
     return {track.uid: track for track in dataset.videos[0].tracks()}
+
+
+def words_of(track: Track) -> tuple[object, ...]:
+    """What a track says beside its boxes."""
+    return track.label, track.state, track.source, track.notes
+
+
+def changed(sample: Any, path: str, value: Any) -> Any:
+    """A copy of a file's content with the value at ``items/0/name`` changed; ``...`` takes it out."""
+    content = copy.deepcopy(sample)
+    at = content
+    *parents, last = [int(part) if part.isdigit() else part for part in path.split("/")]
+    for part in parents:
+        at = at[part]
+    if value is ...:
+        del at[last]
+    else:
+        at[last] = value
+    return content

@@ -84,28 +84,27 @@ def _edges(box: Box) -> list[Any]:
     return [x, y, *far]
 
 
-def cvat_video(*boxes: Box) -> dict[str, str]:
+def _cvat_rows(boxes: tuple[Box, ...]) -> list[str]:
     names = ("xtl", "ytl", "xbr", "ybr")
-    rows = [
+    return [
         " ".join(f'{name}="{side}"' for name, side in zip(names, _edges(box), strict=True) if side is not None)
         for box in boxes
     ]
+
+
+def cvat_video(*boxes: Box) -> dict[str, str]:
     inside = "".join(
-        f'<box frame="{10 + k}" keyframe="1" outside="0" occluded="0" {row}/>\n' for k, row in enumerate(rows)
+        f'<box frame="{10 + k}" keyframe="1" outside="0" occluded="0" {row}/>\n'
+        for k, row in enumerate(_cvat_rows(boxes))
     )
     return {"annotations.xml": f'<annotations>\n<track id="0" label="stop">\n{inside}</track>\n</annotations>\n'}
 
 
 def cvat_images(*boxes: Box) -> dict[str, str]:
-    names = ("xtl", "ytl", "xbr", "ybr")
-    rows = [
-        " ".join(f'{name}="{side}"' for name, side in zip(names, _edges(box), strict=True) if side is not None)
-        for box in boxes
-    ]
     inside = "".join(
         f'<image id="{k}" name="frame_{10 + k:06d}.jpg" width="640" height="360">\n'
         f'<box label="stop" occluded="0" {row}/>\n</image>\n'
-        for k, row in enumerate(rows)
+        for k, row in enumerate(_cvat_rows(boxes))
     )
     return {"annotations.xml": f"<annotations>\n{inside}</annotations>\n"}
 

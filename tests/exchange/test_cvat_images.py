@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_track, target_of, there_and_back, tracks_of
+from tests.exchange.exchange_toys import a_dataset, a_track, target_of, there_and_back, tracks_of, words_of
 from tests.exchange.listings import cvat, found_in, read
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
@@ -41,12 +41,7 @@ def test_there_and_back(tmp_path: Path) -> None:
         assert np.abs(again.boxes - track.boxes).max() <= 0.005 + 1e-9
         assert (again.occluded == track.occluded).all()
         assert np.allclose(again.score, track.score, atol=1e-5, equal_nan=True)
-        assert (again.label, again.state, again.source, again.notes) == (
-            track.label,
-            track.state,
-            track.source,
-            track.notes,
-        )
+        assert words_of(again) == words_of(track)
 
 
 def test_pictures_stand_in_order_with_their_subset(tmp_path: Path) -> None:

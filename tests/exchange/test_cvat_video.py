@@ -20,6 +20,7 @@ from tests.exchange.exchange_toys import (
     target_of,
     there_and_back,
     tracks_of,
+    words_of,
 )
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.additions import UnknownLabels
@@ -124,12 +125,7 @@ def test_there_and_back(tmp_path: Path, rows: str, thin_px: float) -> None:
         assert again.frames.tolist() == track.frames.tolist()
         assert np.abs(again.boxes - track.boxes).max() <= max(thin_px, 0.005) + 1e-9
         assert (again.occluded == track.occluded).all()
-        assert (again.label, again.state, again.source, again.notes) == (
-            track.label,
-            track.state,
-            track.source,
-            track.notes,
-        )
+        assert words_of(again) == words_of(track)
         assert (again.key == key_frames(track, thin_px, rounding=0.005)).all()
         assert np.allclose(again.score[again.key], track.score[again.key], atol=1e-5, equal_nan=True)
 

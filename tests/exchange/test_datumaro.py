@@ -16,9 +16,11 @@ from tests.exchange.exchange_toys import (
     a_dataset,
     a_track,
     a_video,
+    changed,
     target_of,
     there_and_back,
     tracks_of,
+    words_of,
 )
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
@@ -64,20 +66,6 @@ def _read(tmp_path: Path, content: Any, **switches: str) -> Dataset:
     return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["datumaro"])
 
 
-def _with(path: str, value: Any) -> dict[str, Any]:
-    """The sample with one value changed; ``...`` takes it out."""
-    content = copy.deepcopy(SAMPLE)
-    at: Any = content
-    *parents, last = [int(part) if part.isdigit() else part for part in path.split("/")]
-    for part in parents:
-        at = at[part]
-    if value is ...:
-        del at[last]
-    else:
-        at[last] = value
-    return content
-
-
 BOX = "items/0/annotations/0"
 
 
@@ -113,12 +101,7 @@ def test_there_and_back(tmp_path: Path) -> None:
         assert (again.occluded == track.occluded).all()
         assert (again.key == key_frames(track, 0.5, rounding=0.00005)).all()
         assert np.allclose(again.score, track.score, atol=1e-7, equal_nan=True)
-        assert (again.label, again.state, again.source, again.notes) == (
-            track.label,
-            track.state,
-            track.source,
-            track.notes,
-        )
+        assert words_of(again) == words_of(track)
 
 
 def test_a_file_for_each_subset(tmp_path: Path) -> None:
@@ -153,19 +136,19 @@ def test_marks_of_the_end_are_no_boxes(tmp_path: Path) -> None:
 
 
 def test_other_annotations_are_skipped(tmp_path: Path) -> None:
-    found = _read(tmp_path, _with(f"{BOX}/type", "polygon"))
+    found = _read(tmp_path, changed(SAMPLE, f"{BOX}/type", "polygon"))
     assert not tracks_of(found)
     assert found.skipped[0].what == "1 annotations"
 
 
 def test_boxes_without_a_track_are_tracks_of_their_own(tmp_path: Path) -> None:
-    content = _with(f"{BOX}/attributes", {})
+    content = changed(SAMPLE, f"{BOX}/attributes", {})
     content["items"][0]["annotations"].append(copy.deepcopy(content["items"][0]["annotations"][0]))
     assert len(tracks_of(_read(tmp_path, content))) == 2
 
 
 def test_pictures_of_another_size(tmp_path: Path) -> None:
-    content = _with("items/0/image/size", [180, 320])
+    content = changed(SAMPLE, "items/0/image/size", [180, 320])
     with pytest.raises(ImportFormatError, match="item 1: is about pictures of 320x180"):
         _read(tmp_path, content)
     assert tracks_of(_read(tmp_path, content, size="scale"))["datumaro-7"].boxes.tolist() == [[20, 20, 40, 44]]
@@ -176,24 +159,24 @@ def test_pictures_of_another_size(tmp_path: Path) -> None:
     [
         ("{", "line 1: is not JSON"),
         ("[]", "must be an object with a list of items"),
-        (_with("items", {}), "must be an object with a list of items"),
-        (_with("categories", {}), "has no categories.label.labels"),
-        (_with("items/0", 7), "item 1: must be an object"),
-        (_with("items/0/annotations", 7), "item 1: must be an object with a list"),
-        (_with(BOX, 7), "item 1, box 1: must be an object"),
-        (_with("items/0/attr/frame", 100), "item 1: frame 100 must be in 0 to 99"),
-        (_with("items/0/attr/frame", -1), "item 1: frame -1"),
-        (_with("items/0/attr/frame", [1]), "item 1: frame"),
-        (_with("items/0/image/size", "big"), "item 1: image.size must be"),
-        (_with(f"{BOX}/label_id", 1), "item 1, box 1: label_id 1 must be 0 to 0"),
-        (_with(f"{BOX}/label_id", None), "item 1, box 1: label_id None"),
-        (_with(f"{BOX}/bbox", [1, 2, 3]), "item 1, box 1: bbox must be four numbers"),
-        (_with(f"{BOX}/bbox", [1, 2, "3", 4]), "item 1, box 1: bbox must be four numbers"),
-        (_with(f"{BOX}/bbox", [True, 2, 3, 4]), "item 1, box 1: bbox must be four numbers"),
-        (_with(f"{BOX}/bbox", [1, 2, -3, 4]), "item 1, box 1: box .* positive width"),
-        (_with(f"{BOX}/bbox", [1, 2, 10**400, 4]), "item 1, box 1: bbox is too large"),
-        (_with(f"{BOX}/attributes/score", "high"), "item 1, box 1: score must be a number"),
-        (_with(f"{BOX}/attributes/score", 1.5), "item 1, box 1: score 1.5"),
+        (changed(SAMPLE, "items", {}), "must be an object with a list of items"),
+        (changed(SAMPLE, "categories", {}), "has no categories.label.labels"),
+        (changed(SAMPLE, "items/0", 7), "item 1: must be an object"),
+        (changed(SAMPLE, "items/0/annotations", 7), "item 1: must be an object with a list"),
+        (changed(SAMPLE, BOX, 7), "item 1, box 1: must be an object"),
+        (changed(SAMPLE, "items/0/attr/frame", 100), "item 1: frame 100 must be in 0 to 99"),
+        (changed(SAMPLE, "items/0/attr/frame", -1), "item 1: frame -1"),
+        (changed(SAMPLE, "items/0/attr/frame", [1]), "item 1: frame"),
+        (changed(SAMPLE, "items/0/image/size", "big"), "item 1: image.size must be"),
+        (changed(SAMPLE, f"{BOX}/label_id", 1), "item 1, box 1: label_id 1 must be 0 to 0"),
+        (changed(SAMPLE, f"{BOX}/label_id", None), "item 1, box 1: label_id None"),
+        (changed(SAMPLE, f"{BOX}/bbox", [1, 2, 3]), "item 1, box 1: bbox must be four numbers"),
+        (changed(SAMPLE, f"{BOX}/bbox", [1, 2, "3", 4]), "item 1, box 1: bbox must be four numbers"),
+        (changed(SAMPLE, f"{BOX}/bbox", [True, 2, 3, 4]), "item 1, box 1: bbox must be four numbers"),
+        (changed(SAMPLE, f"{BOX}/bbox", [1, 2, -3, 4]), "item 1, box 1: box .* positive width"),
+        (changed(SAMPLE, f"{BOX}/bbox", [1, 2, 10**400, 4]), "item 1, box 1: bbox is too large"),
+        (changed(SAMPLE, f"{BOX}/attributes/score", "high"), "item 1, box 1: score must be a number"),
+        (changed(SAMPLE, f"{BOX}/attributes/score", 1.5), "item 1, box 1: score 1.5"),
         (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[NaN, 1, 1, 1]"), "item 1, box 1: bbox must be four numbers"),
         (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[1e999, 1, 1, 1]"), "item 1, box 1: box .* finite"),
     ],
@@ -204,7 +187,7 @@ def test_what_is_refused(tmp_path: Path, content: Any, rule: str) -> None:
 
 
 def test_a_picture_without_a_frame_number(tmp_path: Path) -> None:
-    content = _with("items/0/id", "front")
+    content = changed(SAMPLE, "items/0/id", "front")
     assert tracks_of(_read(tmp_path, content))["datumaro-7"].frames.tolist() == [10]
     del content["items"][0]["attr"]
     assert tracks_of(_read(tmp_path, content))["datumaro-7"].frames.tolist() == [10], "by the path of its image"
@@ -223,23 +206,23 @@ def test_two_different_boxes_of_a_track_in_one_frame(tmp_path: Path) -> None:
 
 
 def test_turned_boxes_become_upright_with_a_sentence(tmp_path: Path) -> None:
-    content = _with(f"{BOX}/attributes/rotation", 90.0)
+    content = changed(SAMPLE, f"{BOX}/attributes/rotation", 90.0)
     content["items"][0]["annotations"][0]["bbox"] = [100, 100, 60, 20]
     found = _read(tmp_path, content)
     assert tracks_of(found)["datumaro-7"].boxes.tolist() == [pytest.approx([120, 80, 140, 140])]
     assert any(sentence.startswith("Turned boxes were replaced") for sentence in found.repaired)
     with pytest.raises(ImportFormatError, match="item 1, box 1: rotation must be a finite number"):
-        _read(tmp_path, _with(f"{BOX}/attributes/rotation", [1]))
+        _read(tmp_path, changed(SAMPLE, f"{BOX}/attributes/rotation", [1]))
 
 
 @pytest.mark.parametrize("track", [7.0, "7", "7.0"])
 def test_ids_that_went_through_pandas(tmp_path: Path, track: object) -> None:
-    content = _with(f"{BOX}/attributes/track_id", track)
+    content = changed(SAMPLE, f"{BOX}/attributes/track_id", track)
     content["items"][0]["annotations"][0]["label_id"] = 0.0
     content["items"][0]["attr"]["frame"] = 10.0
     assert tracks_of(_read(tmp_path, content))["datumaro-7"].frames.tolist() == [10]
     with pytest.raises(ImportFormatError, match="item 1, box 1: track_id must be a whole number"):
-        _read(tmp_path, _with(f"{BOX}/attributes/track_id", 11.5))
+        _read(tmp_path, changed(SAMPLE, f"{BOX}/attributes/track_id", 11.5))
 
 
 def test_files_of_older_versions_and_of_cvat_are_recognised(tmp_path: Path) -> None:

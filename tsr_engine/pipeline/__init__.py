@@ -16,7 +16,7 @@ from tsr_engine.pipeline.frame import FrameInput
 from tsr_engine.pipeline.replay_regions import replay_regions
 from tsr_engine.pipeline.results import ResultStream, TrackSummary
 from tsr_engine.pipeline.stored import RECOMPUTED, input_of, rebuild, rescored, start_core
-from tsr_engine.pipeline.threads import one_blas_thread
+from tsr_engine.pipeline.threads import one_blas_thread, one_opencv_thread
 from tsr_engine.pipeline.track_context import Models, OnlineLearner, OnlineMaker
 
 __all__ = [
@@ -40,6 +40,7 @@ __all__ = [
     "load_online",
     "load_other_shapes",
     "one_blas_thread",
+    "one_opencv_thread",
     "rebuild",
     "replay_regions",
     "rescored",

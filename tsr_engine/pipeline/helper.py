@@ -22,10 +22,10 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, Pipe
 from typing import Final, NoReturn
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.pipeline.threads import one_opencv_thread
 from tsr_engine.records import Detections, Picture
 
 __all__ = ["HELD", "Detect", "Detected", "Helper"]
@@ -93,17 +93,15 @@ class Helper:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """A block in which a fork is safe: without threads of OpenCV, and without signals for this thread."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
-    try:
-        with warnings.catch_warnings():
-            # Python 3.12 warns of every fork of a process with threads.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        cv2.setNumThreads(threads)
+    with one_opencv_thread():
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+        try:
+            with warnings.catch_warnings():
+                # Python 3.12 warns of every fork of a process with threads.
+                warnings.simplefilter("ignore", DeprecationWarning)
+                yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
 
 
 def _serve(talk: Connection, detect: Detect, pictures: NDArray[np.uint8]) -> NoReturn:

@@ -5,14 +5,27 @@ A run needs no such block: it multiplies with :mod:`tsr_engine.products`.
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 
+import cv2
 from threadpoolctl import threadpool_limits
 
-__all__ = ["one_blas_thread"]
+__all__ = ["one_blas_thread", "one_opencv_thread"]
 
 
 def one_blas_thread() -> AbstractContextManager[object]:
     """A block in which BLAS runs on one thread."""
     limits: AbstractContextManager[object] = threadpool_limits(limits=1, user_api="blas")
     return limits
+
+
+@contextmanager
+def one_opencv_thread() -> Iterator[None]:
+    """A block in which OpenCV runs on one thread."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)

@@ -88,7 +88,7 @@ export function createConflicts({ store, outbox, work, toast, enqueue, refresh }
     const { selected, docs } = store.get().review ?? { selected: null, docs: {} };
     const doc = selected === null ? undefined : docs[selected];
     if (!doc?.gone) return null;
-    store.dispatch((state) => select(state, doc.merged_into));
+    store.dispatch(select, doc.merged_into);
     return doc;
   }
 
@@ -103,7 +103,7 @@ export function createConflicts({ store, outbox, work, toast, enqueue, refresh }
       const bound = work.held;
       work.held = [];
       others = {};
-      store.dispatch((state) => hideBanner(state, 'conflict'));
+      store.dispatch(hideBanner, 'conflict');
       // what has come in the meantime counts too
       const { commands } = again ? planned(store.get().review ?? review, work.confirmed, bound, '') : { commands: [] };
       for (const command of commands) enqueue(command);

@@ -160,13 +160,11 @@ export function createEditor({
         if (work.run !== here) continue;
         if (isPassing(thrown)) {
           if (thrown.code !== 'offline') {
-            store.dispatch((state) =>
-              showBanner(state, {
-                id: 'saving',
-                tone: 'warning',
-                text: `${thrown.message} Your changes are kept in this page and sent again.`,
-              }),
-            );
+            store.dispatch(showBanner, {
+              id: 'saving',
+              tone: 'warning',
+              text: `${thrown.message} Your changes are kept in this page and sent again.`,
+            });
           }
           await rest(pauseAfter(tries++));
           continue;
@@ -283,7 +281,7 @@ export function createEditor({
       work.pending = before;
       work.line = agreed(work.line, annotation);
       work.ready = true;
-      store.dispatch((state) => changeReview(state, { seq: annotation.seq }));
+      store.dispatch(changeReview, { seq: annotation.seq });
       work.show();
       if (before.length)
         toast(

@@ -29,7 +29,7 @@ export function createReading({ store, api, work, author, rest, signal }) {
     // an answer may have overtaken this one
     if (annotation.seq >= (store.get().review?.seq ?? 0)) {
       work.line = agreed(work.line, annotation);
-      store.dispatch((state) => changeReview(state, { seq: annotation.seq }));
+      store.dispatch(changeReview, { seq: annotation.seq });
     }
     work.show();
   }

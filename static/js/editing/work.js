@@ -64,7 +64,7 @@ export function createWork(store, outbox) {
         (held) =>
         ({ op_id, command }) => ({ op_id, command: /** @type {Command} */ (command), held });
       const unsaved = [...work.held.map(entry(true)), ...work.pending.map(entry(false)), ...work.early.map(entry(false))];
-      store.dispatch((state) => changeReview(state, { docs, unsaved, undo: work.next('undo'), redo: work.next('redo') }));
+      store.dispatch(changeReview, { docs, unsaved, undo: work.next('undo'), redo: work.next('redo') });
     },
 
     /** @param {readonly TrackDoc[]} docs */
@@ -89,13 +89,11 @@ export function createWork(store, outbox) {
     /** @param {Pending} made */
     keep(made) {
       outbox.put(made).catch(() => {
-        store.dispatch((state) =>
-          showBanner(state, {
-            id: 'outbox',
-            tone: 'warning',
-            text: 'This browser cannot keep unsaved work (a private window, or a page of an older version beside this one?). Wait for "All saved" before you close the page.',
-          }),
-        );
+        store.dispatch(showBanner, {
+          id: 'outbox',
+          tone: 'warning',
+          text: 'This browser cannot keep unsaved work (a private window, or a page of an older version beside this one?). Wait for "All saved" before you close the page.',
+        });
       });
     },
 

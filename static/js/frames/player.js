@@ -138,7 +138,7 @@ export function createPlayer(
       const shot = await request;
       if (!ended && (wanted === frame || anyway())) {
         put(shot, passing);
-        store.dispatch((state) => hideBanner(state, 'picture'));
+        store.dispatch(hideBanner, 'picture');
       }
     } catch (thrown) {
       if (wanted !== frame || dropped(thrown)) return;
@@ -160,7 +160,7 @@ export function createPlayer(
 
   /** @param {Shot} shot @param {boolean} passing */
   function put(shot, passing) {
-    store.dispatch((state) => setShown(state, shot.frame));
+    store.dispatch(setShown, shot.frame);
     paint(shot, passing); // picture and layers together, hence after the state knows
   }
 
@@ -179,7 +179,7 @@ export function createPlayer(
     if (target > review.frame) {
       stalled = 0;
       tally = { frames: tally.frames + 1, late: tally.late + (timebase.frameAt(due) > target ? 1 : 0) };
-      store.dispatch((state) => seek(state, target));
+      store.dispatch(seek, target);
     }
     if (due - timebase.secondsAt(target) > SLACK + 1 / 25) {
       // too slow: go on from here rather than leap
@@ -189,7 +189,7 @@ export function createPlayer(
         cache.load(target + 1).catch((thrown) => dropped(thrown) || fail(target + 1, thrown));
       }
     }
-    if (target >= timebase.frames - 1) store.dispatch((state) => setPlaying(state, false));
+    if (target >= timebase.frames - 1) store.dispatch(setPlaying, false);
     handle = tick(beat);
   }
 

@@ -40,7 +40,7 @@ export function neighbour(state, direction) {
 /** @param {App} app @param {1|-1} direction */
 function cycle(app, direction) {
   const key = neighbour(app.store.get(), direction);
-  if (key !== null) app.store.dispatch((state) => select(state, key));
+  if (key !== null) app.store.dispatch(select, key);
 }
 
 const ARROWS = /** @type {const} */ ([
@@ -107,7 +107,7 @@ export const boxes = [
       const doc = review?.selected ? docOf(review, review.selected) : null;
       const class_id = review && doc ? labelOf(doc, (track) => engineClass(review, track)) : null;
       // the cursor stands in the later half, and what comes next (another class, a verdict) is meant for it
-      if (editSelected(app, { name: 'split', new_key, class_id })) app.store.dispatch((state) => select(state, new_key));
+      if (editSelected(app, { name: 'split', new_key, class_id })) app.store.dispatch(select, new_key);
     },
   }),
   operation({
@@ -189,7 +189,7 @@ export const boxes = [
       const key = review?.selected ?? '';
       const name = trackName(key, review?.docs[key]);
       if (!editSelected(app, { name: 'delete_track' })) return;
-      app.store.dispatch((state) => select(state, null));
+      app.store.dispatch(select, null);
       toast(`Track ${name} is deleted, with all its boxes.`, {
         topic: 'undo',
         action: { label: 'Undo', run: () => void app.editor.undo() },
@@ -203,7 +203,7 @@ export const boxes = [
     group: GROUP,
     tooltip: 'What was deleted, with a way back',
     disabled: (state) => (state.review && deletedTracks(state.review.docs).length ? null : 'No track is deleted.'),
-    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'deleted' })),
+    run: (app) => app.store.dispatch(openDialog, { kind: 'deleted' }),
   }),
   operation({
     id: 'next-track',

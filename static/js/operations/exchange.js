@@ -85,7 +85,7 @@ export const exchange = [
     icon: 'film',
     group: GROUP,
     disabled: needsRun,
-    run: (app) => app.store.dispatch((state) => toggleBeside(state, 'recording')),
+    run: (app) => app.store.dispatch(toggleBeside, 'recording'),
   }),
   operation({
     id: 'scene3d-view',
@@ -95,6 +95,6 @@ export const exchange = [
     icon: 'cube',
     group: GROUP,
     disabled: needsRun,
-    run: (app) => app.store.dispatch((state) => toggleBeside(state, 'scene3d')),
+    run: (app) => app.store.dispatch(toggleBeside, 'scene3d'),
   }),
 ];

@@ -127,7 +127,7 @@ export const following = [
     icon: 'previous',
     group: GROUP,
     available: isOpen,
-    run: (app) => app.store.dispatch((state) => cutFollowing(state, 'from')),
+    run: (app) => app.store.dispatch(cutFollowing, 'from'),
   }),
   operation({
     id: 'cut-after',
@@ -136,7 +136,7 @@ export const following = [
     icon: 'next',
     group: GROUP,
     available: isOpen,
-    run: (app) => app.store.dispatch((state) => cutFollowing(state, 'to')),
+    run: (app) => app.store.dispatch(cutFollowing, 'to'),
   }),
   operation({
     id: 'follow',

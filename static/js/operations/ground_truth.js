@@ -36,7 +36,7 @@ function takeBox(app) {
   if (chosen.on) {
     const { key } = chosen.on;
     putBox(app, key, review.frame, chosen.box);
-    app.store.dispatch((state) => select(state, key));
+    app.store.dispatch(select, key);
   } else {
     create(app, { key: newKey(), frame: review.frame, box: chosen.box }, chosen.class_id ?? NO_CLASS);
   }
@@ -69,7 +69,7 @@ export const groundTruth = [
     run: (app) => {
       const { review } = app.store.get();
       const sign = review && nextTruth(review);
-      if (sign !== null) app.store.dispatch((state) => selectTruth(state, sign));
+      if (sign !== null) app.store.dispatch(selectTruth, sign);
     },
   }),
   operation({

@@ -29,6 +29,6 @@ export const library = DIALOGS.map(([dialog, label, group, icon, tooltip]) =>
     group,
     tooltip,
     available,
-    run: (app) => app.store.dispatch((state) => openDialog(state, dialog)),
+    run: (app) => app.store.dispatch(openDialog, dialog),
   }),
 );

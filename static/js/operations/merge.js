@@ -77,17 +77,16 @@ export function merge(app, say = toast) {
   const { review } = app.store.get();
   if (!review) return;
   if (review.mode !== 'merge') {
-    app.store.dispatch((state) => setMode(state, 'merge'));
+    app.store.dispatch(setMode, 'merge');
     return;
   }
   const [key, ...others] = review.marked;
   if (key && others.length) {
-    if (sharedFrames(review, key, others).length > 0)
-      app.store.dispatch((state) => openDialog(state, { kind: 'merge', data: { marked: review.marked } }));
+    if (sharedFrames(review, key, others).length > 0) app.store.dispatch(openDialog, { kind: 'merge', data: { marked: review.marked } });
     else if (!mergeTracks(app, key, others)) app.store.dispatch((state) => select(setMode(state, 'select'), key));
   } else if (key) {
     say('Mark a second track first: click it in the picture, in the lanes or in the queue. Escape leaves the merge.');
   } else {
-    app.store.dispatch((state) => setMode(state, 'select'));
+    app.store.dispatch(setMode, 'select');
   }
 }

@@ -18,7 +18,7 @@ import { followingWork } from './team.js';
 const GROUP = 'Time';
 
 /** @param {App} app @param {number} by */
-const move = (app, by) => app.store.dispatch((state) => step(state, by));
+const move = (app, by) => app.store.dispatch(step, by);
 
 /** @param {App} app @param {number|null|undefined} frame */
 const go = (app, frame) => {

@@ -34,7 +34,7 @@ export const page = [
     group: GROUP,
     available: everywhere,
     tooltip: 'Find a command, a label, a track or a setting (Ctrl+K)',
-    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'palette' })),
+    run: (app) => app.store.dispatch(openDialog, { kind: 'palette' }),
   }),
   operation({
     id: 'help',
@@ -43,7 +43,7 @@ export const page = [
     icon: 'help',
     group: GROUP,
     available: everywhere,
-    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'help' })),
+    run: (app) => app.store.dispatch(openDialog, { kind: 'help' }),
   }),
   operation({
     id: 'preferences',
@@ -53,7 +53,7 @@ export const page = [
     group: GROUP,
     available: everywhere,
     tooltip: 'Preferences: your name, theme',
-    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'settings' })),
+    run: (app) => app.store.dispatch(openDialog, { kind: 'settings' }),
   }),
   ...THEMES.map(([theme, label, icon]) =>
     operation({
@@ -63,7 +63,7 @@ export const page = [
       icon,
       group: GROUP,
       available: everywhere,
-      run: (app) => app.store.dispatch((state) => setTheme(state, theme)),
+      run: (app) => app.store.dispatch(setTheme, theme),
     }),
   ),
   ...SCREENS.map(([screen, label, address]) =>

@@ -57,10 +57,10 @@ export function drawn(app, box, correct, say = toast) {
   if (!review) return;
   if (correct && review.selected) {
     putBox(app, review.selected, review.frame, box, undefined, say);
-    app.store.dispatch((state) => setMode(state, 'select'));
+    app.store.dispatch(setMode, 'select');
     return;
   }
-  app.store.dispatch((state) => askForClass(state, { key: newKey(), frame: review.frame, box }));
+  app.store.dispatch(askForClass, { key: newKey(), frame: review.frame, box });
 }
 
 /**
@@ -72,5 +72,5 @@ export function drawn(app, box, correct, say = toast) {
  */
 export function create(app, { key, frame, box }, class_id, label_key) {
   if (app.edit({ name: 'create_track', frame, key, box, class_id, ...(label_key !== undefined && { label_key }) }))
-    app.store.dispatch((state) => select(state, key));
+    app.store.dispatch(select, key);
 }

@@ -133,7 +133,7 @@ export const verdicts = [
     keys: ['Shift+A'],
     group: GROUP,
     disabled: needsRun,
-    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'bulk-review' })),
+    run: (app) => app.store.dispatch(openDialog, { kind: 'bulk-review' }),
   }),
   operation({
     id: 'relabel',
@@ -146,7 +146,7 @@ export const verdicts = [
     run: (app) => {
       const { review } = app.store.get();
       if (!review?.selected) return;
-      app.store.dispatch((state) => openDialog(state, { kind: 'relabel', data: { key: review.selected, frame: review.frame } }));
+      app.store.dispatch(openDialog, { kind: 'relabel', data: { key: review.selected, frame: review.frame } });
     },
   }),
   operation({
@@ -182,7 +182,7 @@ export const verdicts = [
     disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
-      app.store.dispatch((state) => openDialog(state, { kind: 'note', data: { key: review?.selected, frame: review?.frame } }));
+      app.store.dispatch(openDialog, { kind: 'note', data: { key: review?.selected, frame: review?.frame } });
     },
   }),
 ];

@@ -139,7 +139,7 @@ export const view = [
       keys: [layerKey(name)],
       group: 'Layers',
       tooltip: `Show or hide: ${LAYER_NAMES[name]} (${layerKey(name)})`,
-      run: (app) => app.store.dispatch((state) => switchLayer(state, name)),
+      run: (app) => app.store.dispatch(switchLayer, name),
     }),
   ),
   operation({
@@ -148,7 +148,7 @@ export const view = [
     keys: ['Shift+8'],
     group: 'Layers',
     disabled: needsRun,
-    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
+    run: (app) => app.store.dispatch(openDialog, { kind: 'second' }),
   }),
   operation({
     id: 'fit',
@@ -156,7 +156,7 @@ export const view = [
     keys: ['0'],
     icon: 'fit',
     group: 'Picture',
-    run: (app) => app.store.dispatch((state) => setViewport(state, { zoom: 0, x: 0, y: 0 })),
+    run: (app) => app.store.dispatch(setViewport, { zoom: 0, x: 0, y: 0 }),
   }),
   operation({
     id: 'actual-size',
@@ -209,7 +209,7 @@ export const view = [
       keys: [],
       group: 'Lanes',
       tooltip: hint,
-      run: (app) => app.store.dispatch((state) => changeLanesView(state, { folded: true, lane: id })),
+      run: (app) => app.store.dispatch(changeLanesView, { folded: true, lane: id }),
     }),
   ),
   operation({

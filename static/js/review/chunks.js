@@ -94,7 +94,7 @@ export function createChunks({ store, api }, requests, { truth, truthGone, again
       signal,
       () => api.overlays(run, first, last, { signal }),
       (found) => {
-        store.dispatch((state) => putOverlays(state, slot, found));
+        store.dispatch(putOverlays, slot, found);
         // where the run has not got to yet is asked again by `refresh`
         if (found.length) requests.came(name, found[0].frame);
       },
@@ -108,7 +108,7 @@ export function createChunks({ store, api }, requests, { truth, truthGone, again
       signal,
       () => api.truthBoxes(id, first, last, { signal }),
       (found) => {
-        store.dispatch((state) => putTruth(state, found, first, last));
+        store.dispatch(putTruth, found, first, last);
       },
       () => truthGone(id, signal),
     );

@@ -57,13 +57,11 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
     const over = begin();
     const fresh = newFollowing(asked);
     // what was cut off stays cut off; the old proposals stay in sight until new ones come
-    store.dispatch((state) =>
-      setFollowing(
-        state,
-        before?.key === asked.key
-          ? { ...fresh, from: before.from, to: before.to, proposals: { ...before.proposals, ...fresh.proposals } }
-          : fresh,
-      ),
+    store.dispatch(
+      setFollowing,
+      before?.key === asked.key
+        ? { ...fresh, from: before.from, to: before.to, proposals: { ...before.proposals, ...fresh.proposals } }
+        : fresh,
     );
     if (delay) await sleep(delay, over);
     if (over.aborted) return;
@@ -93,7 +91,7 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
       try {
         const answer = await api.follow(id, following.next, waiting ? WAIT : 0, { signal: over });
         if (over.aborted) return;
-        store.dispatch((state) => putFollowing(state, id, answer));
+        store.dispatch(putFollowing, id, answer);
       } catch (thrown) {
         if (over.aborted) return;
         if (!(thrown instanceof ApiError && thrown.passing)) return fail(thrown, over);
@@ -106,14 +104,14 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
   function fail(thrown, over) {
     if (over.aborted) return;
     begin();
-    store.dispatch((state) => setFollowing(state, null));
+    store.dispatch(setFollowing, null);
     toast(sentence(thrown), { tone: 'bad' });
   }
 
   function forget() {
     const id = now()?.id;
     begin();
-    store.dispatch((state) => setFollowing(state, null));
+    store.dispatch(setFollowing, null);
     if (id) void api.dropFollow(id).catch(() => {});
   }
 

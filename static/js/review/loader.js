@@ -88,7 +88,7 @@ export function createLoader(app, hooks) {
   function fail(thrown, signal) {
     // that the server cannot be reached is said already
     if (signal.aborted || isOffline(thrown) || (thrown instanceof ApiError && thrown.code === 'aborted')) return;
-    store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }));
+    store.dispatch(showBanner, { id: 'review', tone: 'error', text: sentence(thrown) });
   }
 
   /** @param {Extract<State['route'], {screen: 'review'}>} route */
@@ -148,7 +148,7 @@ export function createLoader(app, hooks) {
     const corrected = hooks.opened(run.id);
     if (run.state === 'queued' && run.frames_done === 0) return;
     const found = await tracksOf(run.id, signal);
-    if (found) store.dispatch((state) => putTracks(state, found));
+    if (found) store.dispatch(putTracks, found);
     const { route } = store.get();
     const toFirst = route.screen === 'review' && route.track === NEXT_TRACK;
     if (toFirst) void Promise.resolve(corrected).then(() => signal.aborted || hooks.first());
@@ -160,13 +160,11 @@ export function createLoader(app, hooks) {
     const found = await api.groundTruths(video, { signal });
     const shown = found.find(({ id }) => id === wantedTruth) ?? found[0];
     const next = shown?.id ?? null;
-    store.dispatch((state) =>
-      changeReview(state, {
-        truthId: shown?.id ?? null,
-        truthName: shown?.name ?? null,
-        ...(truth !== null && truth !== next ? { truth: {} } : {}),
-      }),
-    );
+    store.dispatch(changeReview, {
+      truthId: shown?.id ?? null,
+      truthName: shown?.name ?? null,
+      ...(truth !== null && truth !== next ? { truth: {} } : {}),
+    });
     truth = next;
     sync();
   }
@@ -181,7 +179,7 @@ export function createLoader(app, hooks) {
       () => api.track(run, track, { signal }),
       (found) => {
         requests.passed(name);
-        store.dispatch((state) => putLane(state, found));
+        store.dispatch(putLane, found);
       },
     );
   }
@@ -266,15 +264,13 @@ export function createLoader(app, hooks) {
     },
     showSecond(id, corrected = false) {
       requests.forget('secondOverlays/');
-      store.dispatch((state) =>
-        changeReview(state, (review) => ({
-          second: id,
-          secondOverlays: {},
-          secondTracks: null,
-          secondDocs: {},
-          layers: { ...review.layers, second: true },
-        })),
-      );
+      store.dispatch(changeReview, (review) => ({
+        second: id,
+        secondOverlays: {},
+        secondTracks: null,
+        secondDocs: {},
+        layers: { ...review.layers, second: true },
+      }));
       sync();
       if (!current || id === null) return;
       const signal = AbortSignal.any([current.signal, app.signal]);
@@ -289,9 +285,7 @@ export function createLoader(app, hooks) {
     showTruth(id) {
       wantedTruth = id;
       requests.forget('truth/');
-      store.dispatch((state) =>
-        changeReview(state, (review) => ({ truth: {}, layers: { ...review.layers, truth: id !== null || review.layers.truth } })),
-      );
+      store.dispatch(changeReview, (review) => ({ truth: {}, layers: { ...review.layers, truth: id !== null || review.layers.truth } }));
       const { review } = store.get();
       if (!review || !current) return;
       const signal = AbortSignal.any([current.signal, app.signal]);

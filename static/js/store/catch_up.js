@@ -56,7 +56,7 @@ export function createCatchUp(store) {
   return {
     receive(event) {
       for (const received of open) received.push(event);
-      store.dispatch((state) => afterEvent(state, event));
+      store.dispatch(afterEvent, event);
     },
     async load(ask, put) {
       /** @type {ServerEvent[]} */

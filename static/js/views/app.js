@@ -11,12 +11,12 @@ import * as actions from '../store/actions/review.js';
 
 /** @param {ViewApp} app @param {number} frame */
 export function seek(app, frame) {
-  app.store.dispatch((state) => actions.seek(state, frame));
+  app.store.dispatch(actions.seek, frame);
 }
 
 /** @param {ViewApp} app @param {string|null} key */
 export function select(app, key) {
-  app.store.dispatch((state) => actions.select(state, key));
+  app.store.dispatch(actions.select, key);
 }
 
 /**
@@ -29,28 +29,28 @@ export function select(app, key) {
 export function mark(app, key) {
   const { review } = app.store.get();
   if (review === null || modeOf(review).take === null) return false;
-  app.store.dispatch((state) => actions.take(state, key));
+  app.store.dispatch(actions.take, key);
   return true;
 }
 
 /** @param {ViewApp} app @param {{first: number, last: number}} span */
 export function show(app, span) {
-  app.store.dispatch((state) => actions.showSpan(state, span));
+  app.store.dispatch(actions.showSpan, span);
 }
 
 /** @param {ViewApp} app @param {number|null} tau */
 export function setTau(app, tau) {
-  app.store.dispatch((state) => actions.dragTau(state, tau));
+  app.store.dispatch(actions.dragTau, tau);
 }
 
 /** @param {ViewApp} app @param {Partial<import('../state-types.js').QueueFilter>} change */
 export function filter(app, change) {
-  app.store.dispatch((state) => actions.changeFilter(state, change));
+  app.store.dispatch(actions.changeFilter, change);
 }
 
 /** @param {ViewApp} app @param {import('../state-types.js').Dialog} dialog */
 export function dialog(app, dialog) {
-  app.store.dispatch((state) => openDialog(state, dialog));
+  app.store.dispatch(openDialog, dialog);
 }
 
 /**

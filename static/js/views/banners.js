@@ -13,7 +13,7 @@ import { putAway } from '../core/preferences.js';
  * @returns {import('../page-types.js').View}
  */
 export function createBanners(app) {
-  const element = h('section', { class: 'banners', 'aria-label': 'Warnings', hidden: true });
+  const element = h('section.banners', { 'aria-label': 'Warnings', hidden: true });
   /** @type {readonly Banner[]|null} */
   let shown = null;
 
@@ -24,22 +24,15 @@ export function createBanners(app) {
       'div',
       { class: `banner banner-${banner.tone}`, role: banner.tone === 'info' ? 'status' : 'alert' },
       icon(banner.id === 'offline' ? 'offline' : banner.tone === 'info' ? 'info' : 'alert'),
-      h('span', { class: 'banner-text grow' }),
-      operation &&
-        h(
-          'button',
-          { class: 'btn btn-small', type: 'button', title: operation.tooltip, onclick: () => operation.run(app) },
-          banner.action?.label,
-        ),
+      h('span.banner-text.grow'),
+      operation && h('button.btn.btn-small', { title: operation.tooltip, onclick: () => operation.run(app) }, banner.action?.label),
       h(
-        'button',
+        'button.btn.btn-quiet.btn-icon.btn-small',
         {
-          class: 'btn btn-quiet btn-icon btn-small',
-          type: 'button',
           'aria-label': 'Hide this warning',
           onclick: () => {
             if (banner.once) putAway(banner.once);
-            app.store.dispatch((state) => hideBanner(state, banner.id));
+            app.store.dispatch(hideBanner, banner.id);
           },
         },
         icon('close'),

@@ -25,37 +25,27 @@ const KINDS = {
  * @returns {View}
  */
 export function createBeside(app, resize) {
-  const title = h('h2', { class: 'beside-title truncate' });
+  const title = h('h2.beside-title.truncate');
   const grow = h(
-    'button',
-    {
-      class: 'btn btn-quiet btn-icon btn-small',
-      type: 'button',
-      'aria-pressed': 'false',
-      'aria-label': 'Over the whole screen',
-      title: 'Over the whole screen',
-      onclick: () => enlarge(!large),
-    },
+    'button.btn.btn-quiet.btn-icon.btn-small',
+    { 'aria-pressed': 'false', 'aria-label': 'Over the whole screen', title: 'Over the whole screen', onclick: () => enlarge(!large) },
     icon('fit'),
   );
-  const place = h('div', { class: 'beside-body' });
+  const place = h('div.beside-body');
   const element = h(
-    'section',
-    { class: 'beside', 'aria-label': 'Beside the picture', hidden: true },
+    'section.beside',
+    { 'aria-label': 'Beside the picture', hidden: true },
     h(
-      'header',
-      { class: 'beside-head' },
+      'header.beside-head',
       title,
-      h('span', { class: 'grow' }),
+      h('span.grow'),
       grow,
       h(
-        'button',
+        'button.btn.btn-quiet.btn-icon.btn-small',
         {
-          class: 'btn btn-quiet btn-icon btn-small',
-          type: 'button',
           'aria-label': 'Close this view',
           title: 'Close this view',
-          onclick: () => app.store.dispatch((state) => changeReview(state, { beside: null })),
+          onclick: () => app.store.dispatch(changeReview, { beside: null }),
         },
         icon('close'),
       ),

@@ -60,35 +60,32 @@ export function createConfusion(found, labels, show) {
     const picture = labelFor(labels, id)?.picture;
     const words = id === null ? none : (found.confusion.words?.[String(id)] ?? className(labels, id));
     return h(
-      'span',
-      { class: 'matrix-head', title: words },
+      'span.matrix-head',
+      { title: words },
       picture && pictureThatMayMiss({ src: picture, width: 24, height: 24 }),
-      h('span', { class: 'truncate' }, words),
+      h('span.truncate', words),
     );
   };
   /** @param {Cell} entry */
   const tone = (entry) => (entry.reference === entry.candidate ? 'right' : 'wrong');
   return h(
-    'section',
-    { class: 'compare-confusion', 'aria-labelledby': 'confusion-title' },
+    'section.compare-confusion',
+    { 'aria-labelledby': 'confusion-title' },
     h('h2', { id: 'confusion-title' }, 'Confusion of labels'),
     rows.length === 0
-      ? h('p', { class: 'muted' }, 'No boxes to compare in these frames.')
+      ? h('p.muted', 'No boxes to compare in these frames.')
       : h(
-          'div',
-          { class: 'matrix-frame', role: 'region', 'aria-labelledby': 'confusion-title', tabIndex: 0 },
+          'div.matrix-frame',
+          { role: 'region', 'aria-labelledby': 'confusion-title', tabIndex: 0 },
           h(
-            'table',
-            { class: 'matrix' },
-            h('caption', { class: 'muted small' }, 'Rows: the reference. Columns: what the candidate says. Numbers: boxes.'),
-            h('thead', null, h('tr', null, h('td'), ...columns.map((id) => h('th', { scope: 'col' }, head(id, 'missed'))))),
+            'table.matrix',
+            h('caption.muted.small', 'Rows: the reference. Columns: what the candidate says. Numbers: boxes.'),
+            h('thead', h('tr', h('td'), ...columns.map((id) => h('th', { scope: 'col' }, head(id, 'missed'))))),
             h(
               'tbody',
-              null,
               ...rows.map((row) =>
                 h(
                   'tr',
-                  null,
                   h('th', { scope: 'row' }, head(row, 'nothing there')),
                   ...columns.map((column) => {
                     const entry = cell(row, column);
@@ -105,7 +102,6 @@ export function createConfusion(found, labels, show) {
                       h(
                         'button',
                         {
-                          type: 'button',
                           title: `${says}: ${plural(entry.count, 'box', 'boxes')}`,
                           'aria-label': `${says}: ${plural(entry.count, 'box', 'boxes')}`,
                           onclick: () =>

@@ -93,26 +93,23 @@ export const FIGURES = {
 export function createFigures(found, show) {
   const known = Object.keys(FIGURES).filter((name) => found.figures[name]);
   return h(
-    'section',
-    { class: 'compare-figures', 'aria-labelledby': 'figures-title' },
+    'section.compare-figures',
+    { 'aria-labelledby': 'figures-title' },
     h('h2', { id: 'figures-title' }, 'Figures'),
     h(
-      'table',
-      { class: 'table figures-table' },
+      'table.table.figures-table',
       h(
         'thead',
-        null,
         h(
           'tr',
-          null,
           h('th', { scope: 'col' }, 'Figure'),
-          h('th', { scope: 'col', class: 'number' }, 'Value'),
-          h('th', { scope: 'col' }, h('span', { class: 'visually-hidden' }, 'Bar')),
-          h('th', { scope: 'col', class: 'number' }, 'Of'),
+          h('th.number', { scope: 'col' }, 'Value'),
+          h('th', { scope: 'col' }, h('span.visually-hidden', 'Bar')),
+          h('th.number', { scope: 'col' }, 'Of'),
           h('th', { scope: 'col' }, 'Behind it'),
         ),
       ),
-      h('tbody', null, ...known.map((name) => row(name, found.figures[name], show))),
+      h('tbody', ...known.map((name) => row(name, found.figures[name], show))),
     ),
   );
 }
@@ -131,10 +128,8 @@ function row(name, value, show) {
   const number = (text) =>
     value.places > 0 && text
       ? h(
-          'button',
+          'button.figure-open',
           {
-            class: 'figure-open',
-            type: 'button',
             title: `${places}: ${plural(value.places, 'place')}`,
             'aria-label': `${label} ${text}: ${places.toLowerCase()}`,
             onclick: open,
@@ -144,34 +139,19 @@ function row(name, value, show) {
       : text;
   return h(
     'tr',
-    null,
-    h(
-      'th',
-      { scope: 'row' },
-      h(
-        'div',
-        { class: 'stack figure-name' },
-        h('span', { class: 'figure-label' }, label),
-        h('span', { class: 'figure-text muted small' }, text),
-      ),
-    ),
-    h('td', { class: 'number figure-value' }, number(shown)),
+    h('th', { scope: 'row' }, h('div.stack.figure-name', h('span.figure-label', label), h('span.figure-text.muted.small', text))),
+    h('td.number.figure-value', number(shown)),
+    h('td.figure-bar', share && value.value !== null && h('span.meter', { style: { '--part': `${value.value * 100}%` } }, h('span'))),
+    h('td.number.muted.small.figure-of', number(of)),
     h(
       'td',
-      { class: 'figure-bar' },
-      share && value.value !== null && h('span', { class: 'meter', style: { '--part': `${value.value * 100}%` } }, h('span')),
-    ),
-    h('td', { class: 'number muted small figure-of' }, number(of)),
-    h(
-      'td',
-      null,
       value.places > 0
         ? h(
-            'button',
-            { class: 'btn btn-small', type: 'button', 'aria-label': `${places}: ${plural(value.places, 'place')}`, onclick: open },
+            'button.btn.btn-small',
+            { 'aria-label': `${places}: ${plural(value.places, 'place')}`, onclick: open },
             plural(value.places, 'place'),
           )
-        : h('span', { class: 'muted small' }, 'none'),
+        : h('span.muted.small', 'none'),
     ),
   );
 }

@@ -95,15 +95,14 @@ function signAt({ side: own, tracks, pairs }, side, at) {
  * @returns {{element: HTMLElement, show: (places: Places) => void}}
  */
 export function createPlaces(app, found, labels, changed) {
-  const element = h('aside', { class: 'compare-places', 'aria-label': 'Places behind a number', tabIndex: -1 });
+  const element = h('aside.compare-places', { 'aria-label': 'Places behind a number', tabIndex: -1 });
   fill(
     element,
     h(
-      'div',
-      { class: 'empty' },
+      'div.empty',
       icon('select'),
-      h('h2', null, 'Places'),
-      h('p', null, 'Choose a number: the frames behind it are listed here, and each opens in the review.'),
+      h('h2', 'Places'),
+      h('p', 'Choose a number: the frames behind it are listed here, and each opens in the review.'),
     ),
   );
 
@@ -125,12 +124,10 @@ export function createPlaces(app, found, labels, changed) {
       const region = cropRegion(both, found);
       const open = () => openOver(app, run, view, { frame, box: enclosing(both), sign });
       return h(
-        'li',
-        { class: 'place-row' },
+        'li.place-row',
         h(
-          'a',
+          'a.place',
           {
-            class: 'place',
             onclick: open,
             href: formatRoute({
               screen: 'review',
@@ -142,29 +139,21 @@ export function createPlaces(app, found, labels, changed) {
           },
           crop(frame, region, side, pair),
           h(
-            'span',
-            { class: 'stack place-text' },
+            'span.stack.place-text',
             h(
-              'span',
-              { class: 'row' },
-              h(
-                'span',
-                { class: 'place-frames' },
-                lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`,
-              ),
-              errors && h('span', { class: 'place-error', title: 'Error of this box' }, errors[at].toFixed(3)),
+              'span.row',
+              h('span.place-frames', lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`),
+              errors && h('span.place-error', { title: 'Error of this box' }, errors[at].toFixed(3)),
             ),
-            h('span', { class: 'small' }, pairWords(found, side, pair, labels)),
-            h('span', { class: 'muted small truncate' }, sides(found, shown, view, at)),
+            h('span.small', pairWords(found, side, pair, labels)),
+            h('span.muted.small.truncate', sides(found, shown, view, at)),
           ),
           icon('forward'),
         ),
         sign !== null &&
           h(
-            'button',
+            'button.btn.btn-small',
             {
-              class: 'btn btn-small',
-              type: 'button',
               title: `Take sign ${sign} of the ground truth over: all its boxes and its label`,
               'aria-label': `Take over sign ${sign} at frame ${count(frame)}`,
               onclick: () => take([sign]),
@@ -176,31 +165,20 @@ export function createPlaces(app, found, labels, changed) {
     fill(
       element,
       h(
-        'div',
-        { class: 'compare-places-head row' },
+        'div.compare-places-head.row',
         h(
-          'div',
-          { class: 'stack grow' },
+          'div.stack.grow',
           h('h2', { tabIndex: -1 }, title),
-          h(
-            'span',
-            { class: 'muted small' },
-            frames.length < places ? `the first ${count(frames.length)} of ${count(places)}` : plural(places, 'place'),
-          ),
+          h('span.muted.small', frames.length < places ? `the first ${count(frames.length)} of ${count(places)}` : plural(places, 'place')),
         ),
         signs.length > 1 &&
           h(
-            'button',
-            {
-              class: 'btn btn-small',
-              type: 'button',
-              title: 'Take the signs of all these places over, in one step that one undo takes back',
-              onclick: () => take(signs),
-            },
+            'button.btn.btn-small',
+            { title: 'Take the signs of all these places over, in one step that one undo takes back', onclick: () => take(signs) },
             `Take over ${plural(signs.length, 'sign')}`,
           ),
       ),
-      h('ol', { class: 'places-list' }, ...frames.map((_, at) => row(at))),
+      h('ol.places-list', ...frames.map((_, at) => row(at))),
     );
     element.querySelector('h2')?.focus();
   }
@@ -216,8 +194,7 @@ export function createPlaces(app, found, labels, changed) {
     /** @param {import('../types.js').Box} one @param {'reference'|'candidate'} whose */
     const frameOf = (one, whose) => h('span', { class: `place-box place-box-${whose}`, style: placeIn(one, region) });
     return h(
-      'span',
-      { class: 'place-crop' },
+      'span.place-crop',
       pictureThatMayMiss({
         src: app.api.framePartUrl(found.video_id, frame, region, CROP * 2),
         width: CROP,

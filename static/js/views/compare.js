@@ -28,8 +28,8 @@ const KINDS = /** @type {Record<string, string>} */ ({ run: 'Run', annotation: '
 export function createCompare(app) {
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const content = h('div', { class: 'compare-content' });
-  const element = h('div', { class: 'compare' }, content);
+  const content = h('div.compare-content');
+  const element = h('div.compare', content);
   /** @type {AbortController|null} */
   let under = null;
   let key = '';
@@ -43,7 +43,7 @@ export function createCompare(app) {
     under = own;
     const both = AbortSignal.any([own.signal, signal]);
     content.replaceChildren(
-      h('h1', { class: 'visually-hidden' }, 'Compare'),
+      h('h1.visually-hidden', 'Compare'),
       waiting('The two are compared', { retry: () => load(a, b), signal: both, after: 20_000 }),
     );
     try {
@@ -61,8 +61,8 @@ export function createCompare(app) {
     } catch (thrown) {
       if (both.aborted) return;
       content.replaceChildren(
-        h('h1', { class: 'visually-hidden' }, 'Compare'),
-        failure('This comparison is not possible', thrown, () => load(a, b), h('a', { class: 'btn', href: '#/' }, 'Go to the library')),
+        h('h1.visually-hidden', 'Compare'),
+        failure('This comparison is not possible', thrown, () => load(a, b), h('a.btn', { href: '#/' }, 'Go to the library')),
       );
     }
   }
@@ -86,34 +86,28 @@ export function createCompare(app) {
     fill(
       content,
       h(
-        'header',
-        { class: 'compare-head' },
-        h('h1', null, 'Compare'),
-        video && h('span', { class: 'muted' }, `${video.name}, frames ${count(found.first)} to ${count(found.last)}`),
-        h('span', { class: 'grow' }),
+        'header.compare-head',
+        h('h1', 'Compare'),
+        video && h('span.muted', `${video.name}, frames ${count(found.first)} to ${count(found.last)}`),
+        h('span.grow'),
         h(
-          'button',
+          'button.btn',
           {
-            class: 'btn',
-            type: 'button',
             onclick: () =>
-              app.store.dispatch((state) =>
-                openDialog(state, {
-                  kind: 'compare',
-                  data: { video: found.video_id, run: runOf(b) ?? runOf(a), reference: a, candidate: b },
-                }),
-              ),
+              app.store.dispatch(openDialog, {
+                kind: 'compare',
+                data: { video: found.video_id, run: runOf(b) ?? runOf(a), reference: a, candidate: b },
+              }),
           },
           icon('settings'),
           'Choose others',
         ),
-        h('a', { class: 'btn', href: `#/compare?a=${encodeURIComponent(b)}&b=${encodeURIComponent(a)}` }, icon('refresh'), 'Swap'),
+        h('a.btn', { href: `#/compare?a=${encodeURIComponent(b)}&b=${encodeURIComponent(a)}` }, icon('refresh'), 'Swap'),
       ),
-      h('div', { class: 'compare-sides' }, cards[0], h('span', { class: 'compare-against muted' }, 'against'), cards[1]),
+      h('div.compare-sides', cards[0], h('span.compare-against.muted', 'against'), cards[1]),
       h(
-        'div',
-        { class: 'compare-columns' },
-        h('div', { class: 'compare-numbers' }, createFigures(found, choose), createConfusion(found, labels, choose)),
+        'div.compare-columns',
+        h('div.compare-numbers', createFigures(found, choose), createConfusion(found, labels, choose)),
         places.element,
       ),
     );
@@ -160,12 +154,12 @@ function runOf(side) {
  */
 function sideCard(role, side) {
   return h(
-    'section',
-    { class: 'compare-side', 'aria-label': role },
-    h('span', { class: 'muted small' }, `${role} · ${KINDS[side.kind] ?? side.kind}`),
-    h('strong', { class: 'truncate', title: side.name }, side.name),
-    h('span', { class: 'muted small' }, `${plural(side.tracks, 'track')}, ${plural(side.boxes, 'box', 'boxes')}`),
-    h('span', { class: 'side-models muted small', hidden: true }),
-    h('span', { class: 'side-inexact field-warning' }),
+    'section.compare-side',
+    { 'aria-label': role },
+    h('span.muted.small', `${role} · ${KINDS[side.kind] ?? side.kind}`),
+    h('strong.truncate', { title: side.name }, side.name),
+    h('span.muted.small', `${plural(side.tracks, 'track')}, ${plural(side.boxes, 'box', 'boxes')}`),
+    h('span.side-models.muted.small', { hidden: true }),
+    h('span.side-inexact.field-warning'),
   );
 }

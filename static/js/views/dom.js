@@ -11,35 +11,52 @@ const SVG = 'http://www.w3.org/2000/svg';
 const PROPERTIES = new Set(['value', 'checked', 'disabled', 'indeterminate', 'selected', 'readOnly', 'tabIndex']);
 
 /**
- * An HTML element.
- *
- * @template {keyof HTMLElementTagNameMap} K
- * @param {K} tag
- * @param {Props|null} [props]   `class`, `dataset: {}`, `style: {'--part': '3%'}`, `onclick: listener`, and attributes;
- *   `true` is an empty attribute; `false`, null and undefined leave it out
- * @param {...Children} children strings become text; null, undefined and false are left out
- * @returns {HTMLElementTagNameMap[K]}
+ * @template Tags
+ * @template {string} S
+ * @typedef {S extends keyof Tags ? Tags[S] : S extends `${infer K}.${string}` ? (K extends keyof Tags ? Tags[K] : never) : never} ElementOf
  */
-export function h(tag, props, ...children) {
+
+/**
+ * An HTML element: `h('p.muted', { title: 'of all' }, 'None')`.
+ *
+ * @template {keyof HTMLElementTagNameMap | `${keyof HTMLElementTagNameMap}.${string}`} S
+ * @param {S} selector   tag and classes
+ * @param {...(Props|Children)} rest   properties, if any: `dataset: {}`, `style: {'--part': '3%'}`, `onclick: listener`,
+ *   and attributes, `true` an empty one, `false`, null and undefined none; then children: strings become text; null,
+ *   undefined and false are left out
+ * @returns {ElementOf<HTMLElementTagNameMap, S>}
+ */
+export function h(selector, ...rest) {
+  const [tag, ...classes] = selector.split('.');
   const element = document.createElement(tag);
-  setProps(element, props ?? {});
-  append(element, children);
-  return element;
+  if (tag === 'button') element.setAttribute('type', 'button');
+  return /** @type {ElementOf<HTMLElementTagNameMap, S>} */ (furnish(element, classes, rest));
 }
 
 /**
  * An SVG element; like `h`.
  *
- * @template {keyof SVGElementTagNameMap} K
- * @param {K} tag
- * @param {Props|null} [props]
- * @param {...Children} children
- * @returns {SVGElementTagNameMap[K]}
+ * @template {keyof SVGElementTagNameMap | `${keyof SVGElementTagNameMap}.${string}`} S
+ * @param {S} selector
+ * @param {...(Props|Children)} rest
+ * @returns {ElementOf<SVGElementTagNameMap, S>}
  */
-export function s(tag, props, ...children) {
-  const element = document.createElementNS(SVG, tag);
-  setProps(element, props ?? {});
-  append(element, children);
+export function s(selector, ...rest) {
+  const [tag, ...classes] = selector.split('.');
+  return /** @type {ElementOf<SVGElementTagNameMap, S>} */ (furnish(document.createElementNS(SVG, tag), classes, rest));
+}
+
+/**
+ * @param {Element} element
+ * @param {string[]} classes
+ * @param {(Props|Children)[]} rest
+ */
+function furnish(element, classes, rest) {
+  if (classes.length > 0) element.setAttribute('class', classes.join(' '));
+  const [first] = rest;
+  const props = first && Object.getPrototypeOf(first) === Object.prototype ? /** @type {Props} */ (rest.shift()) : {};
+  setProps(element, props);
+  append(element, /** @type {Children[]} */ (rest));
   return element;
 }
 

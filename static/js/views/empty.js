@@ -17,9 +17,9 @@ export function emptyState({ icon: name = 'info', title, text, actions = [], err
     'div',
     { class: error ? 'empty empty-error' : 'empty', role: error ? 'alert' : null },
     icon(name),
-    h('h2', null, title),
-    text && h('p', null, text),
-    actions.length > 0 && h('div', { class: 'empty-actions' }, ...actions),
+    h('h2', title),
+    text && h('p', text),
+    actions.length > 0 && h('div.empty-actions', ...actions),
   );
 }
 
@@ -38,8 +38,7 @@ export const failure = (title, thrown, retry, ...actions) =>
     title,
     text: typeof thrown === 'string' ? thrown : sentence(thrown),
     actions: [
-      retry !== undefined &&
-        h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void retry() }, icon('refresh'), 'Try again'),
+      retry !== undefined && h('button.btn.btn-primary', { onclick: () => void retry() }, icon('refresh'), 'Try again'),
       ...actions,
     ],
   });
@@ -52,25 +51,18 @@ export const failure = (title, thrown, retry, ...actions) =>
  * @returns {HTMLElement}
  */
 export function waiting(what, { retry, signal, after = LONG } = {}) {
-  const element = h(
-    'div',
-    { class: 'empty', role: 'status' },
-    h('p', null, `${what} …`),
-    h('span', { class: 'meter meter-waiting empty-meter' }, h('span')),
-  );
+  const element = h('div.empty', { role: 'status' }, h('p', `${what} …`), h('span.meter.meter-waiting.empty-meter', h('span')));
   const timer = setTimeout(() => {
     if (!element.isConnected) return;
     fill(
       element,
       icon('alert'),
-      h('h2', null, 'This takes longer than it should'),
+      h('h2', 'This takes longer than it should'),
       h(
         'p',
-        null,
         `${what}, but the server has not answered yet. It may be busy with a run, or it has stopped: look at the terminal where it was started.`,
       ),
-      retry &&
-        h('div', { class: 'empty-actions' }, h('button', { class: 'btn', type: 'button', onclick: retry }, icon('refresh'), 'Try again')),
+      retry && h('div.empty-actions', h('button.btn', { onclick: retry }, icon('refresh'), 'Try again')),
     );
   }, after);
   signal?.addEventListener('abort', () => clearTimeout(timer), { once: true });

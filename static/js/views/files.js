@@ -22,9 +22,8 @@ export function createFiles(app) {
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
   const kind = h(
-    'select',
+    'select.select',
     {
-      class: 'select',
       'aria-label': 'Kind of file',
       onchange: () => {
         remember('files.kind', kind.value);
@@ -36,31 +35,19 @@ export function createFiles(app) {
   );
   kind.value = recall('files.kind') ?? '';
   if (kind.selectedIndex < 0) kind.value = '';
-  const total = h('span', { class: 'muted' });
-  const list = h('ul', { class: 'made-list', 'aria-label': 'Files' });
-  const notice = h('div', { class: 'library-notice' }, waiting('The files are listed', { retry: load, signal }));
+  const total = h('span.muted');
+  const list = h('ul.made-list', { 'aria-label': 'Files' });
+  const notice = h('div.library-notice', waiting('The files are listed', { retry: load, signal }));
   const element = h(
-    'div',
-    { class: 'library' },
+    'div.library',
     h(
-      'div',
-      { class: 'library-inner page-inner' },
+      'div.library-inner.page-inner',
       pageHead(
         'Files',
         total,
         kind,
-        h(
-          'button',
-          { class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'import-bundle' })) },
-          icon('bug'),
-          'Open bug bundle',
-        ),
-        h(
-          'button',
-          { class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })) },
-          icon('export'),
-          'Export',
-        ),
+        h('button.btn', { onclick: () => store.dispatch(openDialog, { kind: 'import-bundle' }) }, icon('bug'), 'Open bug bundle'),
+        h('button.btn', { onclick: () => store.dispatch(openDialog, { kind: 'export' }) }, icon('export'), 'Export'),
       ),
       notice,
       list,
@@ -120,8 +107,8 @@ export function createFiles(app) {
           text: 'Exports, recordings, bug bundles and 3-D pages that you make are listed here, to be downloaded or deleted.',
           actions: [
             h(
-              'button',
-              { class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })) },
+              'button.btn.btn-primary',
+              { onclick: () => store.dispatch(openDialog, { kind: 'export' }) },
               icon('export'),
               'Export annotations',
             ),

@@ -14,11 +14,10 @@ import { h } from './dom.js';
  */
 export const pageHead = (title, beside, ...controls) =>
   h(
-    'div',
-    { class: 'library-head' },
+    'div.library-head',
     h('h1', { dir: 'auto' }, title),
-    typeof beside === 'string' ? h('span', { class: 'muted' }, beside) : beside,
-    controls.length > 0 && h('div', { class: 'grow' }),
+    typeof beside === 'string' ? h('span.muted', beside) : beside,
+    controls.length > 0 && h('div.grow'),
     ...controls,
   );
 
@@ -31,11 +30,9 @@ export const pageHead = (title, beside, ...controls) =>
 export const tableHead = (words, numbers = []) =>
   h(
     'thead',
-    null,
     h(
       'tr',
-      null,
       ...words.map((name) => name !== false && h('th', { scope: 'col' }, name)),
-      ...numbers.map((name) => name !== false && h('th', { scope: 'col', class: 'number' }, name)),
+      ...numbers.map((name) => name !== false && h('th.number', { scope: 'col' }, name)),
     ),
   );

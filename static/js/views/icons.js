@@ -96,7 +96,7 @@ const PATHS = /** @type {const} */ ({
  * @returns {SVGSVGElement} decoration: hidden from screen readers
  */
 export function icon(name) {
-  return s('svg', { class: 'icon', viewBox: '0 0 16 16', 'aria-hidden': 'true', focusable: 'false' }, s('path', { d: PATHS[name] }));
+  return s('svg.icon', { viewBox: '0 0 16 16', 'aria-hidden': 'true', focusable: 'false' }, s('path', { d: PATHS[name] }));
 }
 
 /**

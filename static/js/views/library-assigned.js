@@ -11,7 +11,7 @@ import { icon } from './icons.js';
  * @param {string} id   of the video
  */
 export function createAssigned(app, id) {
-  const element = h('div', { class: 'card-assigned small', hidden: true });
+  const element = h('div.card-assigned.small', { hidden: true });
   let shown = '';
   return {
     element,
@@ -35,17 +35,15 @@ export function createAssigned(app, id) {
               `${one.person}: ${STATES[one.state]}`,
             ),
           ),
-        mine.length > 3 && h('span', { class: 'muted' }, `and ${mine.length - 3} more`),
-        h('span', { class: 'grow' }),
+        mine.length > 3 && h('span.muted', `and ${mine.length - 3} more`),
+        h('span.grow'),
         gives &&
           h(
-            'button',
+            'button.btn.btn-quiet.btn-small',
             {
-              class: 'btn btn-quiet btn-small',
-              type: 'button',
               'aria-label': `Assign ${video.name}`,
               title: 'Give this video, or some frames of it, to somebody …',
-              onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'assign', data: { video: id } })),
+              onclick: () => app.store.dispatch(openDialog, { kind: 'assign', data: { video: id } }),
             },
             icon('person'),
             'Assign',

@@ -12,6 +12,7 @@ import { fill, h, setText } from './dom.js';
 import { acceptDrops } from './drops.js';
 import { bytes, clock, count, figure, plural } from '../model/format.js';
 import { icon } from './icons.js';
+import { createMeter, setMeter } from './meter.js';
 import { runProgress } from '../model/run_words.js';
 import { toast } from '../core/toast.js';
 
@@ -26,8 +27,7 @@ import { toast } from '../core/toast.js';
  * @returns {{element: HTMLElement, show: (video: Video, runs: Run[]|undefined, chosen: boolean) => void}}
  */
 export function createCard(app, first, choose) {
-  const picture = h('img', {
-    class: 'card-picture',
+  const picture = h('img.card-picture', {
     alt: '',
     loading: 'lazy',
     width: 320,
@@ -37,27 +37,23 @@ export function createCard(app, first, choose) {
       picture.hidden = true;
     },
   });
-  const length = h('span', { class: 'card-length' });
-  const title = h('h2', { class: 'card-title truncate', id: `video-${first.id.slice(0, 12)}` });
-  const facts = h('p', { class: 'card-facts muted small' });
-  const state = h('div', { class: 'card-state' });
-  const actions = h('div', { class: 'card-actions' });
+  const length = h('span.card-length');
+  const title = h('h2.card-title.truncate', { id: `video-${first.id.slice(0, 12)}` });
+  const facts = h('p.card-facts.muted.small');
+  const state = h('div.card-state');
+  const actions = h('div.card-actions');
   const box = h('input', { type: 'checkbox', onclick: (/** @type {MouseEvent} */ event) => choose(box.checked, event.shiftKey) });
-  const choice = h(
-    'label',
-    { class: 'card-choice', title: 'Choose, to run the engine on several. With Shift: all from the one before' },
-    box,
-  );
+  const choice = h('label.card-choice', { title: 'Choose, to run the engine on several. With Shift: all from the one before' }, box);
   const assigned = createAssigned(app, first.id);
   const element = h(
-    'li',
-    { class: 'card', 'aria-labelledby': title.id },
-    h('div', { class: 'card-frame' }, icon('film'), picture, length, choice),
-    h('div', { class: 'card-body' }, title, facts, state, assigned.element, actions),
+    'li.card',
+    { 'aria-labelledby': title.id },
+    h('div.card-frame', icon('film'), picture, length, choice),
+    h('div.card-body', title, facts, state, assigned.element, actions),
   );
   acceptDrops(element, ([file]) => {
     if (!file || isVideoFile(file)) return false;
-    app.store.dispatch((now) => openDialog(now, { kind: 'import', data: { video: first.id, file } }));
+    app.store.dispatch(openDialog, { kind: 'import', data: { video: first.id, file } });
     return true;
   });
   /** @type {[Video, Run[]|undefined]|null} */
@@ -129,28 +125,27 @@ function stateOf(video, runs) {
     );
   }
   if (video.state === 'importing') {
-    lines.push(h('p', { class: 'small' }, 'Being imported: every frame is decoded once …'), meter(null, 'Import'));
+    lines.push(h('p.small', 'Being imported: every frame is decoded once …'), meter(null, 'Import'));
   } else if (video.state === 'failed') {
     lines.push(message('bad', video.error ?? 'The import failed without saying why; the terminal of the server has more.'));
   } else {
     const busy = runs?.find((run) => run.state === 'running') ?? runs?.find((run) => run.state === 'queued');
     const latest = runs?.find((run) => run.id === video.latest_run);
-    if (busy) lines.push(h('p', { class: 'small' }, runProgress(busy)), meter(runPart(busy), 'Run'));
+    if (busy) lines.push(h('p.small', runProgress(busy)), meter(runPart(busy), 'Run'));
     else if (latest && latest.state !== 'complete') lines.push(message(latest.state === 'failed' ? 'bad' : 'warn', runProgress(latest)));
     const { tracks, reviewed } = video.review;
     if (!busy && video.latest_run && tracks > 0) {
       lines.push(
         h(
-          'p',
-          { class: 'small' },
+          'p.small',
           reviewed >= tracks ? `All ${plural(tracks, 'track')} reviewed` : `${count(reviewed)} of ${plural(tracks, 'track')} reviewed`,
         ),
         meter(Math.min(1, reviewed / tracks), 'Reviewed', reviewed >= tracks),
       );
     } else if (!busy && video.latest_run && latest?.state === 'complete') {
-      lines.push(h('p', { class: 'small muted' }, latest.tracks ? 'Every track is deleted.' : 'The run has found no sign.'));
+      lines.push(h('p.small.muted', latest.tracks ? 'Every track is deleted.' : 'The run has found no sign.'));
     } else if (!busy && video.runs === 0) {
-      lines.push(h('p', { class: 'small muted' }, 'Not run yet'));
+      lines.push(h('p.small.muted', 'Not run yet'));
     }
     for (const warning of video.warnings) lines.push(message('warn', warning));
   }
@@ -163,7 +158,7 @@ function stateOf(video, runs) {
  * @param {string} [title]
  */
 function message(tone, text, title) {
-  return h('p', { class: `card-message card-message-${tone} small`, title }, icon('alert'), h('span', null, text));
+  return h('p', { class: `card-message card-message-${tone} small`, title }, icon('alert'), h('span', text));
 }
 
 /**
@@ -172,19 +167,10 @@ function message(tone, text, title) {
  * @param {boolean} [good]
  */
 function meter(part, label, good = false) {
-  return h(
-    'span',
-    {
-      class: `meter ${part === null ? 'meter-waiting' : ''} ${good ? 'meter-good' : ''}`,
-      role: 'progressbar',
-      'aria-label': label,
-      'aria-valuemin': 0,
-      'aria-valuemax': 100,
-      'aria-valuenow': part === null ? null : Math.round(part * 100),
-      style: part === null ? {} : { '--part': `${part * 100}%` },
-    },
-    h('span'),
-  );
+  const element = createMeter(label);
+  element.classList.toggle('meter-good', good);
+  setMeter(element, part);
+  return element;
 }
 
 /**
@@ -193,56 +179,37 @@ function meter(part, label, good = false) {
  * @returns {HTMLElement[]}
  */
 function actionsOf(app, video) {
-  const open = () => app.store.dispatch((state) => openDialog(state, { kind: 'run', data: { video: video.id } }));
+  const open = () => app.store.dispatch(openDialog, { kind: 'run', data: { video: video.id } });
   const { session } = app.store.get();
   const actions = [];
   if (video.state === 'ready' && video.latest_run) {
+    actions.push(h('a.btn.btn-primary', { href: reviewOf(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'));
     actions.push(
-      h('a', { class: 'btn btn-primary', href: reviewOf(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'),
-    );
-    actions.push(
-      h(
-        'button',
-        { class: 'btn', type: 'button', onclick: open, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}` },
-        plural(video.runs, 'run'),
-      ),
+      h('button.btn', { onclick: open, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}` }, plural(video.runs, 'run')),
     );
   } else if (video.state === 'ready') {
     actions.push(
       h(
-        'button',
-        {
-          class: 'btn btn-primary',
-          type: 'button',
-          disabled: video.missing,
-          onclick: open,
-          'aria-label': `Run the engine on ${video.name}`,
-        },
+        'button.btn.btn-primary',
+        { disabled: video.missing, onclick: open, 'aria-label': `Run the engine on ${video.name}` },
         icon('run'),
         'Run the engine',
       ),
     );
   } else if (video.state === 'failed' && !video.missing) {
     actions.push(
-      h(
-        'button',
-        { class: 'btn', type: 'button', onclick: () => retry(app, video), 'aria-label': `Import ${video.name} again` },
-        icon('refresh'),
-        'Import again',
-      ),
+      h('button.btn', { onclick: () => retry(app, video), 'aria-label': `Import ${video.name} again` }, icon('refresh'), 'Import again'),
     );
   }
-  actions.push(h('span', { class: 'grow' }));
+  actions.push(h('span.grow'));
   if (video.state === 'ready' && may(session, 'reviewer')) {
     actions.push(
       h(
-        'button',
+        'button.btn.btn-quiet.btn-icon',
         {
-          class: 'btn btn-quiet btn-icon',
-          type: 'button',
           'aria-label': `Import annotations for ${video.name}`,
           title: 'Import annotations for this video …',
-          onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'import', data: { video: video.id } })),
+          onclick: () => app.store.dispatch(openDialog, { kind: 'import', data: { video: video.id } }),
         },
         icon('import'),
       ),
@@ -251,14 +218,8 @@ function actionsOf(app, video) {
   if (may(session, 'admin'))
     actions.push(
       h(
-        'button',
-        {
-          class: 'btn btn-quiet btn-icon',
-          type: 'button',
-          'aria-label': `Remove ${video.name} from the library`,
-          title: 'Remove from the library …',
-          onclick: () => askRemove(app, video),
-        },
+        'button.btn.btn-quiet.btn-icon',
+        { 'aria-label': `Remove ${video.name} from the library`, title: 'Remove from the library …', onclick: () => askRemove(app, video) },
         icon('trash'),
       ),
     );
@@ -285,23 +246,21 @@ function askRemove(app, video) {
   const { tracks, reviewed } = video.review;
   const done = reviewed ? ` (${reviewed} of ${plural(tracks, 'track')} reviewed)` : '';
   const loss = `${plural(video.runs, 'run')}, all corrections and notes on ${video.runs === 1 ? 'it' : 'them'}${done}, and its ground truth`;
-  app.store.dispatch((state) =>
-    openDialog(state, {
-      kind: 'confirm',
-      data: {
-        title: 'Remove this video?',
-        text: video.runs
-          ? `${video.name} leaves the library, with ${loss}. They cannot be brought back.`
-          : `${video.name} leaves the library.`,
-        note: 'A file that was added from a folder stays where it is. The copy of an upload is deleted.',
-        confirm: 'Remove',
-        danger: true,
-        run: async () => {
-          await app.api.removeVideo(video.id);
-          app.store.dispatch((now) => dropVideo(now, video.id));
-          toast(`${video.name} was removed.`);
-        },
+  app.store.dispatch(openDialog, {
+    kind: 'confirm',
+    data: {
+      title: 'Remove this video?',
+      text: video.runs
+        ? `${video.name} leaves the library, with ${loss}. They cannot be brought back.`
+        : `${video.name} leaves the library.`,
+      note: 'A file that was added from a folder stays where it is. The copy of an upload is deleted.',
+      confirm: 'Remove',
+      danger: true,
+      run: async () => {
+        await app.api.removeVideo(video.id);
+        app.store.dispatch(dropVideo, video.id);
+        toast(`${video.name} was removed.`);
       },
-    }),
-  );
+    },
+  });
 }

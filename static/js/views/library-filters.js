@@ -54,8 +54,7 @@ export function questionOf({ label, attribute, value, state }, labels) {
  */
 export function createLibraryFilters(app, { chosen, changed, signal }) {
   const names = h('datalist', { id: 'library-labels' });
-  const label = h('input', {
-    class: 'input',
+  const label = h('input.input', {
     type: 'search',
     list: 'library-labels',
     placeholder: 'Any label',
@@ -65,26 +64,23 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
     value: chosen.label,
     oninput: () => turn(RESTS),
   });
-  const attribute = h('select', {
-    class: 'select',
+  const attribute = h('select.select', {
     'aria-label': 'Videos with the attribute',
     onchange: () => {
       showAnswers('');
       turn(0);
     },
   });
-  const place = h('span', { class: 'library-answer' });
+  const place = h('span.library-answer');
   const state = h(
-    'select',
-    { class: 'select', 'aria-label': 'Videos with tracks in the state', onchange: () => turn(0) },
+    'select.select',
+    { 'aria-label': 'Videos with tracks in the state', onchange: () => turn(0) },
     ...STATES.map(([value, text]) => h('option', { value }, text)),
   );
   state.value = chosen.state;
   const clear = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       hidden: true,
       onclick: () => {
         reset();
@@ -93,10 +89,10 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
     },
     'Clear',
   );
-  const status = h('span', { class: 'muted small grow', role: 'status' });
+  const status = h('span.muted.small.grow', { role: 'status' });
   const element = h(
-    'div',
-    { class: 'library-filters', role: 'group', 'aria-label': 'Videos with such tracks' },
+    'div.library-filters',
+    { role: 'group', 'aria-label': 'Videos with such tracks' },
     names,
     label,
     attribute,

@@ -23,10 +23,8 @@ const AHEAD = '100%';
  * @returns {{element: HTMLElement, show: (videos: readonly Video[], runs: Record<string, Run[]>) => void, draw: () => void, asRows: (rows: boolean) => void, restart: () => void, destroy: () => void}}
  */
 export function createCards(app, { most, grown, selection }) {
-  const list = h('ul', { class: 'cards', 'aria-label': 'Videos' });
-  const more = h('button', {
-    class: 'btn library-more',
-    type: 'button',
+  const list = h('ul.cards', { 'aria-label': 'Videos' });
+  const more = h('button.btn.library-more', {
     hidden: true,
     onclick: () => {
       const next = grow();
@@ -34,7 +32,7 @@ export function createCards(app, { most, grown, selection }) {
       if (next) /** @type {HTMLElement|null} */ (next.querySelector('a, button'))?.focus();
     },
   });
-  const element = h('div', { class: 'library-list' }, list, more);
+  const element = h('div.library-list', list, more);
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createCard>>} */
   const cards = new WeakMap();
   /** @type {readonly Video[]} */

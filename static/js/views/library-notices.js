@@ -12,8 +12,8 @@ export const noVideo = (addVideo, upload) =>
     title: 'No video yet',
     text: 'Add a video from this machine, upload one, or drop files anywhere on this page. Nothing leaves this machine.',
     actions: [
-      h('button', { class: 'btn btn-primary', type: 'button', onclick: addVideo }, icon('folder'), 'Add from folder'),
-      h('button', { class: 'btn', type: 'button', onclick: upload }, icon('upload'), 'Upload'),
+      h('button.btn.btn-primary', { onclick: addVideo }, icon('folder'), 'Add from folder'),
+      h('button.btn', { onclick: upload }, icon('upload'), 'Upload'),
     ],
   });
 
@@ -23,7 +23,7 @@ export const noMatch = (clear) =>
     icon: 'search',
     title: 'No video matches',
     text: 'The search looks at names and folders; every word must occur. The filters look at the tracks of the run that a video is opened with.',
-    actions: [h('button', { class: 'btn', type: 'button', onclick: clear }, 'Clear search and filters')],
+    actions: [h('button.btn', { onclick: clear }, 'Clear search and filters')],
   });
 
 /** @param {unknown} thrown @param {() => void} again */

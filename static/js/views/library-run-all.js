@@ -18,14 +18,12 @@ export function createRunAll({ store }) {
   let videos = [];
   const words = h('span');
   const element = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       hidden: true,
       title: 'A run of the engine for each video that has none yet',
       onclick: () => {
-        store.dispatch((state) => openDialog(state, { kind: 'run-several', data: { videos } }));
+        store.dispatch(openDialog, { kind: 'run-several', data: { videos } });
       },
     },
     icon('run'),

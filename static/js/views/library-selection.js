@@ -22,28 +22,24 @@ export function createSelection({ store }, changed) {
   const words = h('strong', { role: 'status' });
   const runWords = h('span');
   const run = h(
-    'button',
+    'button.btn.btn-primary',
     {
-      class: 'btn btn-primary',
-      type: 'button',
       onclick: () => {
-        store.dispatch((state) => openDialog(state, { kind: 'run-several', data: { videos: ready(), done: drop } }));
+        store.dispatch(openDialog, { kind: 'run-several', data: { videos: ready(), done: drop } });
       },
     },
     icon('run'),
     runWords,
   );
-  const all = h('button', {
-    class: 'btn',
-    type: 'button',
+  const all = h('button.btn', {
     onclick: () =>
       set(
         shown.map(({ id }) => id),
         true,
       ),
   });
-  const none = h('button', { class: 'btn btn-quiet', type: 'button', onclick: () => set([...chosen], false) }, 'Choose none');
-  const element = h('div', { class: 'library-chosen', hidden: true }, words, h('span', { class: 'grow' }), all, none, run);
+  const none = h('button.btn.btn-quiet', { onclick: () => set([...chosen], false) }, 'Choose none');
+  const element = h('div.library-chosen', { hidden: true }, words, h('span.grow'), all, none, run);
 
   /** Those that the engine can run on, in the order of the screen. */
   const ready = () =>

@@ -6,6 +6,7 @@ import { putVideo } from '../store/actions/page.js';
 import { fill, h, setText } from './dom.js';
 import { bytes } from '../model/format.js';
 import { icon } from './icons.js';
+import { createMeter, setMeter } from './meter.js';
 import { toast } from '../core/toast.js';
 
 /**
@@ -30,7 +31,7 @@ export async function sendVideo({ store, api, load }, file, options) {
  * @returns {{element: HTMLElement, add: (files: File[]) => void}}
  */
 export function createUploads(app, signal) {
-  const element = h('ul', { class: 'uploads', 'aria-label': 'Uploads', hidden: true });
+  const element = h('ul.uploads', { 'aria-label': 'Uploads', hidden: true });
   let queue = Promise.resolve();
 
   /** @param {File[]} files */
@@ -45,17 +46,11 @@ export function createUploads(app, signal) {
   function begin(file, before) {
     const stop = new AbortController();
     let begun = false;
-    const words = h('span', { class: 'muted small upload-words' }, 'Waits');
-    const bar = h(
-      'span',
-      { class: 'meter', role: 'progressbar', 'aria-label': `Upload of ${file.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
-      h('span'),
-    );
+    const words = h('span.muted.small.upload-words', 'Waits');
+    const bar = createMeter(`Upload of ${file.name}`);
     const button = h(
-      'button',
+      'button.btn.btn-small',
       {
-        class: 'btn btn-small',
-        type: 'button',
         onclick: () => {
           stop.abort();
           if (!begun) close(); // it is never sent, so nobody has to wait for its turn
@@ -63,7 +58,7 @@ export function createUploads(app, signal) {
       },
       'Cancel',
     );
-    const item = h('li', { class: 'upload' }, icon('upload'), h('span', { class: 'truncate upload-name' }, file.name), bar, words, button);
+    const item = h('li.upload', icon('upload'), h('span.truncate.upload-name', file.name), bar, words, button);
     element.append(item);
     element.hidden = false;
     const close = () => {
@@ -94,9 +89,7 @@ export function createUploads(app, signal) {
         const there = await sendVideo(app, file, {
           signal: AbortSignal.any([stop.signal, signal]),
           onProgress: (sent, total) => {
-            const part = total ? (sent / total) * 100 : 100;
-            bar.style.setProperty('--part', `${part}%`);
-            bar.setAttribute('aria-valuenow', String(Math.round(part)));
+            setMeter(bar, total ? sent / total : 1);
             setText(words, sent === total ? 'Checked by the server …' : `${bytes(sent)} of ${bytes(total)}`);
           },
         });

@@ -22,9 +22,8 @@ const HINTS = /** @type {const} */ ([
  * @returns {{element: HTMLElement, update: (state: State) => void}}
  */
 export function createWelcome(app) {
-  const action = h('div', { class: 'welcome-action' });
-  const picture = h('img', {
-    class: 'welcome-picture',
+  const action = h('div.welcome-action');
+  const picture = h('img.welcome-picture', {
     alt: 'A frame of the sample drive',
     hidden: true,
     onerror: () => {
@@ -32,10 +31,8 @@ export function createWelcome(app) {
     },
   });
   const close = h(
-    'button',
+    'button.btn.btn-quiet.btn-icon.btn-small.welcome-close',
     {
-      class: 'btn btn-quiet btn-icon btn-small welcome-close',
-      type: 'button',
       'aria-label': 'Hide the introduction',
       title: 'Hide the introduction',
       onclick: () => {
@@ -46,26 +43,18 @@ export function createWelcome(app) {
     icon('close'),
   );
   const element = h(
-    'section',
-    { class: 'welcome', 'aria-labelledby': 'welcome-title', hidden: true },
-    h('div', { class: 'welcome-frame' }, picture),
+    'section.welcome',
+    { 'aria-labelledby': 'welcome-title', hidden: true },
+    h('div.welcome-frame', picture),
     h(
-      'div',
-      { class: 'welcome-text' },
-      h('h2', { id: 'welcome-title', class: 'welcome-title' }, 'Start with the sample drive'),
+      'div.welcome-text',
+      h('h2.welcome-title', { id: 'welcome-title' }, 'Start with the sample drive'),
       h(
-        'p',
-        { class: 'muted' },
+        'p.muted',
         'A short drive with traffic signs ships with the tool. The engine tracks and classifies them; you look at what it was unsure of.',
       ),
       action,
-      h(
-        'ol',
-        { class: 'hints' },
-        ...HINTS.map(([name, title, text]) =>
-          h('li', { class: 'hint' }, icon(name), h('div', null, h('h3', null, title), h('p', { class: 'muted small' }, text))),
-        ),
-      ),
+      h('ol.hints', ...HINTS.map(([name, title, text]) => h('li.hint', icon(name), h('div', h('h3', title), h('p.muted.small', text))))),
     ),
     close,
   );
@@ -93,38 +82,33 @@ export function createWelcome(app) {
       fill(
         action,
         usable
-          ? h('a', { class: 'btn btn-primary btn-large', href: reviewOf(video.id) }, icon('play'), 'Review the sample drive')
+          ? h('a.btn.btn-primary.btn-large', { href: reviewOf(video.id) }, icon('play'), 'Review the sample drive')
           : video.state === 'ready' &&
               h(
-                'button',
-                {
-                  class: 'btn btn-primary btn-large',
-                  type: 'button',
-                  onclick: () => app.store.dispatch((now) => openDialog(now, { kind: 'run', data: { video: video.id } })),
-                },
+                'button.btn.btn-primary.btn-large',
+                { onclick: () => app.store.dispatch(openDialog, { kind: 'run', data: { video: video.id } }) },
                 icon('run'),
                 'Run the engine on it',
               ),
-        h('div', { class: 'welcome-progress' }),
+        h('div.welcome-progress'),
       );
     }
     key = next;
     const progress = action.querySelector('.welcome-progress');
     if (!progress) return;
     const busy = run && (run.state === 'running' || run.state === 'queued');
-    if (video.state === 'importing') fill(progress, h('p', { class: 'small muted' }, 'Being imported; a few seconds …'));
-    else if (video.state === 'failed') fill(progress, h('p', { class: 'small field-error' }, video.error ?? 'The import failed.'));
+    if (video.state === 'importing') fill(progress, h('p.small.muted', 'Being imported; a few seconds …'));
+    else if (video.state === 'failed') fill(progress, h('p.small.field-error', video.error ?? 'The import failed.'));
     else if (busy)
       fill(
         progress,
         h(
-          'p',
-          { class: 'small muted' },
+          'p.small.muted',
           usable ? `${runProgress(run).replace(/\.$/, '')}. You can begin at once: results appear as they come.` : runProgress(run),
         ),
-        h('span', { class: 'meter', style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
+        h('span.meter', { style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
       );
-    else if (run) fill(progress, h('p', { class: 'small muted' }, runProgress(run)));
+    else if (run) fill(progress, h('p.small.muted', runProgress(run)));
     else fill(progress);
   }
 

@@ -12,21 +12,20 @@ const MOST = 8;
 /** @param {import('../types.js').Assignment} one @param {boolean} own */
 const row = (one, own) =>
   h(
-    'li',
-    { class: 'work-row' },
+    'li.work-row',
     h(
-      'a',
-      { class: 'work-link', href: placeOfWork(one) },
+      'a.work-link',
+      { href: placeOfWork(one) },
       h('span', { class: `state-chip state-${one.state}` }, STATES[one.state]),
-      h('span', { class: 'work-name truncate', dir: 'auto' }, one.video_name),
-      h('span', { class: 'small muted' }, own ? framesOf(one) : `${one.person}, ${framesOf(one)}`),
-      one.comment && h('span', { class: 'work-comment truncate grow small', dir: 'auto', title: one.comment }, `“${one.comment}”`),
+      h('span.work-name.truncate', { dir: 'auto' }, one.video_name),
+      h('span.small.muted', own ? framesOf(one) : `${one.person}, ${framesOf(one)}`),
+      one.comment && h('span.work-comment.truncate.grow.small', { dir: 'auto', title: one.comment }, `“${one.comment}”`),
     ),
   );
 
 /** @returns {{element: HTMLElement, update: (state: import('../state-types.js').State) => void}} */
 export function createWork() {
-  const element = h('section', { class: 'my-work', 'aria-label': 'My work', hidden: true });
+  const element = h('section.my-work', { 'aria-label': 'My work', hidden: true });
   let shown = '';
   return {
     element,
@@ -46,11 +45,10 @@ export function createWork() {
           .filter(([, found]) => found.length > 0)
           .map(([title, found, mine]) =>
             h(
-              'div',
-              { class: 'work-list' },
-              h('h2', { class: 'work-title' }, `${title} `, h('span', { class: 'muted small' }, plural(found.length, 'assignment'))),
+              'div.work-list',
+              h('h2.work-title', `${title} `, h('span.muted.small', plural(found.length, 'assignment'))),
               h('ul', { 'aria-label': title }, ...found.slice(0, MOST).map((one) => row(one, mine))),
-              found.length > MOST && h('p', { class: 'small muted' }, `and ${found.length - MOST} more: Alt+Shift+J goes on to the next`),
+              found.length > MOST && h('p.small.muted', `and ${found.length - MOST} more: Alt+Shift+J goes on to the next`),
             ),
           ),
       );

@@ -39,8 +39,7 @@ export function createLibrary(app) {
   const signal = AbortSignal.any([ended.signal, app.signal]);
   const place = places.get(app) ?? { search: '', most: STEP, top: 0, chosen: NOTHING_CHOSEN };
   places.set(app, place);
-  const search = h('input', {
-    class: 'input',
+  const search = h('input.input', {
     type: 'search',
     placeholder: 'Name or folder',
     'aria-label': 'Search videos',
@@ -48,9 +47,8 @@ export function createLibrary(app) {
     oninput: turn,
   });
   const sort = h(
-    'select',
+    'select.select',
     {
-      class: 'select',
       'aria-label': 'Order of the videos',
       onchange: () => {
         remember('library.sort', sort.value);
@@ -61,11 +59,11 @@ export function createLibrary(app) {
   );
   sort.value = recall('library.sort') ?? 'newest';
   if (!sort.value) sort.value = 'newest';
-  const files = h('input', {
+  const files = h('input.visually-hidden', {
     type: 'file',
     accept: VIDEO_FILES,
     multiple: true,
-    class: 'visually-hidden',
+
     tabIndex: -1,
     'aria-label': 'Video files to upload',
     onchange: () => {
@@ -73,7 +71,7 @@ export function createLibrary(app) {
       files.value = '';
     },
   });
-  const addVideo = () => store.dispatch((state) => openDialog(state, { kind: 'add-video' }));
+  const addVideo = () => store.dispatch(openDialog, { kind: 'add-video' });
   const uploads = createUploads(app, signal);
   const filters = createLibraryFilters(app, {
     chosen: place.chosen,
@@ -91,8 +89,8 @@ export function createLibrary(app) {
   const runAll = createRunAll(app);
   const welcome = createWelcome(app);
   const work = createWork();
-  const welcomePlace = h('div', null, welcome.element);
-  const total = h('span', { class: 'muted' });
+  const welcomePlace = h('div', welcome.element);
+  const total = h('span.muted');
   const selection = createSelection(app, () => cards.draw());
   const cards = createCards(app, {
     most: place.most,
@@ -102,61 +100,51 @@ export function createLibrary(app) {
       if (last) void loadRuns((found ?? []).slice(0, most));
     },
   });
-  const layout = h('button', {
-    class: 'btn btn-icon',
-    type: 'button',
+  const layout = h('button.btn.btn-icon', {
     onclick: () => {
       remember('library.layout', recall('library.layout') === 'rows' ? 'cards' : 'rows');
       showLayout();
     },
   });
   const runQueue = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       title: 'Runs that go on or wait, and their order',
-      onclick: () => store.dispatch((state) => openDialog(state, { kind: 'run-queue' })),
+      onclick: () => store.dispatch(openDialog, { kind: 'run-queue' }),
     },
     icon('sort'),
     'Run queue',
   );
-  const notice = h('div', { class: 'library-notice' }, waiting('The videos are loaded', { retry: load, signal }));
+  const notice = h('div.library-notice', waiting('The videos are loaded', { retry: load, signal }));
   const element = h(
-    'div',
-    { class: 'library' },
+    'div.library',
     h(
-      'div',
-      { class: 'library-inner' },
+      'div.library-inner',
       pageHead(
         'Library',
         total,
-        h('div', { class: 'input-with-icon library-search' }, icon('search'), search),
+        h('div.input-with-icon.library-search', icon('search'), search),
         sort,
         layout,
-        h('button', { class: 'btn', type: 'button', onclick: addVideo }, icon('folder'), 'Add from folder'),
-        h('button', { class: 'btn', type: 'button', onclick: () => files.click() }, icon('upload'), 'Upload'),
+        h('button.btn', { onclick: addVideo }, icon('folder'), 'Add from folder'),
+        h('button.btn', { onclick: () => files.click() }, icon('upload'), 'Upload'),
         files,
         runAll.element,
         runQueue,
         h(
-          'button',
+          'button.btn',
           {
-            class: 'btn',
-            type: 'button',
             title: 'Annotations of one or several videos',
-            onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })),
+            onclick: () => store.dispatch(openDialog, { kind: 'export' }),
           },
           icon('export'),
           'Export',
         ),
         h(
-          'button',
+          'button.btn',
           {
-            class: 'btn',
-            type: 'button',
             title: 'Take somebody’s bug bundle into the library',
-            onclick: () => store.dispatch((state) => openDialog(state, { kind: 'import-bundle' })),
+            onclick: () => store.dispatch(openDialog, { kind: 'import-bundle' }),
           },
           icon('bug'),
           'Open bug bundle',
@@ -170,18 +158,13 @@ export function createLibrary(app) {
       selection.element,
       cards.element,
     ),
-    h(
-      'div',
-      { class: 'drop-hint', 'aria-hidden': 'true' },
-      icon('upload'),
-      h('span', null, 'Drop videos to upload them, annotations on their video'),
-    ),
+    h('div.drop-hint', { 'aria-hidden': 'true' }, icon('upload'), h('span', 'Drop videos to upload them, annotations on their video')),
   );
   acceptDrops(element, (dropped) => {
     uploads.add(dropped.filter(isVideoFile));
     const data = dropped.find((file) => !isVideoFile(file));
     if (!data) return;
-    if (/\.zip$/i.test(data.name)) store.dispatch((state) => openDialog(state, { kind: 'import-bundle', data: { file: data } }));
+    if (/\.zip$/i.test(data.name)) store.dispatch(openDialog, { kind: 'import-bundle', data: { file: data } });
     else toast('Drop annotations on the video that they belong to.');
   });
   /** @type {Set<string>} */

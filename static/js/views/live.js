@@ -102,16 +102,14 @@ export function startLive(app, hooks = {}) {
     if (why === null || app.signal.aborted) return;
     const people = why.code === 'signed_out';
     if (people && store.get().session === null) return void signIn();
-    store.dispatch((state) =>
-      showBanner(state, {
-        id: 'denied',
-        tone: 'error',
-        ...(people && { action: { label: 'Sign in', operation: 'sign-in' } }),
-        text: people
-          ? 'You are signed out. Unsaved changes are kept in this browser until you sign in again.'
-          : `${why.message} Nothing that is in this page is lost until you close it.`,
-      }),
-    );
+    store.dispatch(showBanner, {
+      id: 'denied',
+      tone: 'error',
+      ...(people && { action: { label: 'Sign in', operation: 'sign-in' } }),
+      text: people
+        ? 'You are signed out. Unsaved changes are kept in this browser until you sign in again.'
+        : `${why.message} Nothing that is in this page is lost until you close it.`,
+    });
   }
 
   async function reload() {
@@ -121,7 +119,7 @@ export function startLive(app, hooks = {}) {
         () => Promise.all([api.session(), app.labels.reload(), api.parameters(), api.videos()]),
         (state, [session, , parameters, videos]) => setVideos(setParameters(setSession(state, session), parameters), videos),
       );
-      store.dispatch((state) => hideBanner(state, 'load'));
+      store.dispatch(hideBanner, 'load');
       if (store.get().session?.person) await app.load(() => api.assignments(), setAssignments);
       // runs are distinguished by their models; without those everything else goes on
       await app.load(
@@ -137,7 +135,7 @@ export function startLive(app, hooks = {}) {
     } catch (thrown) {
       if (app.signal.aborted) return;
       if (thrown instanceof ApiError && thrown.code === 'signed_out') return void denied();
-      store.dispatch((state) => showBanner(state, { id: 'load', tone: 'error', text: sentence(thrown) }));
+      store.dispatch(showBanner, { id: 'load', tone: 'error', text: sentence(thrown) });
       // no event would bring it, and the banner would stay
       clearTimeout(repeat);
       if (thrown instanceof ApiError && thrown.passing) repeat = setTimeout(() => void reload(), hooks.again ?? AGAIN);

@@ -2,11 +2,12 @@
 /** One model version: where it comes from, its figures beside the earlier ones, and what can be done with it. */
 
 import { complaints, figureGroups } from '../model/model_figures.js';
-import { isActive, partOf } from './output-words.js';
+import { isActive, partOf, stateWords } from './output-words.js';
 import { fill, h, setText } from './dom.js';
 import { figure, moment, percent } from '../model/format.js';
 import { icon } from './icons.js';
-import { lineage, modelProgress, modelState, VERDICTS } from './model-words.js';
+import { createMeter, setMeter } from './meter.js';
+import { lineage, modelProgress, VERDICTS } from './model-words.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 /** @typedef {import('../model/model_figures.js').FigureGroup} FigureGroup */
@@ -19,26 +20,22 @@ import { lineage, modelProgress, modelState, VERDICTS } from './model-words.js';
  * @returns {{element: HTMLLIElement, show: (version: ModelVersion, all: readonly ModelVersion[]) => void}}
  */
 export function createModelCard(first, acts) {
-  const title = h('h2', { class: 'truncate', id: `model-${first.id}` });
-  const badge = h('span', { class: 'badge' });
-  const used = h('span', { class: 'badge badge-accent' }, icon('check'), 'in use');
-  const when = h('span', { class: 'muted small' });
-  const actions = h('div', { class: 'row' });
-  const words = h('p', { class: 'small' });
-  const bar = h(
-    'span',
-    { class: 'meter', role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
-    h('span'),
-  );
-  const origin = h('dl', { class: 'origin' });
-  const figures = h('div', { class: 'model-figures' });
+  const title = h('h2.truncate', { id: `model-${first.id}` });
+  const badge = h('span.badge');
+  const used = h('span.badge.badge-accent', icon('check'), 'in use');
+  const when = h('span.muted.small');
+  const actions = h('div.row');
+  const words = h('p.small');
+  const bar = createMeter(`Progress of ${first.name}`);
+  const origin = h('dl.origin');
+  const figures = h('div.model-figures');
   const element = h(
-    'li',
-    { class: 'model', 'aria-labelledby': title.id },
-    h('div', { class: 'row model-head' }, title, badge, used, h('span', { class: 'grow' }), when, actions),
+    'li.model',
+    { 'aria-labelledby': title.id },
+    h('div.row.model-head', title, badge, used, h('span.grow'), when, actions),
     words,
     bar,
-    h('div', { class: 'model-body' }, origin, figures),
+    h('div.model-body', origin, figures),
   );
   /** @type {ModelVersion|null} */
   let shown = null;
@@ -49,7 +46,7 @@ export function createModelCard(first, acts) {
     if (version === shown) return;
     const before = shown;
     shown = version;
-    const [text, tone] = modelState(version);
+    const [text, tone] = stateWords(version);
     setText(title, version.name);
     setText(badge, text);
     badge.className = `badge ${tone}`;
@@ -64,11 +61,9 @@ export function createModelCard(first, acts) {
     );
     words.classList.toggle('field-error', version.state === 'failed');
     bar.hidden = !active;
-    bar.classList.toggle('meter-waiting', part === null);
-    bar.style.setProperty('--part', `${(part ?? 0) * 100}%`);
-    if (part !== null) bar.setAttribute('aria-valuenow', String(Math.round(part * 100)));
+    setMeter(bar, part);
     if (before?.lineage !== version.lineage)
-      fill(origin, ...lineage(version, all).flatMap(([name, value]) => [h('dt', null, name), h('dd', null, value)]));
+      fill(origin, ...lineage(version, all).flatMap(([name, value]) => [h('dt', name), h('dd', value)]));
     if (before?.figures !== version.figures) fill(figures, ...figuresOf(version));
     const key = `${version.state} ${version.active}`;
     if (key !== actionsKey) fill(actions, ...actionsOf(version, acts));
@@ -81,21 +76,15 @@ export function createModelCard(first, acts) {
 /** @param {ModelVersion} version */
 function figuresOf(version) {
   const groups = figureGroups(version.figures);
-  if (groups.length === 0)
-    return [version.state === 'complete' ? h('p', { class: 'muted small' }, 'No figures: nothing could be held out.') : null];
+  if (groups.length === 0) return [version.state === 'complete' ? h('p.muted.small', 'No figures: nothing could be held out.') : null];
   const worse = complaints(version.figures);
   return [
     worse.length > 0 &&
       h(
-        'div',
-        { class: 'import-refused', role: 'note' },
+        'div.import-refused',
+        { role: 'note' },
         icon('alert'),
-        h(
-          'div',
-          { class: 'stack' },
-          h('strong', null, 'Not everything got better'),
-          ...worse.map((text) => h('p', { class: 'small' }, text)),
-        ),
+        h('div.stack', h('strong', 'Not everything got better'), ...worse.map((text) => h('p.small', text))),
       ),
     ...groups.map(table),
   ];
@@ -108,36 +97,27 @@ function table({ name, title, note, of, rows }) {
     'section',
     { class: `stack ${compared ? 'figures-compared' : ''}`, 'aria-label': title },
     h(
-      'table',
-      { class: 'table' },
-      h(
-        'caption',
-        null,
-        h('strong', null, title),
-        (note || of) && h('span', { class: 'muted small' }, ` ${[note, of].filter(Boolean).join(' ')}`),
-      ),
+      'table.table',
+      h('caption', h('strong', title), (note || of) && h('span.muted.small', ` ${[note, of].filter(Boolean).join(' ')}`)),
       h(
         'thead',
-        null,
         h(
           'tr',
-          null,
           h('th', { scope: 'col' }, 'Figure'),
-          h('th', { scope: 'col', class: 'number' }, compared ? 'This version' : 'Value'),
-          compared && h('th', { scope: 'col', class: 'number' }, 'Before'),
+          h('th.number', { scope: 'col' }, compared ? 'This version' : 'Value'),
+          compared && h('th.number', { scope: 'col' }, 'Before'),
           compared && h('th', { scope: 'col' }, 'Change'),
         ),
       ),
       h(
         'tbody',
-        null,
         ...rows.map((row) =>
           h(
             'tr',
             { dataset: { figure: `${name}/${row.name}` } },
             h('th', { scope: 'row' }, row.label),
-            h('td', { class: 'number' }, value(row, row.now)),
-            compared && h('td', { class: 'number' }, value(row, row.before)),
+            h('td.number', value(row, row.now)),
+            compared && h('td.number', value(row, row.before)),
             compared && h('td', { class: `verdict verdict-${row.verdict}` }, verdict(row)),
           ),
         ),
@@ -166,21 +146,15 @@ function verdict(row) {
 function actionsOf(version, acts) {
   /** @param {string} label @param {() => void} act @param {string} [more] */
   const button = (label, act, more = '') =>
-    h('button', { class: `btn btn-small ${more}`, type: 'button', 'aria-label': `${label} ${version.name}`, onclick: act }, label);
+    h('button', { class: `btn btn-small ${more}`, 'aria-label': `${label} ${version.name}`, onclick: act }, label);
   if (isActive(version)) return [button('Cancel', () => acts.cancel(version))];
   return [
     version.state === 'complete' && !version.active && button('Promote', () => acts.promote(version), 'btn-primary'),
     (version.state === 'failed' || version.state === 'cancelled') && button('Make again', () => acts.resume(version)),
     version.id !== 'shipped' &&
       h(
-        'button',
-        {
-          class: 'btn btn-small btn-quiet btn-icon',
-          type: 'button',
-          'aria-label': `Delete ${version.name}`,
-          title: 'Delete …',
-          onclick: () => acts.remove(version),
-        },
+        'button.btn.btn-small.btn-quiet.btn-icon',
+        { 'aria-label': `Delete ${version.name}`, title: 'Delete …', onclick: () => acts.remove(version) },
         icon('trash'),
       ),
   ];

@@ -5,18 +5,6 @@ import { count, plural } from '../model/format.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 
-/** @type {Record<ModelVersion['state'], [string, string]>} word and class of the badge */
-const STATES = {
-  queued: ['waiting', ''],
-  running: ['in the making', 'badge-accent'],
-  complete: ['ready', 'badge-good'],
-  failed: ['failed', 'badge-bad'],
-  cancelled: ['cancelled', 'badge-warn'],
-};
-
-/** @param {ModelVersion} version @returns {[string, string]} */
-export const modelState = (version) => STATES[version.state] ?? [version.state, ''];
-
 /** What the parts of a version are called. @type {Record<string, string>} */
 export const PART_NAMES = {
   detector: 'Detector',

@@ -21,37 +21,26 @@ export function createModels(app) {
   const { store, api } = app;
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const total = h('span', { class: 'muted' });
+  const total = h('span.muted');
   const back = h(
-    'button',
-    { class: 'btn', type: 'button', hidden: true, title: 'Take the last promotion back', onclick: () => void rollBack() },
+    'button.btn',
+    { hidden: true, title: 'Take the last promotion back', onclick: () => void rollBack() },
     icon('undo'),
     'Roll back',
   );
-  const list = h('ul', { class: 'model-list', 'aria-label': 'Model versions' });
-  const notice = h('div', { class: 'library-notice' }, waiting('The model versions are listed', { retry: load, signal }));
+  const list = h('ul.model-list', { 'aria-label': 'Model versions' });
+  const notice = h('div.library-notice', waiting('The model versions are listed', { retry: load, signal }));
   const element = h(
-    'div',
-    { class: 'library' },
+    'div.library',
     h(
-      'div',
-      { class: 'library-inner page-inner' },
+      'div.library-inner.page-inner',
       pageHead(
         'Models',
         total,
         back,
-        h(
-          'button',
-          { class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'retrain' })) },
-          icon('run'),
-          'Retrain',
-        ),
+        h('button.btn.btn-primary', { onclick: () => store.dispatch(openDialog, { kind: 'retrain' }) }, icon('run'), 'Retrain'),
       ),
-      h(
-        'p',
-        { class: 'muted' },
-        'New runs use the version that is in use; runs that exist keep theirs. A version never changes once it is made.',
-      ),
+      h('p.muted', 'New runs use the version that is in use; runs that exist keep theirs. A version never changes once it is made.'),
       notice,
       list,
     ),
@@ -64,42 +53,38 @@ export function createModels(app) {
   const acts = {
     promote: (/** @type {ModelVersion} */ version) =>
       void act(async () => {
-        store.dispatch((state) =>
-          openDialog(state, {
-            kind: 'confirm',
-            data: {
-              title: `Promote ${version.name}?`,
-              confirm: 'Promote',
-              text: 'New runs are made with it from now on. Roll back takes this back.',
-              run: async () => {
-                await api.changeModel(version.id, 'promote');
-                await load();
-                toast(`${version.name} is in use.`, { tone: 'good' });
-              },
+        store.dispatch(openDialog, {
+          kind: 'confirm',
+          data: {
+            title: `Promote ${version.name}?`,
+            confirm: 'Promote',
+            text: 'New runs are made with it from now on. Roll back takes this back.',
+            run: async () => {
+              await api.changeModel(version.id, 'promote');
+              await load();
+              toast(`${version.name} is in use.`, { tone: 'good' });
             },
-          }),
-        );
+          },
+        });
       }),
     cancel: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'cancel', { signal }))),
     resume: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'resume', { signal }))),
     remove: (/** @type {ModelVersion} */ version) =>
-      store.dispatch((state) =>
-        openDialog(state, {
-          kind: 'confirm',
-          data: {
-            title: 'Delete this version?',
-            confirm: 'Delete',
-            danger: true,
-            text: `${version.name} and its files are deleted. They cannot be brought back.`,
-            note: 'A version that runs were made with, or that others come from, stays.',
-            run: async () => {
-              await api.removeModel(version.id);
-              store.dispatch((now) => dropMade(now, version.id));
-              toast(`${version.name} was deleted.`);
-            },
+      store.dispatch(openDialog, {
+        kind: 'confirm',
+        data: {
+          title: 'Delete this version?',
+          confirm: 'Delete',
+          danger: true,
+          text: `${version.name} and its files are deleted. They cannot be brought back.`,
+          note: 'A version that runs were made with, or that others come from, stays.',
+          run: async () => {
+            await api.removeModel(version.id);
+            store.dispatch(dropMade, version.id);
+            toast(`${version.name} was deleted.`);
           },
-        }),
-      ),
+        },
+      }),
   };
 
   /** @param {() => Promise<ModelVersion>} ask */

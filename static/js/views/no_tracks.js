@@ -13,16 +13,10 @@ import { signature } from '../core/preferences.js';
  */
 export function createNoTracks(app, className) {
   const text = h('p');
-  const resume = h('button', { class: 'btn btn-small', type: 'button', hidden: true, onclick: goOn }, icon('run'), 'Go on with the run');
+  const resume = h('button.btn.btn-small', { hidden: true, onclick: goOn }, icon('run'), 'Go on with the run');
   const byHand = h(
-    'button',
-    {
-      class: 'btn btn-small',
-      type: 'button',
-      hidden: true,
-      title: 'A run without the engine: draw signs (N) and follow them (T)',
-      onclick: draw,
-    },
+    'button.btn.btn-small',
+    { hidden: true, title: 'A run without the engine: draw signs (N) and follow them (T)', onclick: draw },
     icon('draw'),
     'Annotate by hand',
   );

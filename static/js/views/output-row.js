@@ -8,6 +8,7 @@ import { content, facts, isActive, KINDS, partOf, skipped, stateWords, warnings 
 import { fill, h, setText } from './dom.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
+import { createMeter, setMeter } from './meter.js';
 import { toast } from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -20,23 +21,18 @@ import { toast } from '../core/toast.js';
  * @returns {{element: HTMLLIElement, show: (output: Output) => void}}
  */
 export function createOutputRow(app, first) {
-  const name = h('strong', { class: 'truncate made-name' }, first.name);
-  const badge = h('span', { class: 'badge' });
-  const line = h('p', { class: 'muted small made-facts' });
-  const bar = h(
-    'span',
-    { class: 'meter', role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100 },
-    h('span'),
-  );
-  const words = h('p', { class: 'small made-words' });
-  const actions = h('div', { class: 'row made-actions' });
-  const warned = h('ul', { class: 'skipped-list small made-warnings', hidden: true });
-  const left = h('details', { class: 'details made-skipped' }, h('summary'), h('ul', { class: 'skipped-list small' }));
+  const name = h('strong.truncate.made-name', first.name);
+  const badge = h('span.badge');
+  const line = h('p.muted.small.made-facts');
+  const bar = createMeter(`Progress of ${first.name}`);
+  const words = h('p.small.made-words');
+  const actions = h('div.row.made-actions');
+  const warned = h('ul.skipped-list.small.made-warnings', { hidden: true });
+  const left = h('details.details.made-skipped', h('summary'), h('ul.skipped-list.small'));
   const element = h(
-    'li',
-    { class: 'made' },
-    h('span', { class: 'made-icon' }, icon(KINDS[first.kind]?.icon ?? 'folder')),
-    h('div', { class: 'stack made-text' }, h('div', { class: 'row' }, name, badge), line, bar, words, warned, left),
+    'li.made',
+    h('span.made-icon', icon(KINDS[first.kind]?.icon ?? 'folder')),
+    h('div.stack.made-text', h('div.row', name, badge), line, bar, words, warned, left),
     actions,
   );
   /** @type {Output|null} */
@@ -57,7 +53,7 @@ export function createOutputRow(app, first) {
     showSkipped(output);
     const reported = warnings(output);
     warned.hidden = reported.length === 0;
-    fill(warned, ...reported.map((sentence_) => h('li', null, sentence_)));
+    fill(warned, ...reported.map((sentence_) => h('li', sentence_)));
     if (before?.state !== output.state) fill(actions, ...actionsOf(app, output));
   }
 
@@ -66,9 +62,7 @@ export function createOutputRow(app, first) {
     const active = isActive(output);
     const part = partOf(output);
     bar.hidden = !active;
-    bar.classList.toggle('meter-waiting', part === null);
-    bar.style.setProperty('--part', `${(part ?? 0) * 100}%`);
-    if (part !== null) bar.setAttribute('aria-valuenow', String(Math.round(part * 100)));
+    setMeter(bar, part);
     const say =
       output.state === 'queued'
         ? 'Waits for a free worker.'
@@ -103,8 +97,8 @@ export function createOutputRow(app, first) {
  */
 export function skippedItems(items, total) {
   return [
-    ...items.map(({ what, reason }) => h('li', null, h('strong', null, what), `: ${reason}`)),
-    total > items.length ? h('li', { class: 'muted' }, `and ${count(total - items.length)} more, all of them in manifest.json`) : null,
+    ...items.map(({ what, reason }) => h('li', h('strong', what), `: ${reason}`)),
+    total > items.length ? h('li.muted', `and ${count(total - items.length)} more, all of them in manifest.json`) : null,
   ];
 }
 
@@ -139,10 +133,8 @@ function actionsOf(app, output) {
   if (isActive(output)) {
     return [
       h(
-        'button',
+        'button.btn.btn-small',
         {
-          class: 'btn btn-small',
-          type: 'button',
           'aria-label': `Cancel ${output.name}`,
           onclick: () => act(app, async () => void (await app.load(() => app.api.cancelOutput(output.id), putOutput))),
         },
@@ -157,9 +149,8 @@ function actionsOf(app, output) {
       run &&
       output.kind !== 'export' &&
       h(
-        'a',
+        'a.btn.btn-small.btn-quiet',
         {
-          class: 'btn btn-small btn-quiet',
           'aria-label': `Show the run of ${output.name}`,
           title: 'Go to where it was made',
           href: formatRoute({
@@ -175,31 +166,23 @@ function actionsOf(app, output) {
     output.state === 'complete' &&
       output.kind === 'export' &&
       h(
-        'button',
+        'button.btn.btn-small.btn-quiet',
         {
-          class: 'btn btn-small btn-quiet',
-          type: 'button',
           'aria-label': `Retrain from ${output.name}`,
           title: 'Make a new model version from these corrections',
-          onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'retrain', data: { exports: [output.id] } })),
+          onclick: () => app.store.dispatch(openDialog, { kind: 'retrain', data: { exports: [output.id] } }),
         },
         'Retrain',
       ),
     output.state === 'complete' &&
       h(
-        'a',
-        { class: 'btn btn-small', href: app.api.downloadUrl(output.id), download: output.name, 'aria-label': `Download ${output.name}` },
+        'a.btn.btn-small',
+        { href: app.api.downloadUrl(output.id), download: output.name, 'aria-label': `Download ${output.name}` },
         'Download',
       ),
     h(
-      'button',
-      {
-        class: 'btn btn-small btn-quiet btn-icon',
-        type: 'button',
-        'aria-label': `Delete ${output.name}`,
-        title: 'Delete …',
-        onclick: () => askRemove(app, output),
-      },
+      'button.btn.btn-small.btn-quiet.btn-icon',
+      { 'aria-label': `Delete ${output.name}`, title: 'Delete …', onclick: () => askRemove(app, output) },
       icon('trash'),
     ),
   ].filter((action) => action !== false && action !== undefined);
@@ -212,25 +195,23 @@ function actionsOf(app, output) {
 function askRemove(app, output) {
   const remove = async () => {
     await app.api.removeOutput(output.id);
-    app.store.dispatch((state) => dropMade(state, output.id));
+    app.store.dispatch(dropMade, output.id);
     toast(`${output.name} was deleted.`);
   };
   if (output.state !== 'complete') {
     void act(app, remove);
     return;
   }
-  app.store.dispatch((state) =>
-    openDialog(state, {
-      kind: 'confirm',
-      data: {
-        title: 'Delete this file?',
-        confirm: 'Delete',
-        danger: true,
-        run: remove,
-        text: `${output.name} is deleted from the data folder. What it was made from stays, so it can be made again as long as that does not change.`,
-      },
-    }),
-  );
+  app.store.dispatch(openDialog, {
+    kind: 'confirm',
+    data: {
+      title: 'Delete this file?',
+      confirm: 'Delete',
+      danger: true,
+      run: remove,
+      text: `${output.name} is deleted from the data folder. What it was made from stays, so it can be made again as long as that does not change.`,
+    },
+  });
 }
 
 /**

@@ -23,8 +23,8 @@ const STATES = {
   cancelled: ['cancelled', 'badge-warn'],
 };
 
-/** @param {Output} output @returns {[string, string]} */
-export const stateWords = (output) => STATES[output.state] ?? [output.state, ''];
+/** @param {{state: Output['state']}} made @returns {[string, string]} */
+export const stateWords = ({ state }) => STATES[state] ?? [state, ''];
 
 /** @param {{state: string}} made */
 export const isActive = ({ state }) => state === 'queued' || state === 'running';

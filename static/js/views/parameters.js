@@ -81,27 +81,15 @@ export function createParameters(options) {
   let { base } = options;
   /** Texts as typed, of changed parameters only, by name. @type {Map<string, string>} */
   const typed = new Map(Object.entries(options.initial ?? {}).map(([name, value]) => [name, shown(value)]));
-  const search = h('input', {
-    class: 'input',
-    type: 'search',
-    placeholder: 'Name or meaning',
-    'aria-label': 'Search parameters',
-    oninput: show,
-  });
+  const search = h('input.input', { type: 'search', placeholder: 'Name or meaning', 'aria-label': 'Search parameters', oninput: show });
   const only = h('input', { type: 'checkbox', onchange: show });
   // What is changed at the start stands on top; later changes stay where they are, under the pointer.
   const pinned = new Set(typed.keys());
-  const list = h('div', { class: 'parameters' });
-  const none = h('p', { class: 'muted parameters-none', role: 'status' });
+  const list = h('div.parameters');
+  const none = h('p.muted.parameters-none', { role: 'status' });
   const element = h(
-    'div',
-    { class: 'parameter-fields' },
-    h(
-      'div',
-      { class: 'row' },
-      h('div', { class: 'input-with-icon grow' }, icon('search'), search),
-      h('label', { class: 'row small' }, only, 'Changed only'),
-    ),
+    'div.parameter-fields',
+    h('div.row', h('div.input-with-icon.grow', icon('search'), search), h('label.row.small', only, 'Changed only')),
     list,
     none,
   );
@@ -118,7 +106,7 @@ export function createParameters(options) {
       const group = pinned.has(parameter.name) ? 'changed' : parameter.section;
       if (!search.value && group !== section) {
         section = group;
-        rows.push(h('h4', { class: 'parameter-section' }, section));
+        rows.push(h('h4.parameter-section', section));
       }
       rows.push(row(parameter));
     }
@@ -134,13 +122,11 @@ export function createParameters(options) {
     const id = `parameter-${parameter.section}-${parameter.name}`;
     const standard = shown(base(parameter));
     const text = typed.get(parameter.name) ?? standard;
-    const error = h('span', { class: 'field-error', id: `${id}-error`, role: 'alert' });
-    const warning = h('span', { class: 'field-warning', id: `${id}-warning`, role: 'status' });
+    const error = h('span.field-error', { id: `${id}-error`, role: 'alert' });
+    const warning = h('span.field-warning', { id: `${id}-warning`, role: 'status' });
     const reset = h(
-      'button',
+      'button.btn.btn-quiet.btn-icon.btn-small',
       {
-        class: 'btn btn-quiet btn-icon btn-small',
-        type: 'button',
         'aria-label': `Reset ${parameter.name} to ${standard}`,
         title: `Reset to ${standard || 'nothing'}`,
         onclick: () => {
@@ -156,14 +142,13 @@ export function createParameters(options) {
     const choices = parameter.type === 'boolean' ? ['true', 'false'] : parameter.type === 'choice' ? (parameter.choices ?? []) : null;
     const input = choices
       ? h(
-          'select',
-          { class: 'select', ...attributes },
+          'select.select',
+          { ...attributes },
           ...choices.map((choice) =>
             h('option', { value: choice, selected: choice === text }, choice === 'true' ? 'yes' : choice === 'false' ? 'no' : choice),
           ),
         )
-      : h('input', {
-          class: 'input mono',
+      : h('input.input.mono', {
           type: 'text',
           inputmode: parameter.type === 'text' ? 'text' : 'decimal',
           autocomplete: 'off',
@@ -172,11 +157,10 @@ export function createParameters(options) {
           ...attributes,
         });
     const element = h(
-      'div',
-      { class: 'parameter' },
-      h('label', { class: 'parameter-name mono', for: id }, parameter.name),
-      h('div', { class: 'parameter-input row' }, input, reset),
-      h('p', { class: 'parameter-text muted small', id: `${id}-text` }, [parameter.description, range].filter(Boolean).join(' · ')),
+      'div.parameter',
+      h('label.parameter-name.mono', { for: id }, parameter.name),
+      h('div.parameter-input.row', input, reset),
+      h('p.parameter-text.muted.small', { id: `${id}-text` }, [parameter.description, range].filter(Boolean).join(' · ')),
       error,
       warning,
     );

@@ -40,9 +40,9 @@ export function createReview(app) {
       { id: 'inspector', label: 'Inspector', view: createInspector(app) },
     ],
   });
-  const top = h('div', { class: 'review-top' });
-  const grid = h('div', { class: 'review-grid' });
-  const pictures = h('div', { class: 'review-pictures' });
+  const top = h('div.review-top');
+  const grid = h('div.review-grid');
+  const pictures = h('div.review-pictures');
   const beside = createBeside(app, (large) => grid.classList.toggle('beside-large', large));
   const between = splitter({
     label: 'Width of the view beside the picture',
@@ -78,8 +78,8 @@ export function createReview(app) {
     }),
   ];
   sideLines.forEach((line, at) => line.classList.add(at === 0 ? 'line-one' : 'line-two'));
-  pictures.append(h('section', { class: 'review-picture', 'aria-label': 'Picture' }, picture.element), between, beside.element);
-  top.append(pictures, ...sideLines, h('section', { class: 'review-side', 'aria-label': 'Track details and queue' }, side.element));
+  pictures.append(h('section.review-picture', { 'aria-label': 'Picture' }, picture.element), between, beside.element);
+  top.append(pictures, ...sideLines, h('section.review-side', { 'aria-label': 'Track details and queue' }, side.element));
   const linesOfLanes = [
     splitter({
       label: 'Height of the folded lanes',
@@ -102,26 +102,20 @@ export function createReview(app) {
       high: 65,
     }),
   ];
-  grid.append(top, ...linesOfLanes, h('section', { class: 'review-lanes', 'aria-label': 'Time lanes' }, lanes.element));
-  const notice = h('div', { class: 'review-notice' }, waiting('The review is opened', { signal: ended.signal }));
+  grid.append(top, ...linesOfLanes, h('section.review-lanes', { 'aria-label': 'Time lanes' }, lanes.element));
+  const notice = h('div.review-notice', waiting('The review is opened', { signal: ended.signal }));
   const element = h(
-    'div',
-    { class: 'review' },
-    h('h1', { class: 'visually-hidden' }, 'Review'),
+    'div.review',
+    h('h1.visually-hidden', 'Review'),
     toolbar.element,
     work.element,
     grid,
     notice,
-    h(
-      'div',
-      { class: 'drop-hint', 'aria-hidden': 'true' },
-      icon('import'),
-      h('span', null, 'Drop annotations to import them for this video'),
-    ),
+    h('div.drop-hint', { 'aria-hidden': 'true' }, icon('import'), h('span', 'Drop annotations to import them for this video')),
   );
   acceptDrops(element, ([file]) => {
     const { review } = app.store.get();
-    if (file && review) app.store.dispatch((state) => openDialog(state, { kind: 'import', data: { video: review.video.id, file } }));
+    if (file && review) app.store.dispatch(openDialog, { kind: 'import', data: { video: review.video.id, file } });
   });
   const parts = [toolbar, work, picture, beside, side, lanes];
   let noticed = 'waiting';
@@ -140,7 +134,7 @@ export function createReview(app) {
           icon: 'film',
           title: 'This video is not in the library',
           text: 'It may have been removed, or the address belongs to another data folder.',
-          actions: [h('a', { class: 'btn btn-primary', href: '#/' }, 'Go to the library')],
+          actions: [h('a.btn.btn-primary', { href: '#/' }, 'Go to the library')],
         }),
       );
     } else if (kind === 'gone') {
@@ -156,11 +150,8 @@ export function createReview(app) {
             ...(others
               ? [
                   h(
-                    'a',
-                    {
-                      class: 'btn btn-primary',
-                      href: formatRoute({ screen: 'review', video, run: null, frame: state.review?.frame ?? null, track: null }),
-                    },
+                    'a.btn.btn-primary',
+                    { href: formatRoute({ screen: 'review', video, run: null, frame: state.review?.frame ?? null, track: null }) },
                     'Open the newest run',
                   ),
                 ]

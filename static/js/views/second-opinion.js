@@ -21,7 +21,7 @@ const PICTURE = 320;
  * @param {AbortSignal} signal
  */
 export function secondOpinionOf(app, signal) {
-  const element = h('section', { class: 'second-opinion', 'aria-label': 'Second opinion', hidden: true });
+  const element = h('section.second-opinion', { 'aria-label': 'Second opinion', hidden: true });
 
   /** @param {string} [problem]   what went wrong before */
   async function next(problem) {
@@ -38,17 +38,16 @@ export function secondOpinionOf(app, signal) {
     } catch (thrown) {
       if (signal.aborted) return;
       element.hidden = false;
-      fill(element, h('p', { class: 'field-error', role: 'alert' }, sentence(thrown)));
+      fill(element, h('p.field-error', { role: 'alert' }, sentence(thrown)));
     }
   }
 
   /** @param {import('../types.js').Look} look @param {number} left @param {string} [problem] */
   function shown(look, left, problem) {
     const [x1, y1, x2, y2] = look.box;
-    const alert = h('p', { class: 'field-error', role: 'alert' }, problem ?? '');
+    const alert = h('p.field-error', { role: 'alert' }, problem ?? '');
     const names = h('datalist', { id: 'second-opinion-labels' }, ...look.labels.map(({ name }) => h('option', { value: name })));
-    const input = h('input', {
-      class: 'input',
+    const input = h('input.input', {
       'aria-label': 'What the sign is',
       placeholder: 'Label',
       list: 'second-opinion-labels',
@@ -72,23 +71,23 @@ export function secondOpinionOf(app, signal) {
       else alert.textContent = 'Choose one of the labels.';
     };
     return [
-      h('h2', null, 'Second opinion ', h('span', { class: 'muted small' }, `${plural(left, 'sign')} left`)),
-      h('p', { class: 'muted small' }, 'Somebody has accepted this sign. Say what you see; their answer is not shown.'),
+      h('h2', 'Second opinion ', h('span.muted.small', `${plural(left, 'sign')} left`)),
+      h('p.muted.small', 'Somebody has accepted this sign. Say what you see; their answer is not shown.'),
       pictureThatMayMiss({
         class: 'second-opinion-picture',
         alt: 'The sign',
         width: PICTURE,
         src: app.api.searchCropUrl({ run: look.run_id, frame: look.frame, box: [x1, y1, x2, y2] }, PICTURE),
       }),
-      h('p', { class: 'muted small', dir: 'auto' }, `${look.video_name}, frame ${look.frame}`),
+      h('p.muted.small', { dir: 'auto' }, `${look.video_name}, frame ${look.frame}`),
       h(
-        'form',
-        { class: 'second-opinion-answer', onsubmit: submit },
+        'form.second-opinion-answer',
+        { onsubmit: submit },
         input,
         names,
-        h('button', { class: 'btn btn-primary', type: 'submit' }, 'That is it'),
-        h('button', { class: 'btn', type: 'button', onclick: () => void say(NO_CLASS) }, 'None of the labels'),
-        h('button', { class: 'btn', type: 'button', onclick: () => void say(null) }, 'No sign'),
+        h('button.btn.btn-primary', { type: 'submit' }, 'That is it'),
+        h('button.btn', { onclick: () => void say(NO_CLASS) }, 'None of the labels'),
+        h('button.btn', { onclick: () => void say(null) }, 'No sign'),
       ),
       alert,
     ];
@@ -109,10 +108,9 @@ export function secondOpinionOf(app, signal) {
  */
 export function agreementOf(app, looks, people, signal, reload) {
   const { whole } = looks;
-  const told = h('p', { role: 'status', class: 'small' });
-  const person = h('select', { class: 'select', 'aria-label': 'Person' }, ...people.map((name) => h('option', { value: name }, name)));
-  const share = h('input', {
-    class: 'input',
+  const told = h('p.small', { role: 'status' });
+  const person = h('select.select', { 'aria-label': 'Person' }, ...people.map((name) => h('option', { value: name }, name)));
+  const share = h('input.input', {
     type: 'number',
     min: '0.1',
     max: '100',
@@ -144,18 +142,16 @@ export function agreementOf(app, looks, people, signal, reload) {
   return h(
     'section',
     { 'aria-label': 'Second opinions' },
-    h('h2', null, 'Second opinions ', h('span', { class: 'muted small' }, `${count(looks.open)} open`)),
+    h('h2', 'Second opinions ', h('span.muted.small', `${count(looks.open)} open`)),
     h(
       'p',
-      null,
       whole.looked === 0
         ? 'No accepted track has a second opinion yet.'
         : `A second person says the same of ${count(whole.agreed)} of ${plural(whole.looked, 'track')}: ${shareOf(whole)}.`,
     ),
     whole.looked > 0 &&
       h(
-        'div',
-        { class: 'team-people' },
+        'div.team-people',
         agreementTable(
           ['Looked at', 'Same answer', 'Share, 95 % interval'],
           [
@@ -166,38 +162,36 @@ export function agreementOf(app, looks, people, signal, reload) {
         ),
       ),
     boxesOf(looks.boxes),
-    looks.disputed > 0 && h('h3', null, `${plural(looks.disputed, 'track')} in dispute`),
+    looks.disputed > 0 && h('h3', `${plural(looks.disputed, 'track')} in dispute`),
     looks.disputed > 0 &&
       h(
-        'ol',
-        { class: 'activity', 'aria-label': 'Tracks in dispute' },
+        'ol.activity',
+        { 'aria-label': 'Tracks in dispute' },
         ...looks.disputes.map((one) =>
           h(
             'li',
-            null,
             h(
-              'a',
+              'a.truncate',
               {
-                class: 'truncate',
                 dir: 'auto',
                 href: formatRoute({ screen: 'review', video: one.video_id, run: one.run_id, frame: one.frame, track: one.key }),
               },
               `track ${trackName(one.key)} of ${one.video_name}`,
             ),
-            h('span', null, `${one.first}: ${one.first_answer}. ${one.second}: ${one.second_answer}.`),
+            h('span', `${one.first}: ${one.first_answer}. ${one.second}: ${one.second_answer}.`),
           ),
         ),
       ),
     people.length > 0 &&
       h(
-        'form',
-        { class: 'second-opinion-give', onsubmit: give },
+        'form.second-opinion-give',
+        { onsubmit: give },
         'Give ',
         person,
         ' a sample of ',
         share,
         ' % of the tracks that others have accepted. ',
-        h('button', { class: 'btn', type: 'submit' }, 'Give out'),
+        h('button.btn', { type: 'submit' }, 'Give out'),
       ),
     told,
   );
@@ -208,16 +202,11 @@ const agreementRow = (one, what) => figuresRow(one.name, what, [count(one.looked
 
 /** @param {string} name @param {string} what   it is the name of @param {readonly string[]} figures */
 const figuresRow = (name, what, figures) =>
-  h(
-    'tr',
-    null,
-    h('th', { scope: 'row', dir: 'auto' }, name, ' ', h('span', { class: 'muted small' }, what)),
-    ...figures.map((value) => h('td', { class: 'number' }, value)),
-  );
+  h('tr', h('th', { scope: 'row', dir: 'auto' }, name, ' ', h('span.muted.small', what)), ...figures.map((value) => h('td.number', value)));
 
 /** @param {readonly string[]} figures   what the columns hold @param {HTMLElement[]} rows @param {string} [label] */
 const agreementTable = (figures, rows, label) =>
-  h('table', { class: 'table team-table', 'aria-label': label }, tableHead(['Of'], figures), h('tbody', null, ...rows));
+  h('table.table.team-table', { 'aria-label': label }, tableHead(['Of'], figures), h('tbody', ...rows));
 
 /**
  * How well boxes of two people lie on each other.
@@ -231,9 +220,8 @@ function boxesOf(boxes) {
   /** @param {typeof whole} one @param {string} what */
   const row = (one, what) => figuresRow(one.name, what, [count(one.tracks), count(one.frames), mean(one)]);
   return h(
-    'div',
-    { class: 'team-people' },
-    h('p', null, `Where two people have drawn a box of ${plural(whole.tracks, 'track')}, the mean IoU is ${mean(whole)}.`),
+    'div.team-people',
+    h('p', `Where two people have drawn a box of ${plural(whole.tracks, 'track')}, the mean IoU is ${mean(whole)}.`),
     agreementTable(
       ['Tracks', 'Frames', 'Mean IoU, 95 % interval'],
       [

@@ -51,17 +51,8 @@ export function createShell(app) {
   const banners = createBanners(app);
   const dialogs = createDialogs(app);
   const toasts = createToasts(app);
-  const main = h('main', { class: 'screen', id: 'main', tabIndex: -1 });
-  const element = h(
-    'div',
-    { class: 'shell' },
-    bar.element,
-    banners.element,
-    main,
-    dialogs.element,
-    toasts.element,
-    createTooltip(app.signal),
-  );
+  const main = h('main.screen', { id: 'main', tabIndex: -1 });
+  const element = h('div.shell', bar.element, banners.element, main, dialogs.element, toasts.element, createTooltip(app.signal));
   /** @type {{name: string, view: View}|null} */
   let screen = null;
   /** @type {State['theme']|null} */

@@ -22,10 +22,8 @@ export function createTabs({ label, name, beside, tabs }) {
   let last = null;
   const buttons = tabs.map((tab) =>
     h(
-      'button',
+      'button.tab',
       {
-        class: 'tab',
-        type: 'button',
         role: 'tab',
         id: `tab-${tab.id}`,
         'aria-controls': `panel-${tab.id}`,
@@ -38,18 +36,9 @@ export function createTabs({ label, name, beside, tabs }) {
       tab.label,
     ),
   );
-  const panels = tabs.map((tab) =>
-    h(
-      'div',
-      {
-        class: 'tab-panel',
-        id: `panel-${tab.id}`,
-      },
-      tab.view.element,
-    ),
-  );
-  const list = h('div', { class: 'tab-list', role: 'tablist', 'aria-label': label }, ...buttons);
-  const element = h('div', { class: 'tabs' });
+  const panels = tabs.map((tab) => h('div.tab-panel', { id: `panel-${tab.id}` }, tab.view.element));
+  const list = h('div.tab-list', { role: 'tablist', 'aria-label': label }, ...buttons);
+  const element = h('div.tabs');
   const line = splitter({
     label: `Width of the ${tabs[1].label.toLowerCase()}`,
     orientation: 'vertical',

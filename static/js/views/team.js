@@ -21,13 +21,13 @@ import { pageHead, tableHead } from './heads.js';
 export function createTeam(app) {
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const inner = h('div', { class: 'library-inner page-inner' });
-  const element = h('div', { class: 'library' }, inner);
+  const inner = h('div.library-inner.page-inner');
+  const element = h('div.library', inner);
   /** @type {string|null} */ let shown = null;
 
   /** @param {string|null} person */
   async function load(person) {
-    fill(inner, h('div', { class: 'library-notice' }, waiting('The figures are counted', { signal, retry: () => void load(person) })));
+    fill(inner, h('div.library-notice', waiting('The figures are counted', { signal, retry: () => void load(person) })));
     try {
       const made = person === null ? await wholeTeam() : activityOf(app, await app.api.activity(person, null, { signal }), signal);
       fill(inner, ...made);
@@ -36,8 +36,7 @@ export function createTeam(app) {
       fill(
         inner,
         h(
-          'div',
-          { class: 'library-notice' },
+          'div.library-notice',
           failure('The figures could not be loaded', thrown, () => load(person)),
         ),
       );
@@ -90,26 +89,16 @@ function overviewOf(overview) {
   return [
     pageHead('Team', plural(overview.videos, 'video')),
     overview.unread > 0 &&
-      h(
-        'p',
-        { class: 'card-message small', role: 'status' },
-        `The tracks or newest edits of ${plural(overview.unread, 'run')} are not counted.`,
-      ),
-    overview.clocks && h('p', { class: 'card-message card-message-warn small', role: 'status' }, overview.clocks),
+      h('p.card-message.small', { role: 'status' }, `The tracks or newest edits of ${plural(overview.unread, 'run')} are not counted.`),
+    overview.clocks && h('p.card-message.card-message-warn.small', { role: 'status' }, overview.clocks),
+    h('ul.team-facts', { 'aria-label': 'The library' }, ...facts.map(([value, words]) => h('li', h('strong', value), ' ', words))),
+    h('h2', 'People ', h('span.muted.small', 'the last 30 days')),
     h(
-      'ul',
-      { class: 'team-facts', 'aria-label': 'The library' },
-      ...facts.map(([value, words]) => h('li', null, h('strong', null, value), ' ', words)),
-    ),
-    h('h2', null, 'People ', h('span', { class: 'muted small' }, 'the last 30 days')),
-    h(
-      'div',
-      { class: 'team-people' },
+      'div.team-people',
       h(
-        'table',
-        { class: 'table team-table' },
+        'table.table.team-table',
         tableHead(['Name', 'Role'], ['Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review']),
-        h('tbody', null, ...overview.people.map(personRow)),
+        h('tbody', ...overview.people.map(personRow)),
       ),
     ),
   ];
@@ -142,10 +131,9 @@ function personRow(worker) {
       : h('a', { href: formatRoute({ screen: 'team', person: worker.name }) }, worker.name);
   return h(
     'tr',
-    null,
     h('th', { scope: 'row', dir: 'auto' }, name),
-    h('td', null, worker.role ?? 'no account'),
-    ...numbers.map((value) => h('td', { class: 'number' }, value)),
+    h('td', worker.role ?? 'no account'),
+    ...numbers.map((value) => h('td.number', value)),
   );
 }
 
@@ -157,15 +145,13 @@ function personRow(worker) {
 function activityOf(app, activity, signal) {
   const { worker } = activity;
   const speed = anHour(worker);
-  const list = h('ol', { class: 'activity', 'aria-label': 'What was done, the newest first' }, ...activity.done.map(doneRow));
+  const list = h('ol.activity', { 'aria-label': 'What was done, the newest first' }, ...activity.done.map(doneRow));
   const own = app.store.get().session?.person?.name === worker.name;
   let before = activity.more;
-  const problem = h('p', { class: 'field-error', role: 'alert' });
+  const problem = h('p.field-error', { role: 'alert' });
   const more = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       hidden: before === null,
       onclick: async () => {
         try {
@@ -181,21 +167,15 @@ function activityOf(app, activity, signal) {
     'Show earlier',
   );
   return [
-    pageHead(
-      worker.name,
-      worker.role,
-      may(app.store.get().session, 'reviewer') && h('a', { class: 'btn', href: '#/team' }, 'The whole team'),
-    ),
+    pageHead(worker.name, worker.role, may(app.store.get().session, 'reviewer') && h('a.btn', { href: '#/team' }, 'The whole team')),
     h(
       'p',
-      null,
       `${plural(worker.decided, 'track')} decided in ${worker.hours < 0.1 ? 'less than 0.1' : worker.hours.toFixed(1)} hours of the last 30 days${speed === null ? '' : `, ${speed} an hour`}. ${worker.assigned ? `${plural(worker.assigned, 'assignment')} not done.` : 'No open assignment.'}`,
     ),
     own && mineOf(app, signal),
     activity.done.length === 0
       ? h(
-          'div',
-          { class: 'library-notice' },
+          'div.library-notice',
           emptyState({ icon: 'info', title: 'Nothing yet', text: 'Every correction, verdict and note is listed here.' }),
         )
       : list,
@@ -210,16 +190,11 @@ function doneRow(done) {
   const words = track !== null ? `track ${trackName(track)}` : plural(done.count, 'track');
   return h(
     'li',
-    null,
-    h('span', { class: 'muted small activity-time' }, moment(done.time)),
-    h('span', null, describe(done.name)),
+    h('span.muted.small.activity-time', moment(done.time)),
+    h('span', describe(done.name)),
     h(
-      'a',
-      {
-        class: 'truncate',
-        dir: 'auto',
-        href: formatRoute({ screen: 'review', video: done.video_id, run: done.run_id, frame: done.frame, track }),
-      },
+      'a.truncate',
+      { dir: 'auto', href: formatRoute({ screen: 'review', video: done.video_id, run: done.run_id, frame: done.frame, track }) },
       `${words} of ${done.video_name}`,
     ),
   );

@@ -20,7 +20,7 @@ const STAY = 6000;
  * @returns {import('../page-types.js').View}
  */
 export function createToasts(app) {
-  const element = h('div', { class: 'toasts', role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices' });
+  const element = h('div.toasts', { role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices' });
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
   /** Those that end with the next edit or screen: where they were shown, and what ends them. @type {Map<HTMLElement, {place: Route, close: () => void}>} */
@@ -50,13 +50,11 @@ export function createToasts(app) {
       'div',
       { class: `toast toast-${tone}` },
       icon(tone === 'bad' ? 'alert' : tone === 'good' ? 'check' : 'info'),
-      h('span', { class: 'grow' }, text),
+      h('span.grow', text),
       action &&
         h(
-          'button',
+          'button.btn.btn-small',
           {
-            class: 'btn btn-small',
-            type: 'button',
             onclick: () => {
               close();
               action.run();
@@ -64,11 +62,7 @@ export function createToasts(app) {
           },
           action.label,
         ),
-      h(
-        'button',
-        { class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': 'Close this notice', onclick: close },
-        icon('close'),
-      ),
+      h('button.btn.btn-quiet.btn-icon.btn-small', { 'aria-label': 'Close this notice', onclick: close }, icon('close')),
     );
     let timer = setTimeout(close, STAY);
     // Nobody loses a notice while reading it.

@@ -70,28 +70,21 @@ const verdictOfSelected = (review) => {
  * @returns {import('../page-types.js').View}
  */
 export function createToolbar(app) {
-  const element = h('div', { class: 'toolbar', role: 'toolbar', 'aria-label': 'Operations' });
+  const element = h('div.toolbar', { role: 'toolbar', 'aria-label': 'Operations' });
   /** @type {[Operation, HTMLButtonElement][]} */
   const buttons = [];
   const groups = BAR.map(([name, ids]) =>
     h(
-      'div',
-      { class: 'toolbar-group', role: 'group', 'aria-label': name },
+      'div.toolbar-group',
+      { role: 'group', 'aria-label': name },
       ids.flatMap((id) => {
         const operation = app.operations.find((candidate) => candidate.id === id);
         if (!operation?.icon || !isIcon(operation.icon)) return [];
         const button = h(
-          'button',
-          {
-            class: 'btn btn-quiet',
-            type: 'button',
-            tabIndex: -1,
-            'aria-label': operation.label,
-            dataset: { operation: id },
-            onclick: () => runOperation(app, operation, toast),
-          },
+          'button.btn.btn-quiet',
+          { tabIndex: -1, 'aria-label': operation.label, dataset: { operation: id }, onclick: () => runOperation(app, operation, toast) },
           icon(operation.icon),
-          h('span', null, operation.short ?? operation.label),
+          h('span', operation.short ?? operation.label),
         );
         buttons.push([operation, button]);
         return [button];

@@ -15,7 +15,7 @@ const GAP = 6;
  */
 export function createTooltip(signal) {
   // a popover lies over dialogs too
-  const element = h('div', { class: 'tooltip', popover: 'manual', 'aria-hidden': 'true' });
+  const element = h('div.tooltip', { popover: 'manual', 'aria-hidden': 'true' });
   /** @type {Element|null} */
   let of = null;
 

@@ -11,7 +11,7 @@ import { toast } from '../core/toast.js';
  * @returns {import('../page-types.js').View}
  */
 export function createPerson(app) {
-  const element = h('div', { class: 'row topbar-person', hidden: true });
+  const element = h('div.row.topbar-person', { hidden: true });
   /** @type {import('../types.js').Session['person']} */ let shown = null;
 
   async function leave() {
@@ -34,24 +34,14 @@ export function createPerson(app) {
       fill(
         element,
         h(
-          'a',
-          {
-            class: 'nav-link',
-            href: `#/team/${encodeURIComponent(person.name)}`,
-            title: `${person.name}, ${person.role}: what you have done`,
-          },
-          h('span', { class: 'topbar-name truncate', dir: 'auto' }, person.name),
+          'a.nav-link',
+          { href: `#/team/${encodeURIComponent(person.name)}`, title: `${person.name}, ${person.role}: what you have done` },
+          h('span.topbar-name.truncate', { dir: 'auto' }, person.name),
         ),
         person.can_sign_out &&
           h(
-            'button',
-            {
-              class: 'btn btn-quiet btn-icon',
-              type: 'button',
-              title: `Sign out ${person.name}`,
-              'aria-label': 'Sign out',
-              onclick: () => void leave(),
-            },
+            'button.btn.btn-quiet.btn-icon',
+            { title: `Sign out ${person.name}`, 'aria-label': 'Sign out', onclick: () => void leave() },
             icon('leave'),
           ),
       );

@@ -29,15 +29,13 @@ const THEMES = /** @type {const} */ ({
  */
 export function createTopBar(app) {
   const { store } = app;
-  const videos = h('select', {
-    class: 'select topbar-video',
+  const videos = h('select.select.topbar-video', {
     'aria-label': 'Video',
     onchange: () => {
       location.hash = formatRoute({ screen: 'review', video: videos.value, run: null, frame: null, track: null });
     },
   });
-  const runs = h('select', {
-    class: 'select topbar-run',
+  const runs = h('select.select.topbar-run', {
     'aria-label': 'Run',
     onchange: () => {
       const route = store.get().route;
@@ -45,84 +43,63 @@ export function createTopBar(app) {
     },
   });
   const manage = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       title: 'Start a run, see the runs of this video, remove them',
       onclick: () => {
         const { route } = store.get();
-        if (route.screen === 'review') store.dispatch((state) => openDialog(state, { kind: 'run', data: { video: route.video } }));
+        if (route.screen === 'review') store.dispatch(openDialog, { kind: 'run', data: { video: route.video } });
       },
     },
     icon('run'),
-    h('span', { class: 'topbar-words' }, 'Runs'),
+    h('span.topbar-words', 'Runs'),
   );
   const compare = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       title: 'Compare this run with another, with its corrections or with ground truth',
       onclick: () => {
         const { route, review } = store.get();
         if (route.screen === 'review')
-          store.dispatch((state) =>
-            openDialog(state, { kind: 'compare', data: { video: route.video, run: review?.run?.id ?? route.run } }),
-          );
+          store.dispatch(openDialog, { kind: 'compare', data: { video: route.video, run: review?.run?.id ?? route.run } });
       },
     },
     icon('compare'),
-    h('span', { class: 'topbar-words' }, 'Compare'),
+    h('span.topbar-words', 'Compare'),
   );
-  const chooser = h('div', { class: 'topbar-chooser row', hidden: true }, videos, runs, manage, compare);
+  const chooser = h('div.topbar-chooser.row', { hidden: true }, videos, runs, manage, compare);
   const save = app.operations.find(({ id }) => id === 'save');
-  const saved = h('button', {
-    class: 'btn btn-quiet saved',
-    type: 'button',
-    title: save?.tooltip,
-    onclick: () => save && runOperation(app, save, toast),
-  });
+  const saved = h('button.btn.btn-quiet.saved', { title: save?.tooltip, onclick: () => save && runOperation(app, save, toast) });
   leaveKeysToPicture(saved);
   // what stands in a button is not told when it changes
-  const spoken = h('span', { class: 'visually-hidden', role: 'status' });
-  const theme = h('button', {
-    class: 'btn btn-quiet btn-icon',
-    type: 'button',
-    onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0])),
-  });
+  const spoken = h('span.visually-hidden', { role: 'status' });
+  const theme = h('button.btn.btn-quiet.btn-icon', { onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0])) });
   const [palette, settings, help] = ['palette', 'preferences', 'help'].map((id) => pageButton(app, id));
   const person = createPerson(app);
-  const making = h('span', { class: 'nav-count', hidden: true });
+  const making = h('span.nav-count', { hidden: true });
   const links = [
-    h('a', { class: 'nav-link', href: '#/', dataset: { screen: 'library' } }, 'Library'),
+    h('a.nav-link', { href: '#/', dataset: { screen: 'library' } }, 'Library'),
     h(
-      'a',
-      {
-        class: 'nav-link',
-        href: '#/search',
-        title: 'Find signs in all videos, and judge or relabel many at once',
-        dataset: { screen: 'search' },
-      },
+      'a.nav-link',
+      { href: '#/search', title: 'Find signs in all videos, and judge or relabel many at once', dataset: { screen: 'search' } },
       'Search',
     ),
-    h('a', { class: 'nav-link', href: '#/files', dataset: { screen: 'files' } }, 'Files', making),
-    h('a', { class: 'nav-link', href: '#/labels', dataset: { screen: 'labels' } }, 'Labels'),
-    h('a', { class: 'nav-link', href: '#/models', dataset: { screen: 'models' } }, 'Models'),
-    h('a', { class: 'nav-link', href: '#/team', dataset: { screen: 'team' }, hidden: true }, 'Team'),
+    h('a.nav-link', { href: '#/files', dataset: { screen: 'files' } }, 'Files', making),
+    h('a.nav-link', { href: '#/labels', dataset: { screen: 'labels' } }, 'Labels'),
+    h('a.nav-link', { href: '#/models', dataset: { screen: 'models' } }, 'Models'),
+    h('a.nav-link', { href: '#/team', dataset: { screen: 'team' }, hidden: true }, 'Team'),
   ];
   const element = h(
-    'header',
-    { class: 'topbar' },
+    'header.topbar',
     h(
-      'a',
-      { class: 'brand', href: '#/', title: 'To the library' },
-      h('img', { class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20 }),
-      h('span', { class: 'topbar-words' }, 'tsr review'),
+      'a.brand',
+      { href: '#/', title: 'To the library' },
+      h('img.brand-mark', { src: '/static/icon.svg', alt: '', width: 20, height: 20 }),
+      h('span.topbar-words', 'tsr review'),
     ),
-    h('nav', { class: 'topbar-nav', 'aria-label': 'Screens' }, ...links),
+    h('nav.topbar-nav', { 'aria-label': 'Screens' }, ...links),
     chooser,
-    h('div', { class: 'grow' }),
+    h('div.grow'),
     saved,
     spoken,
     person.element,
@@ -178,14 +155,8 @@ function pageButton(app, id) {
   const operation = app.operations.find((one) => one.id === id);
   if (!operation?.icon || !isIcon(operation.icon)) throw new RangeError(`There is no operation ${id} with an icon.`);
   return h(
-    'button',
-    {
-      class: 'btn btn-quiet btn-icon',
-      type: 'button',
-      'aria-label': operation.label,
-      title: operation.tooltip,
-      onclick: () => runOperation(app, operation),
-    },
+    'button.btn.btn-quiet.btn-icon',
+    { 'aria-label': operation.label, title: operation.tooltip, onclick: () => runOperation(app, operation) },
     icon(operation.icon),
   );
 }
@@ -248,7 +219,7 @@ function showSaved(state, saved, spoken) {
   setText(spoken, saved.hidden ? '' : text);
   if (saved.dataset.kind === kind && saved.textContent === text) return;
   saved.dataset.kind = kind;
-  fill(saved, icon(ICONS[kind]), h('span', null, text));
+  fill(saved, icon(ICONS[kind]), h('span', text));
 }
 
 /** @type {Record<'offline'|'held'|'unsaved'|'saved', import('./icons.js').IconName>} */

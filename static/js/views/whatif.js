@@ -63,9 +63,9 @@ export function changeList(app, run, { close } = {}) {
   const counts = run.summary.difference?.counts ?? {};
   const total = KINDS.reduce((sum, [kind]) => sum + (counts[kind] ?? 0), 0);
   const changed = changedFrames(run);
-  if (total === 0 && changed === 0) return h('p', { class: 'muted' }, 'Nothing changes: every frame comes out as before.');
+  if (total === 0 && changed === 0) return h('p.muted', 'Nothing changes: every frame comes out as before.');
   const frames = `${count(changed)} of ${plural(run.frames_done, 'frame')} ${changed === 1 ? 'differs' : 'differ'} in boxes, verdicts or votes.`;
-  if (total === 0) return h('p', { class: 'muted' }, `The same tracks, with the same classes. ${frames} Compare shows by how much.`);
+  if (total === 0) return h('p.muted', `The same tracks, with the same classes. ${frames} Compare shows by how much.`);
   /** @param {Change} change */
   function open(change) {
     close?.();
@@ -76,35 +76,32 @@ export function changeList(app, run, { close } = {}) {
     location.hash = formatRoute({ screen: 'review', video: run.video_id, run: shown, frame: change.frame, track: `m${change.track}` });
   }
   return h(
-    'div',
-    { class: 'changes' },
-    h('p', { class: 'muted small' }, frames),
+    'div.changes',
+    h('p.muted.small', frames),
     ...KINDS.map(([kind, title, text]) => {
       const changes = changesOf(run, kind, labels);
       const all = counts[kind] ?? changes.length;
       return h(
-        'details',
-        { class: 'details changes-kind', open: changes.length > 0 && changes.length <= 40 },
+        'details.details.changes-kind',
+        { open: changes.length > 0 && changes.length <= 40 },
         h('summary', { title: text }, title, h('span', { class: `badge ${all ? 'badge-accent' : ''}` }, count(all))),
         h(
-          'ul',
-          { class: 'changes-list' },
+          'ul.changes-list',
           ...changes.map((change) =>
             h(
               'li',
-              null,
               h(
-                'button',
-                { class: 'change-row', type: 'button', onclick: () => open(change) },
-                h('span', { class: 'mono' }, `#${change.track}`),
-                h('span', { class: 'truncate grow' }, change.text),
-                h('span', { class: 'muted small' }, `frame ${count(change.frame)}`),
+                'button.change-row',
+                { onclick: () => open(change) },
+                h('span.mono', `#${change.track}`),
+                h('span.truncate.grow', change.text),
+                h('span.muted.small', `frame ${count(change.frame)}`),
               ),
             ),
           ),
         ),
-        all > changes.length && h('p', { class: 'muted small' }, `The first ${count(changes.length)} of ${count(all)}.`),
-        all === 0 && h('p', { class: 'muted small' }, 'None.'),
+        all > changes.length && h('p.muted.small', `The first ${count(changes.length)} of ${count(all)}.`),
+        all === 0 && h('p.muted.small', 'None.'),
       );
     }),
   );

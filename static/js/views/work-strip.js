@@ -23,11 +23,11 @@ import { toast } from '../core/toast.js';
 export async function changeWork(app, known, change, done) {
   try {
     const now = await app.api.changeAssignment(known, change);
-    app.store.dispatch((state) => putAssignment(state, now));
+    app.store.dispatch(putAssignment, now);
     toast(done, { tone: 'good' });
   } catch (thrown) {
     const current = Reflect.get(Object(thrown), 'details')?.current;
-    if (current) app.store.dispatch((state) => putAssignment(state, current));
+    if (current) app.store.dispatch(putAssignment, current);
     toast(sentence(thrown), { tone: 'bad' });
   }
 }
@@ -37,12 +37,12 @@ export async function changeWork(app, known, change, done) {
  * @returns {import('../page-types.js').View}
  */
 export function createWorkStrip(app) {
-  const element = h('section', { class: 'work-strip', 'aria-label': 'Assignment', hidden: true });
+  const element = h('section.work-strip', { 'aria-label': 'Assignment', hidden: true });
   let shown = '';
 
   /** @param {string} label @param {string} title @param {() => void} run @param {boolean} [primary] */
   const button = (label, title, run, primary = false) =>
-    h('button', { class: `btn btn-small ${primary ? 'btn-primary' : ''}`, type: 'button', title, onclick: run }, label);
+    h('button', { class: `btn btn-small ${primary ? 'btn-primary' : ''}`, title, onclick: run }, label);
 
   /** @param {Assignment} work @param {boolean} own @param {boolean} reviewer */
   function actions(work, own, reviewer) {
@@ -71,7 +71,7 @@ export function createWorkStrip(app) {
       );
       found.push(
         button('Return …', 'Say what is to be done again', () =>
-          app.store.dispatch((state) => openDialog(state, { kind: 'return-work', data: { assignment: work } })),
+          app.store.dispatch(openDialog, { kind: 'return-work', data: { assignment: work } }),
         ),
       );
     }
@@ -94,25 +94,16 @@ export function createWorkStrip(app) {
       fill(
         element,
         h('span', { class: `state-chip state-${work.state}` }, STATES[work.state]),
-        h('span', { class: 'truncate' }, `${own ? 'Your work' : `Work of ${work.person}`}: ${framesOf(work)}`),
+        h('span.truncate', `${own ? 'Your work' : `Work of ${work.person}`}: ${framesOf(work)}`),
         work.comment &&
-          h(
-            'span',
-            { class: 'work-comment truncate grow', dir: 'auto', title: `${work.changed_by}: ${work.comment}` },
-            `“${work.comment}”`,
-          ),
-        !work.comment && h('span', { class: 'grow' }),
+          h('span.work-comment.truncate.grow', { dir: 'auto', title: `${work.changed_by}: ${work.comment}` }, `“${work.comment}”`),
+        !work.comment && h('span.grow'),
         ...actions(work, own, may(state.session, 'reviewer')),
         following &&
           others > 0 &&
           h(
-            'button',
-            {
-              class: 'btn btn-small',
-              type: 'button',
-              title: following.tooltip,
-              onclick: () => runOperation(app, following, (reason) => toast(reason)),
-            },
+            'button.btn.btn-small',
+            { title: following.tooltip, onclick: () => runOperation(app, following, (reason) => toast(reason)) },
             `Next (${others})`,
           ),
       );

@@ -121,11 +121,8 @@ def test_many_readers_at_once_get_their_own_frames(server: Server, corpus: Modul
             if code != made.codes[k]:
                 wrong.append((k, code))
 
-    threads = [threading.Thread(target=read, args=(n,)) for n in range(6)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(6) as threads:
+        list(threads.map(read, range(6)))
     assert wrong == []
 
 

@@ -383,7 +383,7 @@ test('sentences call tracks by their names', () => {
 
 test('a selected track that somebody else takes away is no longer selected', async () => {
   const { editor, server, review, store, toasts } = await createWorld();
-  store.dispatch((state) => select(state, 'm1'));
+  store.dispatch(select, 'm1');
   editor.receive(server.other({ name: 'delete_track', key: 'm2', frame: 60 }), 'x1');
   assert.equal(review().selected, 'm1');
   editor.receive(server.other({ name: 'delete_track', key: 'm1', frame: 5 }), 'x2');
@@ -393,7 +393,7 @@ test('a selected track that somebody else takes away is no longer selected', asy
 
 test('one that somebody else merged is selected where it is now', async () => {
   const { editor, server, review, store, toasts } = await createWorld();
-  store.dispatch((state) => select(state, 'm2'));
+  store.dispatch(select, 'm2');
   editor.receive(server.other({ name: 'merge', key: 'm1', others: ['m2'], frame: 60 }), 'x1');
   assert.equal(review().selected, 'm1');
   assert.match(toasts[0], /#2 was merged into #1/);

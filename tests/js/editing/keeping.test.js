@@ -72,7 +72,7 @@ test('what was said of a merged track goes to the one that it is part of', async
 
 test('the saved version of a deleted track can be taken too', async () => {
   const { plan, editor, server, review, store } = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m1', 5, 20)]);
-  store.dispatch((state) => select(state, 'm1'));
+  store.dispatch(select, 'm1');
   plan.takeTheirs();
   await editor.settled();
   assert.deepEqual([server.docs.m1.gone, review().docs.m1.gone, review().unsaved, review().selected], [true, true, [], null]);

@@ -126,6 +126,6 @@ test('a change that is refused brings in what stands in its way', async () => {
   server.refuse = new ApiError(409, 'taken', 'Anna has added it already.');
   await assert.rejects(sets.change({ type: 'add', name: 'no parking' }), /already/);
   assert.equal(store.get().labels.at(-1)?.id, 9);
-  store.dispatch((state) => setLabelSets(state, []));
+  store.dispatch(setLabelSets, []);
   await assert.rejects(sets.change({ type: 'add', name: 'x' }), /not loaded yet/);
 });

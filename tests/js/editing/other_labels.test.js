@@ -37,9 +37,9 @@ test('a command says which label it means, by key', () => {
 test('what is sent names the label, also after a reload', async () => {
   /** @type {any[]} */ const sent = [];
   const world = await createWorld(withoutGone(sent));
-  world.store.dispatch((state) => setLabels(state, LABELS));
+  world.store.dispatch(setLabels, LABELS);
   world.editor.edit({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43 });
-  world.store.dispatch((state) => setLabels(state, [label({ id: 43, key: 'boar', name: 'boar' })]));
+  world.store.dispatch(setLabels, [label({ id: 43, key: 'boar', name: 'boar' })]);
   await world.editor.settled();
   assert.deepEqual(
     sent.map(({ label_key }) => label_key),

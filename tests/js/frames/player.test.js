@@ -44,7 +44,7 @@ function create() {
   player.sync();
   asked[0].come();
   const go = async (/** @type {number} */ frame) => {
-    store.dispatch((state) => seek(state, frame));
+    store.dispatch(seek, frame);
     await turn();
   };
   return { store, asked, painted, wait: (/** @type {number} */ ms) => (clock += ms), go };

@@ -34,7 +34,7 @@ test('keys tick the checkboxes of the label in their order; those that may chang
   assert.deepEqual(attributesAt(review().docs.m1, 19), { damaged: true });
   assert.deepEqual(attributesAt(review().docs.m1, 20), { damaged: true, temporary: true });
   assert.equal(review().docs.m1.keys[20].box, null, 'the box stays the engine’s');
-  store.dispatch((state) => changeReview(state, { frame: 30 }));
+  store.dispatch(changeReview, { frame: 30 });
   toggle(2);
   giveAttribute(app, 'lit', 'night', false);
   await editor.settled();

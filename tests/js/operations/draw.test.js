@@ -18,7 +18,7 @@ const NOTHING = {};
 
 test('a drawn box waits in the dialog; closing the dialog leaves nothing behind', async () => {
   const { store, editor, server, review, end } = await createWorld();
-  store.dispatch((state) => setMode(state, 'draw'));
+  store.dispatch(setMode, 'draw');
   const before = review();
   drawn({ store, edit: editor.edit, following: NOTHING }, BOX, false);
   const draft = draftOf(store.get());
@@ -48,7 +48,7 @@ test('with its class it is one edit, so that one undo takes it back', async () =
 
 test('with Shift the box corrects the selected track, and no class is asked for', async () => {
   const { store, editor, server, review, end } = await createWorld();
-  store.dispatch((state) => changeReview(state, { selected: 'm1', mode: 'draw' }));
+  store.dispatch(changeReview, { selected: 'm1', mode: 'draw' });
   drawn({ store, edit: editor.edit, following: NOTHING }, BOX, true);
   await editor.settled();
   assert.deepEqual([server.log, draftOf(store.get()), review().mode], [['set_box'], null, 'select']);
@@ -58,7 +58,7 @@ test('with Shift the box corrects the selected track, and no class is asked for'
 test('after a split the later half is selected, which has the box at the cursor; undone, the whole track is', async () => {
   const { store, editor, review, end } = await createWorld();
   const split = boxes.find(({ id }) => id === 'split');
-  store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 40 }));
+  store.dispatch(changeReview, { selected: 'm1', frame: 40 });
   split?.run(/** @type {any} */ ({ store, edit: editor.edit }));
   await editor.settled();
   const later = review().selected ?? '';
@@ -75,7 +75,7 @@ test('after a split the later half is selected, which has the box at the cursor;
 test('a split behind the last frame of the engine hands on the class that was shown', async () => {
   const { store, editor, review, end } = await createWorld();
   const split = boxes.find(({ id }) => id === 'split');
-  store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 120 }));
+  store.dispatch(changeReview, { selected: 'm1', frame: 120 });
   editor.edit({ name: 'set_box', key: 'm1', frame: 120, box: BOX });
   split?.run(/** @type {any} */ ({ store, edit: editor.edit }));
   const later = review().selected ?? '';
@@ -115,7 +115,7 @@ for (const [id, what] of /** @type {const} */ ([
     mark?.run(app);
     for (const frame of [45, 55]) editor.edit({ name: 'set_box', key: 'm1', frame, box: BOX });
     editor.edit({ name: 'interpolate', key: 'm1', frame: 45, first: 45, last: 55, value: true });
-    store.dispatch((state) => changeReview(state, { frame: 50 }));
+    store.dispatch(changeReview, { frame: 50 });
     mark?.run(app);
     await editor.settled();
     assert.deepEqual(review().docs.m1.keys[50].box, BOX);
@@ -148,7 +148,7 @@ test('I says which way it went: a drawn track has its lines from the beginning',
   const say = (/** @type {string} */ text) => void said.push(text);
   const press = () => interpolate(app, say);
   create(app, { key: 'h1', frame: 0, box: BOX }, 14);
-  store.dispatch((state) => changeReview(state, { selected: 'h1', frame: 20 }));
+  store.dispatch(changeReview, { selected: 'h1', frame: 20 });
   press();
   assert.deepEqual(said, [], 'one key frame has nothing to lie between');
   drawn(app, [20, 20, 50, 60], true, say);
@@ -172,7 +172,7 @@ test('a key frame out of the track’s frames says which box it copied; within t
   const app = { store, edit: editor.edit };
   const say = (/** @type {string} */ text, /** @type {any} */ options) => void said.push([text, options]);
   editor.edit({ name: 'set_box', key: 'm1', frame: 98, box: BOX });
-  store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 120 }));
+  store.dispatch(changeReview, { selected: 'm1', frame: 120 });
   setKeyFrame(app, say);
   await editor.settled();
   assert.deepEqual(review().docs.m1.keys[120].box, BOX);
@@ -192,7 +192,7 @@ test('a line that lacks a key frame offers to set one, here or at the other end 
   const overlays = Object.fromEntries(
     [40, 99].map((frame) => [frame, { frame, detections: [], tracks: [{ id: 1, state: 'confirmed', source: 0, box: BOX, class_id: 14 }] }]),
   );
-  store.dispatch((state) => changeReview(state, { tracks, selected: 'm1', frame: 40, overlays: /** @type {any} */ (overlays) }));
+  store.dispatch(changeReview, { tracks, selected: 'm1', frame: 40, overlays: /** @type {any} */ (overlays) });
   assert.equal(line?.disabled(store.get()), 'Needs a key frame before and after. Set one at frame 40?');
   const remedy = line?.remedy?.(app);
   assert.equal(remedy?.label, 'Set key frame');

@@ -16,19 +16,19 @@ test('a verdict goes on to the next track that is left; given twice it stays and
   const say = (/** @type {string} */ text) => void said.push(text);
   const ids = [1, 2];
   const tracks = { ...drive(200, 2).tracks, id: ids, first: [0, 50], last: [99, 150], clearest: [90, 140], rank: [0.9, 0.5] };
-  store.dispatch((state) => changeReview(state, { tracks }));
-  store.dispatch((state) => changeReview(state, { selected: `m${ids[0]}` }));
+  store.dispatch(changeReview, { tracks });
+  store.dispatch(changeReview, { selected: `m${ids[0]}` });
   judge(app, 'accepted', say);
   await editor.settled();
   assert.equal(review().docs[`m${ids[0]}`].review, 'accepted');
   assert.deepEqual([review().selected, review().frame], ['m2', 140], 'where it is clearest');
-  store.dispatch((state) => changeReview(state, { selected: `m${ids[0]}` }));
+  store.dispatch(changeReview, { selected: `m${ids[0]}` });
   judge(app, 'accepted', say);
   await editor.settled();
   assert.equal(review().docs[`m${ids[0]}`].review, 'accepted', 'not taken back');
   assert.deepEqual(server.log, ['set_review']);
   for (const id of ids.slice(1)) {
-    store.dispatch((state) => changeReview(state, { selected: `m${id}` }));
+    store.dispatch(changeReview, { selected: `m${id}` });
     judge(app, 'rejected', say);
   }
   await editor.settled();

@@ -50,7 +50,7 @@ test('what was put away is not offered again until more is corrected there', asy
   const page = open({ run_id: 'old', tracks: 4, seq: 9 });
   await offerEarlier(page, NEW, signal);
   putAway(page.banner()?.once ?? '');
-  page.store.dispatch((state) => hideBanner(state, 'earlier'));
+  page.store.dispatch(hideBanner, 'earlier');
   await offerEarlier(page, NEW, signal);
   assert.equal(page.banner(), undefined);
   await offerEarlier({ ...page, api: /** @type {any} */ ({ earlier: async () => ({ run_id: 'old', tracks: 5, seq: 12 }) }) }, NEW, signal);
@@ -86,7 +86,7 @@ test('a what-if and a run that goes on are not asked about; nothing found is not
 
 test('an answer that comes when another run is open says nothing', async () => {
   const page = open({ run_id: 'old', tracks: 4, seq: 9 });
-  page.store.dispatch((state) => changeReview(state, { run: OLD }));
+  page.store.dispatch(changeReview, { run: OLD });
   await offerEarlier(page, NEW, signal);
   assert.equal(page.banner(), undefined);
 });

@@ -16,8 +16,8 @@ test('the server hears where a person looks at a box, once they rest there', (co
   const expecting = createExpecting({ store, api: /** @type {any} */ (api), signal: ended.signal });
   store.subscribe(expecting.sync);
   /** @param {any} change */
-  const change = (change) => store.dispatch((state) => changeReview(state, change));
-  store.dispatch((state) => openReview(state, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 })));
+  const change = (change) => store.dispatch(changeReview, change);
+  store.dispatch(openReview, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 }));
   change({ run: { id: 'r' }, frame: 5, shown: 5 });
   context.mock.timers.tick(1000);
   assert.deepEqual(told, []); // nothing is selected, and nothing is drawn

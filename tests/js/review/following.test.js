@@ -16,8 +16,8 @@ const BLANK = { run_id: 'r', key: 'm1', anchors: ASKED.anchors, only: null, firs
 /** A server that answers from a script, and a page on a run. @param {object} [api] @param {boolean} [edits] */
 function world(api = {}, edits = true) {
   const store = createStore(initialState());
-  store.dispatch((state) => openReview(state, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 })));
-  store.dispatch((state) => changeReview(state, { run: /** @type {any} */ ({ id: 'r' }) }));
+  store.dispatch(openReview, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 }));
+  store.dispatch(changeReview, { run: /** @type {any} */ ({ id: 'r' }) });
   /** @type {any[]} */ const log = [];
   /** @type {any[]} */ const commands = [];
   /** @type {string[]} */ const said = [];
@@ -109,7 +109,7 @@ test('a correction is one more anchor, and what was cut off stays so', async () 
   const { control, store, log, now, end } = world();
   control.start(ASKED);
   await settle();
-  store.dispatch((state) => changeReview(state, ({ following }) => ({ following: following && { ...following, to: 20 } })));
+  store.dispatch(changeReview, ({ following }) => ({ following: following && { ...following, to: 20 } }));
   control.correct({ frame: 9, box: BOX });
   await settle();
   assert.deepEqual(

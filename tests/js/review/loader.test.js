@@ -55,7 +55,7 @@ async function create({ answers = {}, track = null } = {}, hooks = {}) {
   });
   const load = async (/** @type {() => Promise<any>} */ get, /** @type {any} */ action) => {
     const found = await get();
-    store.dispatch((state) => action(state, found));
+    store.dispatch(action, found);
   };
   const app = /** @type {any} */ ({ store, api, load, signal: new AbortController().signal });
   const loader = createLoader(app, { opened: () => {}, closed: () => {}, first: () => {}, ...hooks });
@@ -70,7 +70,7 @@ async function create({ answers = {}, track = null } = {}, hooks = {}) {
     groundTruths,
     loader,
     go: async (/** @type {number} */ frame) => {
-      store.dispatch((state) => seek(state, frame));
+      store.dispatch(seek, frame);
       await turn();
     },
   };
@@ -118,7 +118,7 @@ test('overlays that had to make room are asked for again', async () => {
   await go(2000);
   asked.at(-1)?.come();
   await turn();
-  store.dispatch((state) => changeReview(state, { overlays: {} }));
+  store.dispatch(changeReview, { overlays: {} });
   await turn();
   assert.equal(asked.filter(({ first }) => first === 1920).length, 2);
 });
@@ -127,7 +127,7 @@ test('lanes that had to make room are asked for again', async () => {
   const { store, lanes } = await create();
   const tracks = Array.from({ length: 43 }, (_, i) => i + 1);
   for (const track of [...tracks, 1]) {
-    store.dispatch((state) => select(state, `m${track}`));
+    store.dispatch(select, `m${track}`);
     await turn();
     assert.equal(store.get().review?.laneOf[track]?.id, track);
   }
@@ -151,14 +151,14 @@ test('all lanes of a track that was joined from many are there, each asked for o
 test('a run that goes on brings the lane that is looked at anew, others when they are selected', async () => {
   const { store, lanes, loader } = await create();
   for (const track of [1, 2]) {
-    store.dispatch((state) => select(state, `m${track}`));
+    store.dispatch(select, `m${track}`);
     await turn();
   }
   await loader.refresh();
   await turn();
   assert.deepEqual(lanes, [1, 2, 2]);
   assert.deepEqual(store.get().review?.laneOf, { 2: { id: 2, frame: [3] } });
-  store.dispatch((state) => select(state, 'm1'));
+  store.dispatch(select, 'm1');
   await turn();
   assert.deepEqual(lanes, [1, 2, 2, 1]);
 });
@@ -166,9 +166,9 @@ test('a run that goes on brings the lane that is looked at anew, others when the
 test('what fails rests before it is asked for again, and what is not there is not asked for again', async () => {
   const { store, lanes, failure } = await create();
   failure.thrown = new ApiError(0, 'offline', 'No answer.');
-  store.dispatch((state) => select(state, 'm7'));
+  store.dispatch(select, 'm7');
   await turn();
-  for (let i = 0; i < 20; i++) store.dispatch((state) => seek(state, i)); // each change asks for what is missing
+  for (let i = 0; i < 20; i++) store.dispatch(seek, i); // each change asks for what is missing
   await turn();
   assert.deepEqual(lanes, [7]);
   failure.thrown = null;
@@ -177,9 +177,9 @@ test('what fails rests before it is asked for again, and what is not there is no
   assert.ok(store.get().review?.laneOf[7]);
 
   failure.thrown = new ApiError(404, 'not_found', 'There is no such run.');
-  store.dispatch((state) => select(state, 'm8'));
+  store.dispatch(select, 'm8');
   await new Promise((resolve) => setTimeout(resolve, 650));
-  for (let i = 0; i < 20; i++) store.dispatch((state) => seek(state, i));
+  for (let i = 0; i < 20; i++) store.dispatch(seek, i);
   assert.deepEqual(lanes, [7, 7, 8]);
 });
 
@@ -197,7 +197,7 @@ test('a ground truth that another of its name has replaced is looked up anew, wi
   assert.equal(groundTruths.asked[0], 'old/0');
   groundTruths.list = [{ id: 'new', name: 'second pass' }];
   groundTruths.gone.add('old');
-  store.dispatch((state) => seek(state, 1000));
+  store.dispatch(seek, 1000);
   await settle();
   assert.ok(
     groundTruths.asked.some((name) => name.startsWith('new/')),
@@ -225,7 +225,7 @@ test('the track that the address names is selected with the tracks, and what is 
   tracks.release({ id: [1, 2] });
   await turn();
   assert.equal(store.get().review?.selected, 'm1');
-  store.dispatch((state) => select(state, 'm2'));
+  store.dispatch(select, 'm2');
   groundTruths.release([]);
   await turn();
   assert.equal(store.get().review?.selected, 'm2');

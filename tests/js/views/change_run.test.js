@@ -27,8 +27,8 @@ async function changed(call, signal, received = []) {
   const app = createCatchUp(
     /** @type {any} */ ({
       get: () => state,
-      dispatch: (/** @type {any} */ action) => {
-        state = action(state);
+      dispatch: (/** @type {any} */ action, /** @type {any[]} */ ...args) => {
+        state = action(state, ...args);
       },
     }),
   );

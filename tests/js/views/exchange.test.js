@@ -168,10 +168,10 @@ test('a file that was asked for is informed of once, unless it is in sight or wa
   const said = [];
   tellWhenMade(app, 'a', ({ text, action, topic }) => said.push(`${text} ${action?.label} ${topic}`));
   store.dispatch((state) => ({ ...state })); // the list of files is not loaded yet
-  store.dispatch((state) => setOutputs(state, [output({ state: 'running' })]));
+  store.dispatch(setOutputs, [output({ state: 'running' })]);
   assert.deepEqual(said, []);
-  store.dispatch((state) => putOutput(state, output({ state: 'complete' })));
-  store.dispatch((state) => putOutput(state, output({ state: 'complete', size: 7 })));
+  store.dispatch(putOutput, output({ state: 'complete' }));
+  store.dispatch(putOutput, output({ state: 'complete', size: 7 }));
   assert.deepEqual(said, ['x.zip is ready. Download made-a']);
 });
 

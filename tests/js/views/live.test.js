@@ -3,16 +3,16 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
 import { initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
 import { startLive } from '../../../static/js/views/live.js';
 
 test('a full disk is a banner until there is room, or until another connection says nothing of it', () => {
-  let state = /** @type {any} */ (initialState());
   /** @type {any} */
   let hooks;
-  const store = { get: () => state, dispatch: (/** @type {(state: any) => any} */ action) => (state = action(state)) };
+  const store = createStore(initialState());
   const app = /** @type {any} */ ({ store, api: {}, signal: new AbortController().signal, receive: () => {}, load: async () => {} });
   startLive(app, { open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })) });
-  const shown = () => state.banners.map((/** @type {{id: string, text: string}} */ banner) => [banner.id, banner.text]);
+  const shown = () => store.get().banners.map((/** @type {{id: string, text: string}} */ banner) => [banner.id, banner.text]);
   hooks.onConnection('online');
   hooks.onStorage('The disk is full.');
   assert.deepEqual(shown(), [['storage', 'The disk is full.']]);
@@ -24,9 +24,8 @@ test('a full disk is a banner until there is room, or until another connection s
 });
 
 test('what could not be loaded without the server is loaded when it is back, and no banner stays', async () => {
-  let state = /** @type {any} */ (initialState());
   let away = true;
-  const store = { get: () => state, dispatch: (/** @type {(state: any) => any} */ action) => (state = action(state)) };
+  const store = createStore(initialState());
   const load = async () => {
     if (away) throw new ApiError(0, 'offline', 'No answer.');
   };
@@ -35,7 +34,7 @@ test('what could not be loaded without the server is loaded when it is back, and
     open: () => /** @type {any} */ ({ retry: () => {} }),
     again: 5,
   });
-  const shown = () => state.banners.map((/** @type {{id: string}} */ banner) => banner.id);
+  const shown = () => store.get().banners.map((/** @type {{id: string}} */ banner) => banner.id);
   await live.reload();
   assert.deepEqual(shown(), ['load']);
   away = false;
@@ -47,8 +46,7 @@ test('what could not be loaded without the server is loaded when it is back, and
 test('who is signed out goes to sign in, and keeps a page that holds work', async () => {
   const denied = () => new ApiError(401, 'signed_out', 'Nobody is signed in here.');
   for (const session of [null, { person: { name: 'ann' } }]) {
-    let state = /** @type {any} */ ({ ...initialState(), session });
-    const store = { get: () => state, dispatch: (/** @type {(state: any) => any} */ action) => (state = action(state)) };
+    const store = createStore(/** @type {any} */ ({ ...initialState(), session }));
     /** @type {any} */
     let hooks;
     let left = 0;
@@ -61,7 +59,7 @@ test('who is signed out goes to sign in, and keeps a page that holds work', asyn
     await new Promise((resolve) => setTimeout(resolve, 5));
     assert.equal(left, session === null ? 1 : 0);
     assert.deepEqual(
-      state.banners.map((/** @type {any} */ banner) => banner.action?.operation),
+      store.get().banners.map((/** @type {any} */ banner) => banner.action?.operation),
       session === null ? [] : ['sign-in'],
     );
   }

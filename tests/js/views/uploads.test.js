@@ -3,19 +3,19 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { putVideo, setVideos } from '../../../static/js/store/actions/page.js';
 import { initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
 import { createCatchUp } from '../../../static/js/store/catch_up.js';
 import { sendVideo } from '../../../static/js/views/library-uploads.js';
 
 test('a new video is not said to be there already, though the server tells of it before it answers the upload', async () => {
-  let state = setVideos(/** @type {any} */ (initialState()), []);
-  const store = { get: () => state, dispatch: (/** @type {(state: any) => any} */ action) => (state = action(state)) };
+  const store = createStore(setVideos(initialState(), []));
   const video = /** @type {any} */ ({ id: 'a', name: 'drive.mp4' });
   const app = /** @type {any} */ ({
     store,
     load: createCatchUp(/** @type {any} */ (store)).load,
     api: {
       uploadVideo: async () => {
-        store.dispatch((now) => putVideo(now, video));
+        store.dispatch(putVideo, video);
         return video;
       },
     },
@@ -25,7 +25,7 @@ test('a new video is not said to be there already, though the server tells of it
   assert.equal(await sendVideo(app, file), 'drive.mp4 is in the library already.');
   assert.equal(await sendVideo(app, /** @type {any} */ ({ name: 'copy.mp4' })), 'copy.mp4 is in the library already, as drive.mp4.');
   assert.deepEqual(
-    state.videos?.map(({ id }) => id),
+    store.get().videos?.map(({ id }) => id),
     ['a'],
   );
 });

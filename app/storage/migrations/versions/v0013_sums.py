@@ -13,8 +13,6 @@ from tsr_engine.json_shapes import JsonObject
 
 revision = "0013"
 down_revision = "0012"
-branch_labels = None
-depends_on = None
 
 _COUNTS = ("tracks", "accepted", "rejected", "notes")
 _DECIDED = ("accepted", "rejected")

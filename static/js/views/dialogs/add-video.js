@@ -20,8 +20,7 @@ export function addVideoDialog({ app, close, signal }) {
   /** All that the folder has. @type {readonly string[]} */
   let present = [];
   let place = '';
-  const path = h('input', {
-    class: 'input grow',
+  const path = h('input.input.grow', {
     type: 'text',
     id: 'add-path',
     autocomplete: 'off',
@@ -29,23 +28,15 @@ export function addVideoDialog({ app, close, signal }) {
     'aria-describedby': 'add-error add-hint',
     oninput: () => choose([], path.value),
   });
-  const error = h('p', { class: 'field-error', id: 'add-error', role: 'alert', hidden: true });
-  const list = h('div', { class: 'browser', 'aria-label': 'Folders and videos', role: 'group' });
-  const add = h('button', { class: 'btn btn-primary', type: 'submit' }, 'Add');
+  const error = h('p.field-error', { id: 'add-error', role: 'alert', hidden: true });
+  const list = h('div.browser', { 'aria-label': 'Folders and videos', role: 'group' });
+  const add = h('button.btn.btn-primary', { type: 'submit' }, 'Add');
   const roots = app.store.get().session?.roots ?? [];
-  const all = h('button', {
-    class: 'btn btn-small',
-    type: 'button',
-    hidden: true,
-    onclick: () => choose(chosen.length === present.length ? [] : present),
-  });
+  const all = h('button.btn.btn-small', { hidden: true, onclick: () => choose(chosen.length === present.length ? [] : present) });
   const places = h(
-    'div',
-    { class: 'row browser-roots' },
-    ...roots.map((root) =>
-      h('button', { class: 'btn btn-small', type: 'button', title: root, onclick: () => open(root) }, icon('folder'), lastName(root)),
-    ),
-    h('span', { class: 'grow' }),
+    'div.row.browser-roots',
+    ...roots.map((root) => h('button.btn.btn-small', { title: root, onclick: () => open(root) }, icon('folder'), lastName(root))),
+    h('span.grow'),
     all,
   );
 
@@ -82,18 +73,14 @@ export function addVideoDialog({ app, close, signal }) {
       fill(
         list,
         parent !== null && row('up', '..', 'One folder up', () => open(parent)),
-        folder.truncated && h('p', { class: 'muted browser-none' }, lacking(folder)),
+        folder.truncated && h('p.muted.browser-none', lacking(folder)),
         folder.folders.map((name) =>
           row('folder', lastName(name), name, () => open(name.startsWith('/') ? name : join(folder.path, name))),
         ),
         folder.videos.map((video) => row('film', video.name, bytes(video.size), () => choose(toggled(chosen, video.path)), video.path)),
         folder.videos.length === 0 &&
           !folder.truncated &&
-          h(
-            'p',
-            { class: 'muted browser-none' },
-            folder.folders.length ? 'No video in this folder.' : 'This folder is empty: no video, no folder.',
-          ),
+          h('p.muted.browser-none', folder.folders.length ? 'No video in this folder.' : 'This folder is empty: no video, no folder.'),
       );
       choose([]);
     } catch (thrown) {
@@ -145,16 +132,14 @@ export function addVideoDialog({ app, close, signal }) {
     submit,
     focus: path,
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       h(
-        'div',
-        { class: 'field' },
-        h('label', { class: 'field-label', for: 'add-path' }, 'Path'),
+        'div.field',
+        h('label.field-label', { for: 'add-path' }, 'Path'),
         path,
         h(
-          'span',
-          { class: 'field-hint', id: 'add-hint' },
+          'span.field-hint',
+          { id: 'add-hint' },
           'Choose one or several below, or type a path. Files are not moved. Videos can be added from these folders:',
         ),
       ),
@@ -162,7 +147,7 @@ export function addVideoDialog({ app, close, signal }) {
       list,
       error,
     ),
-    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), add],
+    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), add],
   };
 }
 
@@ -175,18 +160,11 @@ export function addVideoDialog({ app, close, signal }) {
  */
 function row(name, text, detail, act, video) {
   return h(
-    'button',
-    {
-      class: 'browser-row',
-      type: 'button',
-      title: detail,
-      onclick: act,
-      'aria-pressed': video ? 'false' : null,
-      dataset: video ? { path: video } : {},
-    },
+    'button.browser-row',
+    { title: detail, onclick: act, 'aria-pressed': video ? 'false' : null, dataset: video ? { path: video } : {} },
     icon(name),
-    h('span', { class: 'truncate grow' }, text),
-    video && h('span', { class: 'muted small' }, detail),
+    h('span.truncate.grow', text),
+    video && h('span.muted.small', detail),
   );
 }
 

@@ -20,32 +20,29 @@ export function adoptedDialog({ app, data, close, signal }) {
     { role: 'status' },
     `Each corrected track of “${runName(data.from)}” is looked up in “${runName(data.to)}” by where its boxes lie.`,
   );
-  const error = h('p', { class: 'field-error', role: 'alert' });
-  const list = h('ul', { class: 'stack' });
-  const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
-  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, 'Bring the corrections');
+  const error = h('p.field-error', { role: 'alert' });
+  const list = h('ul.stack');
+  const cancel = h('button.btn', { onclick: close }, 'Cancel');
+  const go = h('button.btn.btn-primary', { type: 'submit' }, 'Bring the corrections');
   let done = false;
 
   /** @param {{key: string, reason: string, frame: number}} conflict */
   const row = ({ key, reason, frame }) =>
     h(
-      'li',
-      { class: 'row' },
+      'li.row',
       h(
-        'button',
+        'button.btn.btn-small',
         {
-          class: 'btn btn-small',
-          type: 'button',
           onclick: () => {
             close();
             app.store.dispatch((state) => select(seek(state, frame), null));
             app.loader.showSecond(data.from.id);
-            app.store.dispatch((state) => changeReview(state, { playing: false }));
+            app.store.dispatch(changeReview, { playing: false });
           },
         },
         `Frame ${frame}`,
       ),
-      h('span', { class: 'grow' }, `Track ${trackName(key)}: ${reason}`),
+      h('span.grow', `Track ${trackName(key)}: ${reason}`),
     );
 
   async function submit() {
@@ -78,7 +75,7 @@ export function adoptedDialog({ app, data, close, signal }) {
   return {
     title: 'Bring corrections to this run',
     size: 'middle',
-    body: h('div', { class: 'stack' }, text, error, list),
+    body: h('div.stack', text, error, list),
     footer: [cancel, go],
     submit,
     focus: go,

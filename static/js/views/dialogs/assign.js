@@ -16,12 +16,12 @@ import { field, numberInput } from './fields.js';
 export function assignDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const video = store.get().videos?.find(({ id }) => id === data.video);
-  const person = h('select', { class: 'select', id: 'assign-person' });
+  const person = h('select.select', { id: 'assign-person' });
   const first = numberInput('assign-first', '0', () => setText(problem, ''));
   const last = numberInput('assign-last', video?.frames ? String(video.frames - 1) : '', () => setText(problem, ''));
-  const comment = h('textarea', { class: 'textarea', id: 'assign-comment', rows: '2', maxlength: 2000 });
-  const problem = h('p', { class: 'field-error', role: 'alert' });
-  const given = h('ul', { class: 'assigned-list', 'aria-label': 'Assignments of this video' });
+  const comment = h('textarea.textarea', { id: 'assign-comment', rows: '2', maxlength: 2000 });
+  const problem = h('p.field-error', { role: 'alert' });
+  const given = h('ul.assigned-list', { 'aria-label': 'Assignments of this video' });
   /** @type {readonly import('../../types.js').Assignment[]|null} */ let shown = null;
 
   api.people({ signal }).then(
@@ -43,7 +43,7 @@ export function assignDialog({ app, data, close, signal }) {
   async function takeBack(one) {
     try {
       await api.removeAssignment(one.id, { signal });
-      store.dispatch((state) => dropAssignment(state, one.id));
+      store.dispatch(dropAssignment, one.id);
     } catch (thrown) {
       if (!signal.aborted) setText(problem, sentence(thrown));
     }
@@ -52,15 +52,12 @@ export function assignDialog({ app, data, close, signal }) {
   /** @param {import('../../types.js').Assignment} one */
   const row = (one) =>
     h(
-      'li',
-      { class: 'row' },
+      'li.row',
       h('span', { class: `state-chip state-${one.state}` }, STATES[one.state]),
-      h('span', { class: 'grow truncate' }, `${one.person}, ${framesOf(one)}`),
+      h('span.grow.truncate', `${one.person}, ${framesOf(one)}`),
       h(
-        'button',
+        'button.btn.btn-quiet.btn-small.btn-icon',
         {
-          class: 'btn btn-quiet btn-small btn-icon',
-          type: 'button',
           title: 'Take this assignment back',
           'aria-label': `Take the assignment of ${one.person} back`,
           onclick: () => void takeBack(one),
@@ -99,19 +96,14 @@ export function assignDialog({ app, data, close, signal }) {
     focus: person,
     submit: () => void submit(),
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       given,
       field('To', person),
-      h('div', { class: 'row' }, field('First frame', first), field('Last frame', last)),
+      h('div.row', field('First frame', first), field('Last frame', last)),
       field('What is to be done', comment, 'Shown above the picture. May be empty.'),
       problem,
     ),
-    footer: [
-      h('span', { class: 'grow' }),
-      h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'),
-      h('button', { class: 'btn btn-primary', type: 'submit' }, 'Assign'),
-    ],
+    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), h('button.btn.btn-primary', { type: 'submit' }, 'Assign')],
     update(state) {
       if (state.assignments === shown) return;
       shown = state.assignments;

@@ -30,9 +30,9 @@ export function bulkReviewDialog({ app, close }) {
   );
   const openOnly = tick('checkbox', { checked: true, onchange: show }, 'Only tracks without a verdict');
   const most = numberInput('judge-uncertainty', '100', show, { inputmode: 'decimal' });
-  const shownText = h('p', { class: 'muted', role: 'status' });
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit' });
+  const shownText = h('p.muted', { role: 'status' });
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const go = h('button.btn.btn-primary', { type: 'submit' });
 
   const verdict = () => VERDICTS.find(([value]) => choices.some(({ input }) => input.checked && input.value === value)) ?? VERDICTS[0];
 
@@ -86,19 +86,17 @@ export function bulkReviewDialog({ app, close }) {
     submit,
     focus: choices[0].input,
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       h(
-        'p',
-        { class: 'muted' },
+        'p.muted',
         'The same verdict on every track that passes the filters of the queue, also on those that are not in sight. Ctrl+Z takes it back.',
       ),
-      group('Verdict', h('div', { class: 'ticks' }, ...choices.map(({ element }) => element))),
+      group('Verdict', h('div.ticks', ...choices.map(({ element }) => element))),
       openOnly.element,
       field('With an uncertainty of at most, %', most),
       shownText,
     ),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
+    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
     update({ review }) {
       if (review?.docs === docs) return;
       docs = review?.docs;

@@ -48,10 +48,9 @@ export function goingOnWords(names, last) {
  */
 export function bundleDialog({ app, close, signal }) {
   const review = app.store.get().review;
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, icon('bug'), 'Make the bundle');
-  const note = h('textarea', {
-    class: 'textarea',
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const go = h('button.btn.btn-primary', { type: 'submit' }, icon('bug'), 'Make the bundle');
+  const note = h('textarea.textarea', {
     id: 'bundle-note',
     rows: 4,
     maxlength: 8000,
@@ -71,8 +70,8 @@ export function bundleDialog({ app, close, signal }) {
     ? tick('checkbox', {}, `It is about track ${trackName(review.selected, review.docs[review.selected])} alone`)
     : null;
 
-  const expected = h('p', { class: 'field-hint' });
-  const goingOn = h('p', { class: 'field-hint', role: 'status' });
+  const expected = h('p.field-hint');
+  const goingOn = h('p.field-hint', { role: 'status' });
   /** Said anew with the frames and the choice of tracks. */
   function sayExpected() {
     if (review === null) return;
@@ -140,13 +139,11 @@ export function bundleDialog({ app, close, signal }) {
     submit,
     focus: note,
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       h(
-        'p',
-        { class: 'muted' },
+        'p.muted',
         'One ZIP file with the clip of these frames, the parameters and models, the output of the engine and your corrections. The recipient runs ',
-        h('code', { class: 'mono' }, 'tsr replay FILE'),
+        h('code.mono', 'tsr replay FILE'),
         ' and sees whether it is fixed.',
       ),
       field('What is wrong', note),
@@ -155,6 +152,6 @@ export function bundleDialog({ app, close, signal }) {
       only?.element,
       expected,
     ),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
+    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
   };
 }

@@ -23,7 +23,7 @@ export function chooseLabelDialog({ data, close }) {
     title: data.title,
     focus: choice.search,
     submit: () => {},
-    body: h('div', { class: 'stack relabel' }, choice.search, choice.list, choice.none),
-    footer: [h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel')],
+    body: h('div.stack.relabel', choice.search, choice.list, choice.none),
+    footer: [h('button.btn', { onclick: close }, 'Cancel')],
   };
 }

@@ -34,9 +34,8 @@ export function compareDialog({ app, data, close, signal }) {
   let video = String(data.video);
   const usableVideos = (store.get().videos ?? []).filter(({ id, latest_run }) => latest_run !== null || id === video);
   const videos = h(
-    'select',
+    'select.select',
     {
-      class: 'select',
       id: 'compare-video',
       onchange: () => {
         video = videos.value;
@@ -48,14 +47,14 @@ export function compareDialog({ app, data, close, signal }) {
     },
     ...usableVideos.map(({ id, name }) => h('option', { value: id, selected: id === video }, name)),
   );
-  const reference = h('select', { class: 'select', id: 'compare-a', onchange: check });
-  const candidate = h('select', { class: 'select', id: 'compare-b', onchange: check });
-  const error = h('p', { class: 'field-error', role: 'alert' });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, 'Compare');
-  const file = h('input', {
+  const reference = h('select.select', { id: 'compare-a', onchange: check });
+  const candidate = h('select.select', { id: 'compare-b', onchange: check });
+  const error = h('p.field-error', { role: 'alert' });
+  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, 'Compare');
+  const file = h('input.visually-hidden', {
     type: 'file',
     accept: '.csv,text/csv',
-    class: 'visually-hidden',
+
     tabIndex: -1,
     'aria-label': 'Ground truth as CSV',
     onchange: addTruth,
@@ -160,24 +159,13 @@ export function compareDialog({ app, data, close, signal }) {
       location.hash = formatRoute({ screen: 'compare', a: reference.value, b: candidate.value });
     },
     body: h(
-      'div',
-      { class: 'stack' },
-      h(
-        'div',
-        { class: 'field', hidden: usableVideos.length < 2 },
-        h('label', { class: 'field-label', for: 'compare-video' }, 'Video'),
-        videos,
-      ),
-      h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'compare-a' }, 'Reference: taken as right'), reference),
-      h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'compare-b' }, 'Candidate: measured against it'), candidate),
-      h(
-        'div',
-        null,
-        h('button', { class: 'btn btn-small', type: 'button', onclick: () => file.click() }, 'Import ground truth (CSV) …'),
-        file,
-      ),
+      'div.stack',
+      h('div.field', { hidden: usableVideos.length < 2 }, h('label.field-label', { for: 'compare-video' }, 'Video'), videos),
+      h('div.field', h('label.field-label', { for: 'compare-a' }, 'Reference: taken as right'), reference),
+      h('div.field', h('label.field-label', { for: 'compare-b' }, 'Candidate: measured against it'), candidate),
+      h('div', h('button.btn.btn-small', { onclick: () => file.click() }, 'Import ground truth (CSV) …'), file),
       error,
     ),
-    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
+    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), go],
   };
 }

@@ -9,9 +9,9 @@ import { h, setText } from '../dom.js';
  * @returns {import('./layer.js').Content}
  */
 export function confirmDialog({ data, close, signal }) {
-  const error = h('p', { class: 'field-error', role: 'alert', hidden: true });
-  const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
-  const go = h('button', { class: data.danger ? 'btn btn-danger' : 'btn btn-primary', type: 'button', onclick: act }, data.confirm ?? 'OK');
+  const error = h('p.field-error', { role: 'alert', hidden: true });
+  const cancel = h('button.btn', { onclick: close }, 'Cancel');
+  const go = h('button', { class: data.danger ? 'btn btn-danger' : 'btn btn-primary', onclick: act }, data.confirm ?? 'OK');
 
   async function act() {
     go.disabled = true;
@@ -29,7 +29,7 @@ export function confirmDialog({ data, close, signal }) {
     title: data.title ?? 'Are you sure?',
     size: 'narrow',
     focus: cancel,
-    body: h('div', { class: 'stack' }, h('p', null, data.text), data.note && h('p', { class: 'muted small' }, data.note), error),
+    body: h('div.stack', h('p', data.text), data.note && h('p.muted.small', data.note), error),
     footer: [cancel, go],
   };
 }

@@ -106,17 +106,13 @@ export function conflictDialog({ app, data, close }) {
   const docs = { ...review?.docs, ...Object.fromEntries(saved.map((doc) => [doc.key, doc])) };
   // it comes up in the middle of work: no key that was meant for the picture may choose
   const intro = h(
-    'p',
-    { class: 'dialog-intro', tabIndex: -1 },
+    'p.dialog-intro',
+    { tabIndex: -1 },
     'Another page has saved a change of the same track after you loaded it. Nothing is overwritten until you choose.',
   );
-  const error = h('p', { class: 'field-error', role: 'alert', hidden: true });
-  const theirs = h('button', { class: 'btn', type: 'button', onclick: () => act(data.takeTheirs) }, 'Take the saved version');
-  const own = h(
-    'button',
-    { class: 'btn btn-primary', type: 'button', disabled: mine.length === 0, onclick: () => act(data.keepMine) },
-    'Keep mine',
-  );
+  const error = h('p.field-error', { role: 'alert', hidden: true });
+  const theirs = h('button.btn', { onclick: () => act(data.takeTheirs) }, 'Take the saved version');
+  const own = h('button.btn.btn-primary', { disabled: mine.length === 0, onclick: () => act(data.keepMine) }, 'Keep mine');
 
   /** @param {(() => unknown)|undefined} run */
   async function act(run) {
@@ -134,27 +130,17 @@ export function conflictDialog({ app, data, close }) {
     size: 'middle',
     focus: intro,
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       intro,
-      ...reported(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', null, named(text, docs))),
+      ...reported(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', named(text, docs))),
       ...mine.flatMap((doc) => {
         const before = saved.find(({ key }) => key === doc.key);
         return [versions(doc.key, before, doc, labels), twoVersions(app, review, before, doc)];
       }),
-      h(
-        'p',
-        { class: 'muted small' },
-        '“Keep mine” makes your change again on top of the saved version. “Take the saved version” drops it.',
-      ),
+      h('p.muted.small', '“Keep mine” makes your change again on top of the saved version. “Take the saved version” drops it.'),
       error,
     ),
-    footer: [
-      h('button', { class: 'btn btn-quiet', type: 'button', onclick: close }, 'Decide later'),
-      h('span', { class: 'grow' }),
-      theirs,
-      own,
-    ],
+    footer: [h('button.btn.btn-quiet', { onclick: close }, 'Decide later'), h('span.grow'), theirs, own],
   };
 }
 
@@ -168,15 +154,12 @@ function versions(key, current, yours, labels) {
   const [saved, own] = [describe(current, labels), describe(yours, labels)];
   const rows = [...new Set([...Object.keys(saved), ...Object.keys(own)])];
   return h(
-    'table',
-    { class: 'table versions' },
-    h('caption', null, `Track ${trackName(key, current ?? yours)}`),
+    'table.table.versions',
+    h('caption', `Track ${trackName(key, current ?? yours)}`),
     h(
       'thead',
-      null,
       h(
         'tr',
-        null,
         h('td'),
         h('th', { scope: 'col' }, `Saved${current ? ` (revision ${current.revision})` : ''}`),
         h('th', { scope: 'col' }, 'With your change'),
@@ -184,18 +167,17 @@ function versions(key, current, yours, labels) {
     ),
     h(
       'tbody',
-      null,
       ...rows.map((row) =>
         h(
           'tr',
           { class: saved[row] === own[row] ? '' : 'differs' },
           h('th', { scope: 'row' }, row),
-          h('td', null, saved[row] ?? '–'),
-          h('td', null, own[row] ?? '–'),
+          h('td', saved[row] ?? '–'),
+          h('td', own[row] ?? '–'),
         ),
       ),
       ...differingKeys(current, yours).map(([what, theirs, mine]) =>
-        h('tr', { class: 'differs' }, h('th', { scope: 'row' }, what), h('td', null, theirs), h('td', null, mine)),
+        h('tr.differs', h('th', { scope: 'row' }, what), h('td', theirs), h('td', mine)),
       ),
     ),
   );

@@ -24,8 +24,8 @@ export function deletedDialog({ app, close, signal }) {
   /** @type {Map<string, import('../../model/deleted.js').Said>} */
   let said = new Map();
   let read = 0;
-  const list = h('ul', { class: 'made-list', 'aria-label': 'Deleted tracks' });
-  const done = h('button', { class: 'btn btn-primary', type: 'button', onclick: close }, 'Close');
+  const list = h('ul.made-list', { 'aria-label': 'Deleted tracks' });
+  const done = h('button.btn.btn-primary', { onclick: close }, 'Close');
 
   /** @param {string} key @param {number} frame */
   function restore(key, frame) {
@@ -48,24 +48,17 @@ export function deletedDialog({ app, close, signal }) {
         const text = className(labels, label);
         const by = said.get(doc.key);
         return h(
-          'li',
-          { class: 'made' },
+          'li.made',
           picture(doc, last, labelFor(labels, label)?.picture ?? undefined),
           h(
-            'div',
-            { class: 'stack made-text' },
-            h('strong', null, `Track ${name}`),
-            h('span', { class: 'muted small' }, `${text} · ${first === last ? 'frame' : 'frames'} ${frameSpan(first, last)}`),
-            h('span', { class: 'muted small' }, by ? `deleted by ${by.author} · ${moment(by.time)}` : '\u00a0'),
+            'div.stack.made-text',
+            h('strong', `Track ${name}`),
+            h('span.muted.small', `${text} · ${first === last ? 'frame' : 'frames'} ${frameSpan(first, last)}`),
+            h('span.muted.small', by ? `deleted by ${by.author} · ${moment(by.time)}` : '\u00a0'),
           ),
           h(
-            'div',
-            { class: 'row made-actions' },
-            h(
-              'button',
-              { class: 'btn btn-small', type: 'button', 'aria-label': `Restore track ${name}`, onclick: () => restore(doc.key, first) },
-              'Restore',
-            ),
+            'div.row.made-actions',
+            h('button.btn.btn-small', { 'aria-label': `Restore track ${name}`, onclick: () => restore(doc.key, first) }, 'Restore'),
           ),
         );
       }),
@@ -109,7 +102,7 @@ export function deletedDialog({ app, close, signal }) {
     reading = reading.then(readLog).catch(() => undefined);
   };
 
-  const none = h('p', { class: 'muted' }, 'No track is deleted any more.');
+  const none = h('p.muted', 'No track is deleted any more.');
   show();
   readOn();
   let docs = store.get().review?.docs;
@@ -125,9 +118,8 @@ export function deletedDialog({ app, close, signal }) {
     focus: done,
     footer: [done],
     body: h(
-      'div',
-      { class: 'stack' },
-      h('p', { class: 'muted' }, 'A restored track is as it was before. Tracks that were merged come back by undoing the merge.'),
+      'div.stack',
+      h('p.muted', 'A restored track is as it was before. Tracks that were merged come back by undoing the merge.'),
       list,
       none,
     ),

@@ -12,11 +12,11 @@ import { acceptDrops } from '../drops.js';
 export function createDropField({ id, label, hint, accept, onChange }) {
   /** @type {File|null} */
   let file = null;
-  const input = h('input', {
+  const input = h('input.visually-hidden', {
     type: 'file',
     id,
     accept,
-    class: 'visually-hidden',
+
     tabIndex: -1,
     'aria-label': label,
     onchange: () => {
@@ -24,14 +24,13 @@ export function createDropField({ id, label, hint, accept, onChange }) {
       input.value = '';
     },
   });
-  const name = h('span', { class: 'truncate grow', 'aria-live': 'polite' }, 'No file chosen');
-  const button = h('button', { class: 'btn', type: 'button', onclick: () => input.click() }, icon('folder'), 'Choose a file');
+  const name = h('span.truncate.grow', { 'aria-live': 'polite' }, 'No file chosen');
+  const button = h('button.btn', { onclick: () => input.click() }, icon('folder'), 'Choose a file');
   const element = h(
-    'div',
-    { class: 'field drop-field' },
-    h('span', { class: 'field-label' }, label),
-    h('div', { class: 'drop-area' }, button, name, input),
-    h('span', { class: 'field-hint' }, hint),
+    'div.field.drop-field',
+    h('span.field-label', label),
+    h('div.drop-area', button, name, input),
+    h('span.field-hint', hint),
   );
   acceptDrops(element, ([first]) => first && set(first));
 

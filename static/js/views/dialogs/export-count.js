@@ -19,7 +19,7 @@ const MOST = 12;
  * @param {(byLabel: Map<number, number>|null) => void} tell   tracks that go out by label; null: not known
  */
 export function createExportCount(app, signal, tell) {
-  const element = h('span', { class: 'muted small export-count', role: 'status' });
+  const element = h('span.muted.small.export-count', { role: 'status' });
   /** @type {Map<string, Promise<Known>>} */
   const known = new Map();
   /** @type {import('../../types.js').ExportRequest|null} */

@@ -31,10 +31,9 @@ export function createExportLabels(labels, kept, changed) {
     ...tick('checkbox', { value: label.key, checked: kept.labels === null || kept.labels.includes(label.key), onchange: tell }, label.name),
   }));
   const summary = h('summary');
-  const preview = h('summary', null, 'Class map');
-  const list = h('ol', { class: 'class-map small' });
-  const search = h('input', {
-    class: 'input',
+  const preview = h('summary', 'Class map');
+  const list = h('ol.class-map.small');
+  const search = h('input.input', {
     type: 'search',
     placeholder: 'Find a label',
     'aria-label': 'Find a label',
@@ -49,35 +48,28 @@ export function createExportLabels(labels, kept, changed) {
   };
   /** @template {string} T @param {string} id @param {readonly (readonly [T, string])[]} options @param {T} value */
   const select = (id, options, value) => {
-    const element = h(
-      'select',
-      { class: 'select', id, onchange: tell },
-      ...options.map(([one, words]) => h('option', { value: one }, words)),
-    );
+    const element = h('select.select', { id, onchange: tell }, ...options.map(([one, words]) => h('option', { value: one }, words)));
     element.value = value;
     return element;
   };
   const outside = select('export-not-in-set', NOT_IN_SET, kept.not_in_set);
   const map = select('export-class-map', CLASS_MAP, kept.class_map);
   const element = h(
-    'div',
-    { class: 'stack' },
+    'div.stack',
     h(
-      'details',
-      { class: 'details' },
+      'details.details',
       summary,
       h(
-        'div',
-        { class: 'row' },
+        'div.row',
         search,
-        h('button', { class: 'btn btn-small', type: 'button', onclick: () => set(true) }, 'All'),
-        h('button', { class: 'btn btn-small', type: 'button', onclick: () => set(false) }, 'None'),
+        h('button.btn.btn-small', { onclick: () => set(true) }, 'All'),
+        h('button.btn.btn-small', { onclick: () => set(false) }, 'None'),
       ),
-      h('div', { class: 'class-ticks', role: 'group', 'aria-label': 'Labels' }, ...boxes.map((box) => box.element)),
+      h('div.class-ticks', { role: 'group', 'aria-label': 'Labels' }, ...boxes.map((box) => box.element)),
     ),
     field('Signs that are not in the set', outside),
-    h('div', { class: 'run-fields' }, field('Labels that the files declare', map)),
-    h('details', { class: 'details' }, preview, list),
+    h('div.run-fields', field('Labels that the files declare', map)),
+    h('details.details', preview, list),
   );
 
   /** Keys; null: all. */
@@ -122,10 +114,9 @@ export function createExportLabels(labels, kept, changed) {
         ...declared.map(({ id, name }) =>
           h(
             'li',
-            null,
-            h('span', { class: 'muted label-id' }, id),
-            h('span', { dir: 'auto', class: 'grow' }, name),
-            byLabel && h('span', { class: 'muted' }, plural(byLabel.get(id) ?? 0, 'track')),
+            h('span.muted.label-id', id),
+            h('span.grow', { dir: 'auto' }, name),
+            byLabel && h('span.muted', plural(byLabel.get(id) ?? 0, 'track')),
           ),
         ),
       );

@@ -19,22 +19,15 @@ const LISTED = 200;
  * @param {AbortSignal} signal
  */
 export function createExportRuns(app, first, changed, signal) {
-  const search = h('input', {
-    class: 'input',
+  const search = h('input.input', {
     type: 'search',
     placeholder: 'Search',
     'aria-label': 'Search videos to export',
     oninput: () => show(),
   });
-  const list = h('ul', { class: 'pick-list', 'aria-label': 'Videos to export' });
-  const total = h('span', { class: 'muted small', role: 'status' });
-  const element = h(
-    'div',
-    { class: 'field' },
-    h('div', { class: 'row' }, h('span', { class: 'field-label grow' }, 'Videos'), total),
-    search,
-    list,
-  );
+  const list = h('ul.pick-list', { 'aria-label': 'Videos to export' });
+  const total = h('span.muted.small', { role: 'status' });
+  const element = h('div.field', h('div.row', h('span.field-label.grow', 'Videos'), total), search, list);
   /** Chosen run by video; a missing entry is not ticked. @type {Map<string, string>} */
   const chosen = new Map();
   /** @type {State|null} */
@@ -95,8 +88,7 @@ export function createExportRuns(app, first, changed, signal) {
         changed();
       },
     });
-    const run = h('select', {
-      class: 'select',
+    const run = h('select.select', {
       'aria-label': `Run of ${video.name}`,
       onchange: () => {
         chosen.set(video.id, run.value);
@@ -105,12 +97,7 @@ export function createExportRuns(app, first, changed, signal) {
         changed();
       },
     });
-    return h(
-      'li',
-      { class: 'pick' },
-      h('label', { class: 'tick grow' }, box, h('span', { class: 'truncate', title: video.path }, video.name)),
-      run,
-    );
+    return h('li.pick', h('label.tick.grow', box, h('span.truncate', { title: video.path }, video.name)), run);
   }
 
   /** @param {State} state @param {HTMLElement} item @param {Video} video */

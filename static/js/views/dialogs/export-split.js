@@ -20,8 +20,8 @@ export function createExportSplit(kept, changed) {
     input: numberInput(`export-share-${at}`, kept.shares[at], changed),
   }));
   const by = h(
-    'select',
-    { class: 'select', id: 'export-by', onchange: changed },
+    'select.select',
+    { id: 'export-by', onchange: changed },
     h('option', { value: 'sign' }, 'by sign'),
     h('option', { value: 'video' }, 'by video'),
   );
@@ -29,21 +29,14 @@ export function createExportSplit(kept, changed) {
   const seed = numberInput('export-seed', kept.seed, changed, { inputmode: 'numeric' });
   const balance = tick('checkbox', { checked: kept.balance, onchange: changed }, 'Give each side every label that has enough signs');
   const fields = h(
-    'div',
-    { class: 'stack export-split' },
-    h(
-      'div',
-      { class: 'export-shares' },
-      ...shares.map(({ label, input }) => field(label, input)),
-      field('Split by', by),
-      field('Seed', seed),
-    ),
+    'div.stack.export-split',
+    h('div.export-shares', ...shares.map(({ label, input }) => field(label, input)), field('Split by', by), field('Seed', seed)),
     balance.element,
-    h('p', { class: 'field-hint' }, HELP),
+    h('p.field-hint', HELP),
   );
   const isOn = () => on.input.checked;
   return {
-    element: h('div', { class: 'stack' }, on.element, fields),
+    element: h('div.stack', on.element, fields),
     isOn,
     isBalanced: () => balance.input.checked,
     by: () => /** @type {'sign'|'video'} */ (by.value),

@@ -49,8 +49,8 @@ export function exportDialog({ app, data, close, signal }) {
   const kept = data.tracks ? { ...usual, states: STATES.map(([value]) => value), labels: null, min_side: '' } : usual;
   /** @type {Format[]} */
   let formats = [];
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('export'), 'Export');
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('export'), 'Export');
   const runs = createExportRuns(app, data.runs ?? [], check, signal);
   const counter = createExportCount(app, signal, (byLabel) => labels.show(byLabel));
 
@@ -61,11 +61,11 @@ export function exportDialog({ app, data, close, signal }) {
   const side = numberInput('export-side', kept.min_side, check, { placeholder: 'all sizes' });
   const first = numberInput('export-first', '', check, { placeholder: '0', inputmode: 'numeric' });
   const last = numberInput('export-last', '', check, { placeholder: 'end', inputmode: 'numeric' });
-  const range = h('div', { class: 'export-pair' }, field('First frame', first), field('Last frame', last));
+  const range = h('div.export-pair', field('First frame', first), field('Last frame', last));
 
-  const format = h('select', { class: 'select', id: 'export-format', onchange: () => showFormat() });
-  const summary = h('p', { class: 'muted small', id: 'export-format-summary' });
-  const switches = h('div', { class: 'stack' });
+  const format = h('select.select', { id: 'export-format', onchange: () => showFormat() });
+  const summary = h('p.muted.small', { id: 'export-format-summary' });
+  const switches = h('div.stack');
   const pictures = PICTURES.map(([value, label, title]) =>
     tick('radio', { name: 'export-pictures', value, title, checked: kept.pictures === value, onchange: check }, label),
   );
@@ -76,15 +76,14 @@ export function exportDialog({ app, data, close, signal }) {
     thin,
     'Tracks get only as many key frames as straight lines between them need to stay this close; 0 makes every frame one.',
   );
-  const name = h('input', {
-    class: 'input',
+  const name = h('input.input', {
     type: 'text',
     id: 'export-name',
     maxlength: 120,
     autocomplete: 'off',
     placeholder: 'made up from video and format',
   });
-  const result = h('div', { class: 'export-result', 'aria-live': 'polite' });
+  const result = h('div.export-result', { 'aria-live': 'polite' });
   /** @type {{row: ReturnType<typeof createOutputRow>, id: string}|null} */
   let made = null;
   /** @type {Output|null} */
@@ -99,8 +98,8 @@ export function exportDialog({ app, data, close, signal }) {
       switches,
       ...(chosen?.export_switches ?? []).map((option) => {
         const control = h(
-          'select',
-          { class: 'select', id: `export-switch-${option.name}`, dataset: { name: option.name }, onchange: check },
+          'select.select',
+          { id: `export-switch-${option.name}`, dataset: { name: option.name }, onchange: check },
           ...option.values.map((value) => h('option', { value }, value)),
         );
         const before = kept.switches[chosen?.name ?? '']?.[option.name];
@@ -213,11 +212,10 @@ export function exportDialog({ app, data, close, signal }) {
       shownMade = output;
       fill(
         result,
-        h('h3', null, 'The export'),
-        h('ul', { class: 'made-list' }, row.element),
+        h('h3', 'The export'),
+        h('ul.made-list', row.element),
         h(
-          'p',
-          { class: 'muted small' },
+          'p.muted.small',
           'You can close this. It continues and is listed under ',
           h('a', { href: '#/files', onclick: close }, 'Files'),
           '.',
@@ -285,31 +283,27 @@ export function exportDialog({ app, data, close, signal }) {
     submit,
     focus: format,
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       h(
-        'div',
-        { class: 'run-dialog' },
+        'div.run-dialog',
         h(
-          'section',
-          { class: 'run-column', 'aria-labelledby': 'export-what' },
+          'section.run-column',
+          { 'aria-labelledby': 'export-what' },
           h('h3', { id: 'export-what' }, 'Data'),
-          data.tracks
-            ? h('p', { class: 'field-warning' }, `Only the ${count(Object.values(data.tracks).flat().length)} selected tracks go out.`)
-            : null,
+          data.tracks ? h('p.field-warning', `Only the ${count(Object.values(data.tracks).flat().length)} selected tracks go out.`) : null,
           runs.element,
-          group('Review states', h('div', { class: 'ticks' }, ...states.map(({ element }) => element))),
+          group('Review states', h('div.ticks', ...states.map(({ element }) => element))),
           labels.element,
           field('Smallest shorter side, px', side),
           range,
         ),
         h(
-          'section',
-          { class: 'run-column', 'aria-labelledby': 'export-how' },
+          'section.run-column',
+          { 'aria-labelledby': 'export-how' },
           h('h3', { id: 'export-how' }, 'Format options'),
-          h('div', { class: 'stack' }, field('Format', format), summary),
+          h('div.stack', field('Format', format), summary),
           switches,
-          group('Pictures', h('div', { class: 'ticks' }, ...pictures.map(({ element }) => element))),
+          group('Pictures', h('div.ticks', ...pictures.map(({ element }) => element))),
           split.element,
           thinField,
           field('File name', name),
@@ -317,7 +311,7 @@ export function exportDialog({ app, data, close, signal }) {
       ),
       result,
     ),
-    footer: [counter.element, error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), go],
+    footer: [counter.element, error, h('button.btn', { onclick: close }, 'Close'), go],
     update(state) {
       runs.update(state);
       const now = made && state.outputs?.find(({ id }) => id === made?.id);

@@ -16,11 +16,10 @@ import { h } from '../dom.js';
 export function field(label, control, hint) {
   if (hint) control.setAttribute('aria-describedby', `${control.id}-hint`);
   return h(
-    'div',
-    { class: 'field' },
-    h('label', { class: 'field-label', for: control.id }, label),
+    'div.field',
+    h('label.field-label', { for: control.id }, label),
     control,
-    hint && h('span', { class: 'field-hint', id: `${control.id}-hint` }, hint),
+    hint && h('span.field-hint', { id: `${control.id}-hint` }, hint),
   );
 }
 
@@ -31,7 +30,7 @@ export function field(label, control, hint) {
  * @param {...Children} children
  */
 export function group(legend, ...children) {
-  return h('fieldset', { class: 'field' }, h('legend', { class: 'field-label' }, legend), ...children);
+  return h('fieldset.field', h('legend.field-label', legend), ...children);
 }
 
 /**
@@ -43,7 +42,7 @@ export function group(legend, ...children) {
  */
 export function tick(type, props, ...words) {
   const input = h('input', { type, ...props });
-  return { input, element: h('label', { class: 'tick', title: props.title }, input, h('span', null, ...words)) };
+  return { input, element: h('label.tick', { title: props.title }, input, h('span', ...words)) };
 }
 
 /**
@@ -55,4 +54,4 @@ export function tick(type, props, ...words) {
  * @param {Record<string, unknown>} [more]
  */
 export const numberInput = (id, value, oninput, more = {}) =>
-  h('input', { class: 'input', type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...more });
+  h('input.input', { type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...more });

@@ -58,7 +58,7 @@ export function createFrameRange(review, { id, begin, most, changed }) {
   const offered = rangeAround({ frame: review?.frame ?? 0, span, first, last, most: begin });
   const from = numberInput(`${id}-first`, String(offered.first), tell, { inputmode: 'numeric' });
   const to = numberInput(`${id}-last`, String(offered.last), tell, { inputmode: 'numeric' });
-  const length = h('span', { class: 'muted small export-count', role: 'status' });
+  const length = h('span.muted.small.export-count', { role: 'status' });
 
   /** @returns {{first: number, stop: number}|{error: string}} */
   function value() {
@@ -80,15 +80,9 @@ export function createFrameRange(review, { id, begin, most, changed }) {
 
   const whole = offered.first === first && offered.last === last;
   const element = h(
-    'div',
-    { class: 'stack' },
-    h('div', { class: 'export-pair' }, field('First frame', from), field('Last frame', to)),
-    h(
-      'p',
-      { class: 'row' },
-      h('span', { class: 'field-hint grow' }, rangeWords(doc && review?.selected ? trackName(review.selected, doc) : null, whole)),
-      length,
-    ),
+    'div.stack',
+    h('div.export-pair', field('First frame', from), field('Last frame', to)),
+    h('p.row', h('span.field-hint.grow', rangeWords(doc && review?.selected ? trackName(review.selected, doc) : null, whole)), length),
   );
   return { element, value, tell, focus: from };
 }

@@ -15,7 +15,7 @@ import { toast } from '../../core/toast.js';
  */
 export function groundTruthsDialog({ app, data, close, signal }) {
   const { store, api } = app;
-  const list = h('ul', { class: 'made-list', 'aria-label': 'Ground truths', hidden: true });
+  const list = h('ul.made-list', { 'aria-label': 'Ground truths', hidden: true });
   const none = h(
     'div',
     { hidden: true },
@@ -25,14 +25,10 @@ export function groundTruthsDialog({ app, data, close, signal }) {
       text: 'Import boxes that are known to be right: runs are then drawn over them and compared with them.',
     }),
   );
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
+  const error = h('p.field-error.grow', { role: 'alert' });
   const add = h(
-    'button',
-    {
-      class: 'btn btn-primary',
-      type: 'button',
-      onclick: () => store.dispatch((state) => openDialog(state, { kind: 'import', data: { video: data.video, as: 'truth' } })),
-    },
+    'button.btn.btn-primary',
+    { onclick: () => store.dispatch(openDialog, { kind: 'import', data: { video: data.video, as: 'truth' } }) },
     icon('add'),
     'Import ground truth',
   );
@@ -47,23 +43,14 @@ export function groundTruthsDialog({ app, data, close, signal }) {
         list,
         ...found.map((truth) =>
           h(
-            'li',
-            { class: 'made' },
+            'li.made',
+            h('div.stack.made-text', h('strong.truncate', truth.name), h('span.muted.small', plural(truth.count, 'box', 'boxes'))),
             h(
-              'div',
-              { class: 'stack made-text' },
-              h('strong', { class: 'truncate' }, truth.name),
-              h('span', { class: 'muted small' }, plural(truth.count, 'box', 'boxes')),
-            ),
-            h(
-              'div',
-              { class: 'row made-actions' },
+              'div.row.made-actions',
               here &&
                 h(
-                  'button',
+                  'button.btn.btn-small',
                   {
-                    class: 'btn btn-small',
-                    type: 'button',
                     'aria-label': `Show ${truth.name}`,
                     onclick: () => {
                       app.loader.showTruth(truth.id);
@@ -73,14 +60,8 @@ export function groundTruthsDialog({ app, data, close, signal }) {
                   'Show',
                 ),
               h(
-                'button',
-                {
-                  class: 'btn btn-small btn-quiet btn-icon',
-                  type: 'button',
-                  'aria-label': `Delete ${truth.name}`,
-                  title: 'Delete …',
-                  onclick: () => ask(truth),
-                },
+                'button.btn.btn-small.btn-quiet.btn-icon',
+                { 'aria-label': `Delete ${truth.name}`, title: 'Delete …', onclick: () => ask(truth) },
                 icon('trash'),
               ),
             ),
@@ -94,22 +75,20 @@ export function groundTruthsDialog({ app, data, close, signal }) {
 
   /** @param {import('../../api/ground_truths.js').GroundTruth} truth */
   function ask(truth) {
-    store.dispatch((state) =>
-      openDialog(state, {
-        kind: 'confirm',
-        data: {
-          title: 'Delete this ground truth?',
-          confirm: 'Delete',
-          danger: true,
-          text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} is deleted. Runs and corrections stay.`,
-          run: async () => {
-            await api.removeTruth(truth.id);
-            if (store.get().review?.video.id === data.video) app.loader.showTruth(null);
-            toast(`${truth.name} was deleted.`);
-          },
+    store.dispatch(openDialog, {
+      kind: 'confirm',
+      data: {
+        title: 'Delete this ground truth?',
+        confirm: 'Delete',
+        danger: true,
+        text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} is deleted. Runs and corrections stay.`,
+        run: async () => {
+          await api.removeTruth(truth.id);
+          if (store.get().review?.video.id === data.video) app.loader.showTruth(null);
+          toast(`${truth.name} was deleted.`);
         },
-      }),
-    );
+      },
+    });
   }
 
   void load();
@@ -117,7 +96,7 @@ export function groundTruthsDialog({ app, data, close, signal }) {
     title: 'Ground truths',
     size: 'narrow',
     focus: add,
-    body: h('div', { class: 'stack' }, list, none),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), add],
+    body: h('div.stack', list, none),
+    footer: [error, h('button.btn', { onclick: close }, 'Close'), add],
   };
 }

@@ -45,7 +45,7 @@ function explanation({ tooltip, label, keys }) {
  */
 export function keyHint(keys) {
   const parts = keys === '+' ? ['+'] : keys.split('+');
-  return h('span', { class: 'keys' }, ...parts.map((part) => h('kbd', { class: 'kbd' }, CAPS[part] ?? part)));
+  return h('span.keys', ...parts.map((part) => h('kbd.kbd', CAPS[part] ?? part)));
 }
 
 /**
@@ -53,35 +53,27 @@ export function keyHint(keys) {
  * @returns {import('./layer.js').Content}
  */
 export function helpDialog({ app, close }) {
-  const search = h('input', {
-    class: 'input',
+  const search = h('input.input', {
     type: 'search',
     placeholder: 'Search what you want to do, or a key',
     'aria-label': 'Search the help',
     oninput: show,
   });
-  const list = h('div', { class: 'help-groups' });
-  const found = h('p', { class: 'muted small', role: 'status' });
+  const list = h('div.help-groups');
+  const found = h('p.muted.small', { role: 'status' });
 
   function show() {
     const groups = groupOperations(app.operations, search.value);
     list.replaceChildren(
       ...groups.map(([group, operations]) =>
         h(
-          'section',
-          { class: 'help-group' },
-          h('h3', null, group),
+          'section.help-group',
+          h('h3', group),
           h(
-            'dl',
-            { class: 'help-list' },
+            'dl.help-list',
             ...operations.flatMap((operation) => [
-              h('dt', null, ...operation.keys.map(keyHint)),
-              h(
-                'dd',
-                null,
-                h('span', { class: 'help-label' }, operation.label),
-                explanation(operation) && h('span', { class: 'muted small' }, explanation(operation)),
-              ),
+              h('dt', ...operation.keys.map(keyHint)),
+              h('dd', h('span.help-label', operation.label), explanation(operation) && h('span.muted.small', explanation(operation))),
             ]),
           ),
         ),
@@ -97,18 +89,16 @@ export function helpDialog({ app, close }) {
     size: 'wide',
     focus: search,
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       h(
-        'p',
-        { class: 'muted' },
+        'p.muted',
         'Every action also has a button with its key in the tooltip; the mouse does in the picture what Tab, Enter and the arrows do to boxes. Keys work unless a text field has the focus.',
       ),
-      h('div', { class: 'input-with-icon' }, icon('search'), search),
+      h('div.input-with-icon', icon('search'), search),
       found,
       list,
-      h('p', { class: 'muted small' }, `tsr ${app.store.get().session?.version ?? ''}`),
+      h('p.muted.small', `tsr ${app.store.get().session?.version ?? ''}`),
     ),
-    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Close')],
+    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Close')],
   };
 }

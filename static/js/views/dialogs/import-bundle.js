@@ -16,8 +16,8 @@ import { tableHead } from '../heads.js';
  * @returns {import('./layer.js').Content}
  */
 export function importBundleDialog({ app, data, close, signal }) {
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('add'), 'Open');
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('add'), 'Open');
   const drop = createDropField({
     id: 'bundle-file',
     label: 'Bug bundle',
@@ -28,7 +28,7 @@ export function importBundleDialog({ app, data, close, signal }) {
       go.disabled = false;
     },
   });
-  const result = h('div', { class: 'stack', hidden: true });
+  const result = h('div.stack', { hidden: true });
 
   async function submit() {
     const file = drop.file();
@@ -51,42 +51,33 @@ export function importBundleDialog({ app, data, close, signal }) {
       fill(
         result,
         h(
-          'p',
-          { class: 'import-done', role: 'status' },
+          'p.import-done',
+          { role: 'status' },
           icon('check'),
-          h('strong', null, `${video.name} is in the library. Its frames are decoded once before they can be looked at.`),
+          h('strong', `${video.name} is in the library. Its frames are decoded once before they can be looked at.`),
         ),
-        report.note && h('blockquote', { class: 'note-quote' }, report.note),
+        report.note && h('blockquote.note-quote', report.note),
         h(
-          'p',
-          { class: 'muted small' },
+          'p.muted.small',
           `Frames ${count(report.first + report.offset)} to ${count(report.stop - 1 + report.offset)} of ${report.video_name}${report.offset ? `, ${count(report.first)} to ${count(report.stop - 1)} of this clip` : ''}; ${plural(report.corrections, 'correction')}; made with tsr ${report.engine_version}.`,
         ),
         report.other_pictures > 0 &&
           h(
-            'p',
-            { class: 'field-hint' },
+            'p.field-hint',
             `${plural(report.other_pictures, 'picture decodes', 'pictures decode')} to other values here than where it was made, so small differences are to be expected.`,
           ),
         report.expected.length > 0 &&
           h(
-            'table',
-            { class: 'table' },
+            'table.table',
             tableHead(['Expected', 'When it was made']),
-            h(
-              'tbody',
-              null,
-              ...report.expected.map((one) => h('tr', null, h('td', null, one.expected), h('td', null, one.met ? '✓ ' : '✗ ', one.got))),
-            ),
+            h('tbody', ...report.expected.map((one) => h('tr', h('td', one.expected), h('td', one.met ? '✓ ' : '✗ ', one.got)))),
           ),
-        report.skipped.length > 0 && h('ul', { class: 'skipped-list small' }, ...report.skipped.map((text) => h('li', null, text))),
+        report.skipped.length > 0 && h('ul.skipped-list.small', ...report.skipped.map((text) => h('li', text))),
         h(
-          'div',
-          { class: 'row' },
+          'div.row',
           h(
-            'a',
+            'a.btn.btn-primary',
             {
-              class: 'btn btn-primary',
               href: formatRoute({ screen: 'review', video: video.id, run: run.id, frame: report.frame, track: report.track }),
               onclick: close,
             },
@@ -109,7 +100,7 @@ export function importBundleDialog({ app, data, close, signal }) {
     size: 'middle',
     submit,
     focus: drop.button,
-    body: h('div', { class: 'stack' }, drop.element, result),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), go],
+    body: h('div.stack', drop.element, result),
+    footer: [error, h('button.btn', { onclick: close }, 'Close'), go],
   };
 }

@@ -27,8 +27,7 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
   const names = h('datalist', { id: 'mapping-labels' }, ...offeredLabels(labels).map(({ name, key }) => h('option', { value: name }, key)));
   const rows = unknown.map((one, at) => {
     const first = proposed(one);
-    const word = h('input', {
-      class: 'input',
+    const word = h('input.input', {
       type: 'text',
       list: 'mapping-labels',
       id: `mapping-${at}`,
@@ -40,9 +39,8 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
       oninput: changed,
     });
     const kind = h(
-      'select',
+      'select.select',
       {
-        class: 'select',
         'aria-label': `What becomes of ${one.name}`,
         onchange: () => {
           word.hidden = kind.value !== 'label';
@@ -54,8 +52,7 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
     );
     kind.value = first.kind;
     word.hidden = first.kind !== 'label';
-    const picture = h('canvas', {
-      class: 'mapping-example',
+    const picture = h('canvas.mapping-example', {
       width: SIDE,
       height: SIDE,
       hidden: one.example === null,
@@ -68,46 +65,24 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
       .join(', ');
     const element = h(
       'tr',
-      null,
-      h('th', { scope: 'row', dir: 'auto', title: one.name }, h('span', { class: 'mapping-name' }, one.name)),
-      h(
-        'td',
-        { class: 'muted small mapping-holds' },
-        h('span', null, plural(one.boxes, 'box', 'boxes')),
-        h('span', null, plural(one.tracks, 'track')),
-      ),
-      h('td', null, picture),
-      h(
-        'td',
-        null,
-        h(
-          'div',
-          { class: 'stack' },
-          h('div', { class: 'row' }, kind, word),
-          others && h('span', { class: 'muted small' }, `Also like it: ${others}`),
-        ),
-      ),
+      h('th', { scope: 'row', dir: 'auto', title: one.name }, h('span.mapping-name', one.name)),
+      h('td.muted.small.mapping-holds', h('span', plural(one.boxes, 'box', 'boxes')), h('span', plural(one.tracks, 'track'))),
+      h('td', picture),
+      h('td', h('div.stack', h('div.row', kind, word), others && h('span.muted.small', `Also like it: ${others}`))),
     );
     return { element, kind, word, picture, example: one.example };
   });
   const element = h(
-    'div',
-    { class: 'stack' },
+    'div.stack',
     h(
       'p',
-      null,
       `The file has ${unknown.length === 1 ? 'a name that is' : `${unknown.length} names that are`} no label of the set. Nothing is stored yet. The answers are kept for the next file.`,
     ),
     names,
     h(
-      'div',
-      { class: 'mapping-frame', role: 'region', 'aria-label': 'Names of the file', tabIndex: 0 },
-      h(
-        'table',
-        { class: 'mapping' },
-        tableHead(['Name in the file', 'Holds', 'Example', 'Becomes']),
-        h('tbody', null, ...rows.map((row) => row.element)),
-      ),
+      'div.mapping-frame',
+      { role: 'region', 'aria-label': 'Names of the file', tabIndex: 0 },
+      h('table.mapping', tableHead(['Name in the file', 'Holds', 'Example', 'Becomes']), h('tbody', ...rows.map((row) => row.element))),
     ),
   );
 

@@ -12,9 +12,9 @@ const PAUSE = 400;
  * @param {{api: import('../../api/client.js').Api}} setup
  */
 export function createImportProgress({ api }) {
-  const text = h('p', { class: 'muted small grow', role: 'status' });
-  const cancel = h('button', { class: 'btn', type: 'button', onclick: () => void end() }, 'Cancel import');
-  const element = h('div', { class: 'row grow', hidden: true }, text, cancel);
+  const text = h('p.muted.small.grow', { role: 'status' });
+  const cancel = h('button.btn', { onclick: () => void end() }, 'Cancel import');
+  const element = h('div.row.grow', { hidden: true }, text, cancel);
   /** Of the import that is under way. @type {{name: string, sending: AbortController, sent: boolean, over: boolean}|null} */
   let now = null;
 

@@ -35,10 +35,10 @@ export function importDialog({ app, data, close, signal }) {
   const video = store.get().videos?.find(({ id }) => id === data.video) ?? store.get().review?.video;
   /** @type {Format[]} */
   let formats = [];
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const refused = h('div', { class: 'import-refused', role: 'alert', hidden: true });
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const refused = h('div.import-refused', { role: 'alert', hidden: true });
   const progress = createImportProgress({ api });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('add'), 'Import');
+  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('add'), 'Import');
   const drop = createDropField({
     id: 'import-file',
     label: 'File',
@@ -59,14 +59,13 @@ export function importDialog({ app, data, close, signal }) {
     tick(
       'radio',
       { name: 'import-as', value, checked: value === wanted, onchange: check },
-      h('span', { class: 'kind-name' }, label),
-      h('span', { class: 'muted small' }, title),
+      h('span.kind-name', label),
+      h('span.muted.small', title),
     ),
   );
-  const run = h('select', { class: 'select', id: 'import-run', onchange: check });
+  const run = h('select.select', { id: 'import-run', onchange: check });
   const runField = field('Run that is corrected', run);
-  const name = h('input', {
-    class: 'input',
+  const name = h('input.input', {
     type: 'text',
     id: 'import-name',
     maxlength: 120,
@@ -78,38 +77,35 @@ export function importDialog({ app, data, close, signal }) {
   });
   const nameField = field('Name', name, 'A ground truth of the same name is replaced.');
   const format = h(
-    'select',
-    { class: 'select', id: 'import-format', onchange: () => showFormat() },
+    'select.select',
+    { id: 'import-format', onchange: () => showFormat() },
     h('option', { value: '' }, 'found out from the file'),
   );
-  const summary = h('p', { class: 'muted small' });
-  const switches = h('div', { class: 'stack' });
-  const names = h('textarea', {
-    class: 'textarea',
+  const summary = h('p.muted.small');
+  const switches = h('div.stack');
+  const names = h('textarea.textarea', {
     id: 'import-names',
     rows: 3,
     spellcheck: 'false',
     placeholder: 'stop sign = stop',
     oninput: check,
   });
-  const result = h('div', { class: 'stack', hidden: true });
+  const result = h('div.stack', { hidden: true });
   /** Of the video’s set. @type {readonly import('../../types.js').Label[]} */
   let labels = store.get().labels;
   /** The names that have to be answered first. @type {ReturnType<typeof createMapping>|null} */
   let mapping = null;
-  const mapped = h('div', { class: 'stack', hidden: true });
-  const back = h('button', { class: 'btn', type: 'button', hidden: true, onclick: () => askNames(null) }, 'Back');
+  const mapped = h('div.stack', { hidden: true });
+  const back = h('button.btn', { hidden: true, onclick: () => askNames(null) }, 'Back');
   const form = h(
-    'div',
-    { class: 'stack' },
+    'div.stack',
     drop.element,
-    group('What it becomes', h('div', { class: 'kinds' }, ...kinds.map(({ element }) => element))),
-    h('div', { class: 'run-fields' }, runField, nameField, h('div', { class: 'stack' }, field('Format', format), summary)),
+    group('What it becomes', h('div.kinds', ...kinds.map(({ element }) => element))),
+    h('div.run-fields', runField, nameField, h('div.stack', field('Format', format), summary)),
     switches,
     h(
-      'details',
-      { class: 'details' },
-      h('summary', null, 'Names of the file'),
+      'details.details',
+      h('summary', 'Names of the file'),
       field('One a line: name = label', names, 'Names that no label has are asked for, with examples, before anything is stored.'),
     ),
     refused,
@@ -135,8 +131,8 @@ export function importDialog({ app, data, close, signal }) {
   function controlOf({ name, values, free }) {
     const given = { id: `import-switch-${name}`, dataset: { name } };
     return free
-      ? h('input', { ...given, class: 'input', type: 'text', value: values[0], autocomplete: 'off' })
-      : h('select', { ...given, class: 'select' }, ...values.map((value) => h('option', { value }, value)));
+      ? h('input.input', { ...given, type: 'text', value: values[0], autocomplete: 'off' })
+      : h('select.select', { ...given }, ...values.map((value) => h('option', { value }, value)));
   }
 
   function problem() {
@@ -213,15 +209,13 @@ export function importDialog({ app, data, close, signal }) {
         refused,
         icon('alert'),
         h(
-          'div',
-          { class: 'stack' },
+          'div.stack',
           h(
             'strong',
-            null,
             { bad_file: 'The file breaks a rule', cancelled: 'Cancelled' }[thrown instanceof ApiError ? thrown.code : ''] ??
               'This did not work',
           ),
-          h('p', null, sentence(thrown)),
+          h('p', sentence(thrown)),
         ),
       );
       refused.scrollIntoView({ block: 'nearest' });
@@ -259,27 +253,24 @@ export function importDialog({ app, data, close, signal }) {
     go.hidden = true;
     fill(
       result,
-      h('p', { class: 'import-done', role: 'status' }, icon('check'), h('strong', null, `Imported: ${words}.`)),
+      h('p.import-done', { role: 'status' }, icon('check'), h('strong', `Imported: ${words}.`)),
       found.repaired.length > 0 &&
         h(
-          'section',
-          { class: 'stack' },
-          h('h3', null, `Put right (${count(found.repaired.length)})`),
-          h('ul', { class: 'skipped-list small' }, ...found.repaired.map((text) => h('li', null, text))),
+          'section.stack',
+          h('h3', `Put right (${count(found.repaired.length)})`),
+          h('ul.skipped-list.small', ...found.repaired.map((text) => h('li', text))),
         ),
       found.skipped.length > 0 &&
         h(
-          'section',
-          { class: 'stack' },
-          h('h3', null, `Left out (${count(found.skipped.length)})`),
-          h('ul', { class: 'skipped-list small' }, ...skippedItems(found.skipped, found.skipped.length)),
+          'section.stack',
+          h('h3', `Left out (${count(found.skipped.length)})`),
+          h('ul.skipped-list.small', ...skippedItems(found.skipped, found.skipped.length)),
         ),
       h(
-        'div',
-        { class: 'row' },
+        'div.row',
         h(
-          'button',
-          { class: 'btn btn-primary', type: 'button', onclick: () => open(found) },
+          'button.btn.btn-primary',
+          { onclick: () => open(found) },
           icon('eye'),
           { annotation: 'Show the corrected run', truth: 'Show the ground truth', run: 'Show the run' }[found.kind],
         ),
@@ -339,7 +330,7 @@ export function importDialog({ app, data, close, signal }) {
     size: 'middle',
     submit,
     focus: drop.button,
-    body: h('div', null, form, mapped, result),
-    footer: [error, progress.element, back, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), go],
+    body: h('div', form, mapped, result),
+    footer: [error, progress.element, back, h('button.btn', { onclick: close }, 'Close'), go],
   };
 }

@@ -12,12 +12,10 @@ import { field, tick } from './fields.js';
 export function createAttributes(first) {
   /** @type {AttributeForm[]} */
   let forms = first.map((one) => ({ ...one }));
-  const list = h('div', { class: 'stack' });
+  const list = h('div.stack');
   const add = h(
-    'button',
+    'button.btn.btn-small',
     {
-      class: 'btn btn-small',
-      type: 'button',
       onclick: () => {
         forms = [...forms, { ...NEW_ATTRIBUTE }];
         show();
@@ -28,7 +26,7 @@ export function createAttributes(first) {
     icon('add'),
     'Add an attribute',
   );
-  const element = h('div', { class: 'stack' }, list, h('div', { class: 'row' }, add));
+  const element = h('div.stack', list, h('div.row', add));
 
   function show() {
     fill(list, ...forms.map((form, at) => row(form, at)));
@@ -39,8 +37,7 @@ export function createAttributes(first) {
     const id = (/** @type {string} */ part) => `attribute-${at}-${part}`;
     /** @param {'name'|'low'|'high'|'start'} part @param {string} label @param {Record<string, unknown>} [more] */
     const text = (part, label, more = {}) => {
-      const input = h('input', {
-        class: 'input',
+      const input = h('input.input', {
         type: 'text',
         id: id(part),
         autocomplete: 'off',
@@ -54,9 +51,8 @@ export function createAttributes(first) {
       return field(label, input);
     };
     const kind = h(
-      'select',
+      'select.select',
       {
-        class: 'select',
         id: id('kind'),
         onchange: () => {
           form.kind = /** @type {AttributeForm['kind']} */ (kind.value);
@@ -78,8 +74,7 @@ export function createAttributes(first) {
       },
       'May change from frame to frame',
     );
-    const values = h('textarea', {
-      class: 'textarea',
+    const values = h('textarea.textarea', {
       id: id('values'),
       rows: 3,
       value: form.values,
@@ -88,9 +83,8 @@ export function createAttributes(first) {
       },
     });
     const start = h(
-      'select',
+      'select.select',
       {
-        class: 'select',
         id: id('start'),
         onchange: () => {
           form.start = start.value;
@@ -105,12 +99,10 @@ export function createAttributes(first) {
     start.value = form.start;
     const usual = 'Where nobody has answered';
     return h(
-      'fieldset',
-      { class: 'label-attribute' },
-      h('legend', { class: 'visually-hidden' }, form.name || 'New attribute'),
+      'fieldset.label-attribute',
+      h('legend.visually-hidden', form.name || 'New attribute'),
       h(
-        'div',
-        { class: 'run-fields' },
+        'div.run-fields',
         text('name', 'Name'),
         field('Answer', kind),
         form.kind === 'number' && text('low', 'Least', { inputmode: 'decimal' }),
@@ -119,15 +111,12 @@ export function createAttributes(first) {
       ),
       form.kind === 'select' && field('Answers, one a line', values),
       h(
-        'div',
-        { class: 'row' },
+        'div.row',
         mutable.element,
-        h('span', { class: 'grow' }),
+        h('span.grow'),
         h(
-          'button',
+          'button.btn.btn-small',
           {
-            class: 'btn btn-small',
-            type: 'button',
             'aria-label': `Remove attribute ${form.name}`,
             onclick: () => {
               forms = forms.filter((other) => other !== form);

@@ -29,10 +29,9 @@ export function createLabelChoice({ take, aside = () => '', last = () => null, p
   let at = 0;
   let untouched = true;
   const list = h('ul', { class: `labels`, role: 'listbox', id: 'labels', 'aria-label': 'Labels' });
-  const none = h('p', { class: 'muted labels-none', role: 'status' });
-  const more = h('li', { class: 'label label-add', role: 'option', id: 'label-add', hidden: true, onclick: () => further?.run() });
-  const search = h('input', {
-    class: 'input',
+  const none = h('p.muted.labels-none', { role: 'status' });
+  const more = h('li.label.label-add', { role: 'option', id: 'label-add', hidden: true, onclick: () => further?.run() });
+  const search = h('input.input', {
     type: 'text',
     role: 'combobox',
     autocomplete: 'off',
@@ -63,9 +62,8 @@ export function createLabelChoice({ take, aside = () => '', last = () => null, p
   /** @param {Label} label */
   function makeRow(label) {
     return h(
-      'li',
+      'li.label',
       {
-        class: 'label',
         role: 'option',
         id: `label-${label.id}`,
         onclick: () => {
@@ -74,10 +72,10 @@ export function createLabelChoice({ take, aside = () => '', last = () => null, p
         },
       },
       pictureThatMayMiss({ class: 'label-picture', width: 32, height: 32, loading: 'lazy', decoding: 'async' }),
-      h('span', { class: 'label-id muted small' }, label.id),
-      h('span', { class: 'truncate grow', dir: 'auto' }),
-      h('kbd', { class: 'label-key' }),
-      h('span', { class: 'muted small label-aside' }),
+      h('span.label-id.muted.small', label.id),
+      h('span.truncate.grow', { dir: 'auto' }),
+      h('kbd.label-key'),
+      h('span.muted.small.label-aside'),
     );
   }
 

@@ -23,24 +23,22 @@ const FORMATS = /** @type {const} */ ([
  */
 export function labelFilesDialog({ app, data, close, signal }) {
   const { store, api } = app;
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const reported = h('div', { class: 'stack', role: 'status' });
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const reported = h('div.stack', { role: 'status' });
   const others = (store.get().labelSets ?? []).filter(({ key }) => key !== data.set);
   const from = h(
-    'select',
-    { class: 'select', id: 'labels-from' },
+    'select.select',
+    { id: 'labels-from' },
     ...others.map(({ key, name, labels }) => h('option', { value: key }, `${name} (${plural(labels, 'label')})`)),
   );
   const adopt = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       disabled: others.length === 0,
       onclick: () =>
         void act(async () => {
           const { sentence: said } = await app.labels.change({ type: 'adopt', set: from.value }, data.set);
-          fill(reported, h('p', null, said));
+          fill(reported, h('p', said));
         }),
     },
     icon('add'),
@@ -55,8 +53,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
       setText(error, '');
     },
   });
-  const fresh = h('input', {
-    class: 'input',
+  const fresh = h('input.input', {
     type: 'text',
     id: 'labels-new',
     maxlength: 64,
@@ -65,10 +62,8 @@ export function labelFilesDialog({ app, data, close, signal }) {
     placeholder: 'no, into this set',
   });
   const bring = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       disabled: true,
       onclick: () =>
         void act(async () => {
@@ -78,13 +73,12 @@ export function labelFilesDialog({ app, data, close, signal }) {
           const { sentence: said, known, refused, reported: notes } = await app.labels.bring(key || data.set, file, key !== '');
           fill(
             reported,
-            h('p', null, said, known.length > 0 && ` ${plural(known.length, 'label')} known already.`),
+            h('p', said, known.length > 0 && ` ${plural(known.length, 'label')} known already.`),
             refused.length + notes.length > 0 &&
               h(
-                'ul',
-                { class: 'skipped-list small' },
-                ...refused.map(({ name, reason }) => h('li', null, `${name}: ${reason}`)),
-                ...notes.map((text) => h('li', null, text)),
+                'ul.skipped-list.small',
+                ...refused.map(({ name, reason }) => h('li', `${name}: ${reason}`)),
+                ...notes.map((text) => h('li', text)),
               ),
           );
         }),
@@ -112,45 +106,40 @@ export function labelFilesDialog({ app, data, close, signal }) {
     title: 'Labels in and out',
     size: 'wide',
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       h(
-        'div',
-        { class: 'run-dialog' },
+        'div.run-dialog',
         h(
-          'section',
-          { class: 'run-column', 'aria-labelledby': 'labels-in' },
+          'section.run-column',
+          { 'aria-labelledby': 'labels-in' },
           h('h3', { id: 'labels-in' }, 'Bring labels in'),
           h(
-            'p',
-            { class: 'muted' },
+            'p.muted',
             'Labels that the set lacks are added with new numbers. Labels that it has, by key, name or alias, stay as they are.',
           ),
           field('From another set', from),
-          h('div', { class: 'row' }, adopt),
+          h('div.row', adopt),
           drop.element,
           field(
             'As a new set with the key',
             fresh,
             'Letters, digits and hyphens, such as slovenia. Choose the set on the Labels page afterwards.',
           ),
-          h('div', { class: 'row' }, bring),
+          h('div.row', bring),
         ),
         h(
-          'section',
-          { class: 'run-column', 'aria-labelledby': 'labels-out' },
+          'section.run-column',
+          { 'aria-labelledby': 'labels-out' },
           h('h3', { id: 'labels-out' }, 'Save this set as a file'),
           h(
-            'ul',
-            { class: 'made-list' },
+            'ul.made-list',
             ...FORMATS.map(([format, name, text]) =>
               h(
-                'li',
-                { class: 'made' },
-                h('div', { class: 'stack made-text' }, h('strong', null, name), h('span', { class: 'muted small' }, text)),
+                'li.made',
+                h('div.stack.made-text', h('strong', name), h('span.muted.small', text)),
                 h(
-                  'a',
-                  { class: 'btn btn-small', href: api.labelFileUrl(data.set, format), download: '', 'aria-label': `Save as ${name}` },
+                  'a.btn.btn-small',
+                  { href: api.labelFileUrl(data.set, format), download: '', 'aria-label': `Save as ${name}` },
                   icon('export'),
                   'Save',
                 ),
@@ -161,6 +150,6 @@ export function labelFilesDialog({ app, data, close, signal }) {
       ),
       reported,
     ),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close')],
+    footer: [error, h('button.btn', { onclick: close }, 'Close')],
   };
 }

@@ -11,9 +11,9 @@ import { icon } from '../icons.js';
  * @returns {import('./layer.js').Content}
  */
 export function labelHistoryDialog({ app, data, close, signal }) {
-  const list = h('ol', { class: 'made-list', 'aria-label': 'Versions, the newest first' });
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const status = h('p', { class: 'muted', role: 'status' }, 'The versions are listed …');
+  const list = h('ol.made-list', { 'aria-label': 'Versions, the newest first' });
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const status = h('p.muted', { role: 'status' }, 'The versions are listed …');
 
   async function load() {
     try {
@@ -24,34 +24,25 @@ export function labelHistoryDialog({ app, data, close, signal }) {
         list,
         ...versions.map((one) =>
           h(
-            'li',
-            { class: 'made' },
+            'li.made',
             h(
-              'div',
-              { class: 'stack made-text' },
+              'div.stack.made-text',
               h('span', { dir: 'auto' }, one.sentence),
               h(
-                'span',
-                { class: 'muted small' },
+                'span.muted.small',
                 one.created === null
                   ? `Version ${one.version}, as it came with tsr`
                   : `Version ${one.version} · ${one.author} · ${moment(one.created)}`,
               ),
             ),
             h(
-              'div',
-              { class: 'row made-actions' },
+              'div.row.made-actions',
               undone.has(one.version)
-                ? h('span', { class: 'badge' }, 'taken back')
+                ? h('span.badge', 'taken back')
                 : one.version > 1 &&
                     h(
-                      'button',
-                      {
-                        class: 'btn btn-small',
-                        type: 'button',
-                        'aria-label': `Undo version ${one.version}`,
-                        onclick: () => void undo(one.version),
-                      },
+                      'button.btn.btn-small',
+                      { 'aria-label': `Undo version ${one.version}`, onclick: () => void undo(one.version) },
                       icon('undo'),
                       'Undo',
                     ),
@@ -81,7 +72,7 @@ export function labelHistoryDialog({ app, data, close, signal }) {
   return {
     title: 'History of the label set',
     size: 'middle',
-    body: h('div', { class: 'stack' }, status, list),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close')],
+    body: h('div.stack', status, list),
+    footer: [error, h('button.btn', { onclick: close }, 'Close')],
   };
 }

@@ -40,8 +40,8 @@ export function labelMergeDialog({ app, data, close, signal }) {
     { role: 'status' },
     `Which label is '${label.name}'?${data.usage ? ` It is used in ${plural(data.usage.tracks, 'track')}.` : ''}`,
   );
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('merge'), 'Merge');
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('merge'), 'Merge');
   const choice = createLabelChoice({
     placeholder: 'Type the name of the label that stays',
     take: (chosen) => {
@@ -87,7 +87,7 @@ export function labelMergeDialog({ app, data, close, signal }) {
     size: 'middle',
     focus: choice.search,
     submit: () => void submit(),
-    body: h('div', { class: 'stack relabel' }, words, choice.search, choice.list, choice.none),
-    footer: [error, h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
+    body: h('div.stack.relabel', words, choice.search, choice.list, choice.none),
+    footer: [error, h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), go],
   };
 }

@@ -27,41 +27,21 @@ export function labelDialog({ app, data, close, signal }) {
   /** @type {Label|null} */
   const label = data.label ?? null;
   const first = formOf(label);
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const save = h('button', { class: 'btn btn-primary', type: 'submit' }, label ? 'Save' : 'Add');
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const save = h('button.btn.btn-primary', { type: 'submit' }, label ? 'Save' : 'Add');
   /** @param {string} id @param {string} value @param {Record<string, unknown>} [more] */
   const text = (id, value, more = {}) =>
-    h('input', {
-      class: 'input',
-      type: 'text',
-      id: `label-${id}`,
-      autocomplete: 'off',
-      spellcheck: 'false',
-      maxlength: 200,
-      value,
-      ...more,
-    });
+    h('input.input', { type: 'text', id: `label-${id}`, autocomplete: 'off', spellcheck: 'false', maxlength: 200, value, ...more });
   /** @param {string} id @param {readonly (readonly [string, string])[]} options @param {string} value */
   const choice = (id, options, value) => {
-    const element = h(
-      'select',
-      { class: 'select', id: `label-${id}` },
-      ...options.map(([one, words]) => h('option', { value: one }, words)),
-    );
+    const element = h('select.select', { id: `label-${id}` }, ...options.map(([one, words]) => h('option', { value: one }, words)));
     element.value = value;
     return element;
   };
   const name = text('name', first.name, { dir: 'auto' });
   const key = text('key', first.key, { maxlength: 100, readOnly: label !== null, placeholder: 'made from the name' });
   const short = text('short', first.short, { maxlength: 12, dir: 'auto', placeholder: 'the beginning of the name' });
-  const aliases = h('textarea', {
-    class: 'textarea',
-    id: 'label-aliases',
-    rows: 4,
-    spellcheck: 'false',
-    dir: 'auto',
-    value: first.aliases,
-  });
+  const aliases = h('textarea.textarea', { id: 'label-aliases', rows: 4, spellcheck: 'false', dir: 'auto', value: first.aliases });
   const shape = choice(
     'shape',
     SHAPES.map((one) => [one, one]),
@@ -94,10 +74,10 @@ export function labelDialog({ app, data, close, signal }) {
   const colour = text('colour', first.colour, { placeholder: 'as the tool chooses', maxlength: 7 });
   const attributes = createAttributes(first.attributes);
   const picture = pictureThatMayMiss({ class: 'label-shown', width: 64, height: 64, hidden: label?.picture == null, src: label?.picture });
-  const file = h('input', {
+  const file = h('input.visually-hidden', {
     type: 'file',
     accept: 'image/*',
-    class: 'visually-hidden',
+
     tabIndex: -1,
     'aria-label': 'Picture of the label',
     onchange: () => void setPicture(),
@@ -161,12 +141,11 @@ export function labelDialog({ app, data, close, signal }) {
     submit: () => void submit(),
     focus: name,
     body: h(
-      'div',
-      { class: 'run-dialog' },
+      'div.run-dialog',
       keys,
       h(
-        'section',
-        { class: 'run-column', 'aria-label': 'Names' },
+        'section.run-column',
+        { 'aria-label': 'Names' },
         field('Name', name),
         field(
           'Also called, one a line',
@@ -174,8 +153,7 @@ export function labelDialog({ app, data, close, signal }) {
           'Names and codes of other tools and countries. Dialogs, imports and comparisons know the label by them.',
         ),
         h(
-          'div',
-          { class: 'run-fields' },
+          'div.run-fields',
           field(
             'Key',
             key,
@@ -187,23 +165,21 @@ export function labelDialog({ app, data, close, signal }) {
           group(
             'Picture',
             h(
-              'div',
-              { class: 'row' },
+              'div.row',
               picture,
-              h('button', { class: 'btn btn-small', type: 'button', onclick: () => file.click() }, icon('upload'), 'Choose a picture file'),
+              h('button.btn.btn-small', { onclick: () => file.click() }, icon('upload'), 'Choose a picture file'),
               file,
             ),
-            h('p', { class: 'field-hint' }, 'A picture can also be cut from a track that you accept: the button is in its inspector.'),
+            h('p.field-hint', 'A picture can also be cut from a track that you accept: the button is in its inspector.'),
           ),
       ),
       h(
-        'section',
-        { class: 'run-column', 'aria-label': 'What is known of it' },
-        h('div', { class: 'run-fields' }, field('Shape', shape), field('Category', category)),
+        'section.run-column',
+        { 'aria-label': 'What is known of it' },
+        h('div.run-fields', field('Shape', shape), field('Category', category)),
         field('A retraining makes of it', teach),
         h(
-          'div',
-          { class: 'run-fields' },
+          'div.run-fields',
           field('Digit key', pinned),
           field('Usual width, mm', size),
           field('Mirror image is', mirror),
@@ -212,6 +188,6 @@ export function labelDialog({ app, data, close, signal }) {
         group('Attributes', attributes.element),
       ),
     ),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), save],
+    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), save],
   };
 }

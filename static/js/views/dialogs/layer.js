@@ -108,7 +108,7 @@ const KINDS = {
  * @returns {import('../../page-types.js').View}
  */
 export function createDialogs(app) {
-  const element = h('div', { class: 'dialog-layer' });
+  const element = h('div.dialog-layer');
   /** @type {{dialog: Dialog, node: HTMLDialogElement, content: Content, ended: AbortController}|null} */
   let open = null;
 
@@ -137,9 +137,8 @@ export function createDialogs(app) {
         'aria-labelledby': 'dialog-title',
       },
       h(
-        'form',
+        'form.dialog-form',
         {
-          class: 'dialog-form',
           method: 'dialog',
           novalidate: true,
           onsubmit: (/** @type {Event} */ event) => {
@@ -148,17 +147,12 @@ export function createDialogs(app) {
           },
         },
         h(
-          'header',
-          { class: 'dialog-head' },
+          'header.dialog-head',
           h('h2', { id: 'dialog-title', tabIndex: -1 }, content.title),
-          h(
-            'button',
-            { class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', onclick: close },
-            icon('close'),
-          ),
+          h('button.btn.btn-quiet.btn-icon', { 'aria-label': 'Close', title: 'Close (Esc)', onclick: close }, icon('close')),
         ),
-        h('div', { class: 'dialog-body' }, content.body),
-        content.footer && h('footer', { class: 'dialog-foot' }, ...content.footer),
+        h('div.dialog-body', content.body),
+        content.footer && h('footer.dialog-foot', ...content.footer),
       ),
     );
     // Keys of the review screen stay out of a dialog; Escape is the dialog's own.

@@ -37,17 +37,15 @@ export function mergeDialog({ app, data, close, signal }) {
   const marked = data.marked;
   let first = marked[0];
   const order = () => [first, ...marked.filter((key) => key !== first)];
-  const pictures = h('div', { class: 'stack' });
+  const pictures = h('div.stack');
   const choice = h(
-    'fieldset',
-    { class: 'stack' },
-    h('legend', null, 'Keep the boxes of'),
+    'fieldset.stack',
+    h('legend', 'Keep the boxes of'),
     ...marked.map((key) => {
       const { review, labels } = app.store.get();
       const entry = review && trackEntries(review.tracks, review.docs).find((one) => one.key === key);
       return h(
-        'label',
-        { class: 'row' },
+        'label.row',
         h('input', {
           type: 'radio',
           name: 'merge-first',
@@ -59,15 +57,15 @@ export function mergeDialog({ app, data, close, signal }) {
           },
         }),
         h(
-          'span',
-          { dir: 'auto', class: 'merge-name' },
+          'span.merge-name',
+          { dir: 'auto' },
           `${trackName(key, review?.docs[key])} · ${engineName(labels, entry?.class_id, entry?.word ?? null)}`,
         ),
       );
     }),
   );
-  const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
-  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, 'Merge');
+  const cancel = h('button.btn', { onclick: close }, 'Cancel');
+  const go = h('button.btn.btn-primary', { type: 'submit' }, 'Merge');
   /** What was asked for. @type {Set<number>} */
   const asked = new Set();
 
@@ -78,7 +76,7 @@ export function mergeDialog({ app, data, close, signal }) {
     asked.add(frame);
     try {
       const found = await app.api.overlays(run, frame, frame, { signal });
-      if (app.store.get().review?.run?.id === run) app.store.dispatch((state) => putOverlays(state, 'overlays', found));
+      if (app.store.get().review?.run?.id === run) app.store.dispatch(putOverlays, 'overlays', found);
     } catch {
       // the words say which frames it is about
     }
@@ -99,12 +97,10 @@ export function mergeDialog({ app, data, close, signal }) {
           [one.key, 'saved', 'goes'],
         ]);
         return h(
-          'section',
-          { class: 'merge-pair' },
-          h('p', null, sharedWords(review, one)),
+          'section.merge-pair',
+          h('p', sharedWords(review, one)),
           h(
-            'div',
-            { class: 'row two-versions' },
+            'div.row.two-versions',
             ...pair.map(([key, whose, fate]) =>
               partOfFrame(
                 app,
@@ -117,7 +113,7 @@ export function mergeDialog({ app, data, close, signal }) {
           ),
         );
       }),
-      shared.length > MOST && h('p', { class: 'muted small' }, `${count(shared.length - MOST)} more tracks share frames.`),
+      shared.length > MOST && h('p.muted.small', `${count(shared.length - MOST)} more tracks share frames.`),
     );
     setText(go, `Merge into ${trackName(first, review.docs[first])}`);
   }
@@ -137,12 +133,11 @@ export function mergeDialog({ app, data, close, signal }) {
       show();
     },
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       pictures,
       choice,
-      h('p', { class: 'muted small' }, 'Two signs are two tracks: cancel if these are not one and the same. Undo takes a merge back.'),
+      h('p.muted.small', 'Two signs are two tracks: cancel if these are not one and the same. Undo takes a merge back.'),
     ),
-    footer: [h('span', { class: 'grow' }), cancel, go],
+    footer: [h('span.grow'), cancel, go],
   };
 }

@@ -18,15 +18,14 @@ export function noteDialog({ app, data, close }) {
   const run = review?.run?.id ?? '';
   // a new note is the one that is half written in the inspector, if any
   const draft = key !== null && !data.note_id;
-  const text = h('textarea', {
-    class: 'textarea',
+  const text = h('textarea.textarea', {
     rows: 4,
     maxlength: LONGEST,
     id: 'note-text',
     value: data.text ?? (draft ? app.notes.of(run, key) : ''),
     'aria-describedby': 'note-hint note-error',
   });
-  const error = h('p', { class: 'field-error', id: 'note-error', role: 'alert', hidden: true });
+  const error = h('p.field-error', { id: 'note-error', role: 'alert', hidden: true });
   /** @param {string} value */
   const keep = (value) => {
     if (draft) app.notes.keep(run, key, value);
@@ -63,23 +62,16 @@ export function noteDialog({ app, data, close }) {
     focus: text,
     submit,
     body: h(
-      'div',
-      { class: 'field' },
-      h('label', { class: 'field-label', for: 'note-text' }, 'Text'),
+      'div.field',
+      h('label.field-label', { for: 'note-text' }, 'Text'),
       text,
-      h(
-        'span',
-        { class: 'field-hint', id: 'note-hint' },
-        draft ? 'Ctrl+Enter saves; after Escape the text is still here.' : 'Ctrl+Enter saves.',
-      ),
+      h('span.field-hint', { id: 'note-hint' }, draft ? 'Ctrl+Enter saves; after Escape the text is still here.' : 'Ctrl+Enter saves.'),
       error,
     ),
     footer: [
       h(
-        'button',
+        'button.btn',
         {
-          class: 'btn',
-          type: 'button',
           onclick: () => {
             keep('');
             close();
@@ -87,7 +79,7 @@ export function noteDialog({ app, data, close }) {
         },
         'Cancel',
       ),
-      h('button', { class: 'btn btn-primary', type: 'submit' }, 'Save'),
+      h('button.btn.btn-primary', { type: 'submit' }, 'Save'),
     ],
   };
 }

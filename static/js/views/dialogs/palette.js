@@ -89,10 +89,9 @@ export function paletteDialog({ app, close, signal }) {
   /** @type {Item[]} */
   let found = [];
   let at = 0;
-  const list = h('ul', { class: 'palette-list', role: 'listbox', id: 'palette-list', 'aria-label': 'Found' });
-  const told = h('p', { class: 'muted small palette-told', role: 'status' });
-  const search = h('input', {
-    class: 'input',
+  const list = h('ul.palette-list', { role: 'listbox', id: 'palette-list', 'aria-label': 'Found' });
+  const told = h('p.muted.small.palette-told', { role: 'status' });
+  const search = h('input.input', {
     type: 'text',
     role: 'combobox',
     autocomplete: 'off',
@@ -125,21 +124,10 @@ export function paletteDialog({ app, close, signal }) {
   /** @param {Item} item */
   function create(item) {
     return h(
-      'li',
-      {
-        class: 'palette-item',
-        role: 'option',
-        id: `palette-${item.id}`,
-        'aria-disabled': item.reason === null ? null : 'true',
-        onclick: () => take(item),
-      },
-      h(
-        'span',
-        { class: 'palette-text', dir: 'auto' },
-        item.text,
-        item.reason && h('span', { class: 'muted small palette-reason' }, item.reason),
-      ),
-      h('span', { class: 'muted small palette-kind' }, item.kind),
+      'li.palette-item',
+      { role: 'option', id: `palette-${item.id}`, 'aria-disabled': item.reason === null ? null : 'true', onclick: () => take(item) },
+      h('span.palette-text', { dir: 'auto' }, item.text, item.reason && h('span.muted.small.palette-reason', item.reason)),
+      h('span.muted.small.palette-kind', item.kind),
       item.key && keyHint(item.key),
     );
   }
@@ -181,5 +169,5 @@ export function paletteDialog({ app, close, signal }) {
   });
   show();
 
-  return { title: 'Find anything', size: 'middle', focus: search, body: h('div', { class: 'palette' }, search, list, told) };
+  return { title: 'Find anything', size: 'middle', focus: search, body: h('div.palette', search, list, told) };
 }

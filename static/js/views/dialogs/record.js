@@ -18,8 +18,8 @@ const MOST = 20_000;
  */
 export function recordDialog({ app, close, signal }) {
   const review = app.store.get().review;
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, icon('film'), 'Record');
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const go = h('button.btn.btn-primary', { type: 'submit' }, icon('film'), 'Record');
   const range = createFrameRange(review, {
     id: 'record',
     begin: OFFERED,
@@ -42,7 +42,7 @@ export function recordDialog({ app, close, signal }) {
         (state, output) => putOutput(changeReview(state, { beside: null }), output),
       );
       // The view lists what there is when it opens: one that stood open is opened anew, after it is gone.
-      requestAnimationFrame(() => requestAnimationFrame(() => app.store.dispatch((state) => changeReview(state, { beside: 'recording' }))));
+      requestAnimationFrame(() => requestAnimationFrame(() => app.store.dispatch(changeReview, { beside: 'recording' })));
       toast('The recording is made; it opens beside the picture.', { tone: 'good' });
       close();
     } catch (thrown) {
@@ -59,15 +59,13 @@ export function recordDialog({ app, close, signal }) {
     submit,
     focus: range.focus,
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       h(
-        'p',
-        { class: 'muted' },
+        'p.muted',
         'Pictures, boxes, the gate’s factors, votes and events of these frames in one .rrd file. View it beside the picture, or download it for a separate viewer.',
       ),
       range.element,
     ),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
+    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
   };
 }

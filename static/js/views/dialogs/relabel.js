@@ -106,13 +106,13 @@ export function relabelDialog({ app, data, close, signal }) {
   const box = h('input', { type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box', onchange: () => tellBack() });
   const track = h('input', { type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box', onchange: () => tellBack() });
   const scopes = h(
-    'fieldset',
-    { class: 'row scopes', hidden: draft !== null },
-    h('legend', { class: 'visually-hidden' }, 'What gets the label'),
-    h('label', { class: 'row' }, track, 'Whole track'),
-    h('label', { class: 'row' }, box, `Only the box at frame ${frame}`),
+    'fieldset.row.scopes',
+    { hidden: draft !== null },
+    h('legend.visually-hidden', 'What gets the label'),
+    h('label.row', track, 'Whole track'),
+    h('label.row', box, `Only the box at frame ${frame}`),
   );
-  const error = h('p', { class: 'field-error', role: 'alert' });
+  const error = h('p.field-error', { role: 'alert' });
   const choice = createLabelChoice({
     take: choose,
     placeholder: 'Type a name, a code or a number',
@@ -217,12 +217,8 @@ export function relabelDialog({ app, data, close, signal }) {
     }
   });
   if (!draft) choice.onEnter(close);
-  const unknown = h(
-    'button',
-    { class: 'btn', type: 'button', title: 'A sign that no label of the set names', onclick: () => put(NO_CLASS) },
-    'Not in the set',
-  );
-  const back = h('button', { class: 'btn', type: 'button', onclick: () => put(null) });
+  const unknown = h('button.btn', { title: 'A sign that no label of the set names', onclick: () => put(NO_CLASS) }, 'Not in the set');
+  const back = h('button.btn', { onclick: () => put(null) });
   offer();
   choice.reveal();
   return {
@@ -230,17 +226,16 @@ export function relabelDialog({ app, data, close, signal }) {
     title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Label of the new track',
     size: 'middle',
     focus: choice.search,
-    body: h('div', { class: 'stack relabel' }, choice.search, scopes, choice.list, choice.none, error),
+    body: h('div.stack.relabel', choice.search, scopes, choice.list, choice.none, error),
     footer: [
       h(
-        'span',
-        { class: 'muted small grow' },
+        'span.muted.small.grow',
         draft
           ? 'Arrows choose, Enter takes, Escape takes the box back.'
           : 'Arrows choose, Enter takes, Ctrl+Enter takes and accepts the track, Alt+B switches between track and box.',
       ),
       ...(draft ? [unknown] : [back, unknown]),
-      h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'),
+      h('button.btn', { onclick: close }, 'Cancel'),
     ],
     update(state) {
       if (state.labels !== labels) offer();

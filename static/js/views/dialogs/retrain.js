@@ -27,51 +27,29 @@ const PARTS = /** @type {const} */ ([
  */
 export function retrainDialog({ app, data, close, signal }) {
   const { store, api } = app;
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit', disabled: true }, icon('run'), 'Retrain');
-  const reviews = h('ul', { class: 'pick-list', 'aria-label': 'Reviews to learn from' });
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('run'), 'Retrain');
+  const reviews = h('ul.pick-list', { 'aria-label': 'Reviews to learn from' });
   const which = h(
-    'select',
-    { class: 'select', id: 'retrain-which', onchange: () => tickReviews() },
+    'select.select',
+    { id: 'retrain-which', onchange: () => tickReviews() },
     ...Object.entries(REVIEW_CHOICES).map(([value, text]) => h('option', { value }, text)),
   );
-  const noReview = h(
-    'p',
-    { class: 'muted' },
-    'No run has corrections yet. Accept or correct some tracks first, or choose a file or public data below.',
-  );
-  const exports = h('ul', { class: 'pick-list', 'aria-label': 'Exports to learn from' });
+  const noReview = h('p.muted', 'No run has corrections yet. Accept or correct some tracks first, or choose a file or public data below.');
+  const exports = h('ul.pick-list', { 'aria-label': 'Exports to learn from' });
   const none = h(
-    'p',
-    { class: 'muted' },
+    'p.muted',
     'No complete export yet. ',
-    h(
-      'button',
-      { class: 'btn-link', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, { kind: 'export' })) },
-      'Export corrections',
-    ),
+    h('button.btn-link', { onclick: () => store.dispatch(openDialog, { kind: 'export' }) }, 'Export corrections'),
     '.',
   );
   const parts = PARTS.map(([value, label, title]) =>
-    tick(
-      'checkbox',
-      { value, checked: true, onchange: check },
-      h('span', { class: 'kind-name' }, label),
-      h('span', { class: 'muted small' }, title),
-    ),
+    tick('checkbox', { value, checked: true, onchange: check }, h('span.kind-name', label), h('span.muted.small', title)),
   );
-  const parent = h('select', { class: 'select', id: 'retrain-parent' });
-  const name = h('input', {
-    class: 'input',
-    type: 'text',
-    id: 'retrain-name',
-    maxlength: 120,
-    autocomplete: 'off',
-    placeholder: 'optional',
-  });
+  const parent = h('select.select', { id: 'retrain-parent' });
+  const name = h('input.input', { type: 'text', id: 'retrain-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
   const seed = numberInput('retrain-seed', '0', check, { inputmode: 'numeric' });
-  const gtsdb = h('input', {
-    class: 'input',
+  const gtsdb = h('input.input', {
     type: 'text',
     id: 'retrain-gtsdb',
     autocomplete: 'off',
@@ -79,8 +57,7 @@ export function retrainDialog({ app, data, close, signal }) {
     placeholder: 'optional',
     oninput: check,
   });
-  const gtsrb = h('input', {
-    class: 'input',
+  const gtsrb = h('input.input', {
     type: 'text',
     id: 'retrain-gtsrb',
     autocomplete: 'off',
@@ -169,17 +146,14 @@ export function retrainDialog({ app, data, close, signal }) {
       reviews,
       ...sources.map((one) =>
         h(
-          'li',
-          { class: 'pick' },
+          'li.pick',
           h(
-            'label',
-            { class: 'tick grow' },
+            'label.tick.grow',
             h('input', { type: 'checkbox', value: one.run, onchange: check }),
             h(
-              'span',
-              { class: 'stack made-text' },
-              h('span', { class: 'truncate', title: one.run_name ? `${one.video_name}, ${one.run_name}` : one.video_name }, one.video_name),
-              h('span', { class: 'muted small' }, reviewWords(one)),
+              'span.stack.made-text',
+              h('span.truncate', { title: one.run_name ? `${one.video_name}, ${one.run_name}` : one.video_name }, one.video_name),
+              h('span.muted.small', reviewWords(one)),
             ),
           ),
         ),
@@ -218,10 +192,10 @@ export function retrainDialog({ app, data, close, signal }) {
 
   const choice = field('Videos', which);
   const files = h(
-    'details',
-    { class: 'details', open: Boolean(data.exports) },
-    h('summary', null, 'Files that were exported'),
-    h('div', { class: 'stack' }, exports, none),
+    'details.details',
+    { open: Boolean(data.exports) },
+    h('summary', 'Files that were exported'),
+    h('div.stack', exports, none),
   );
   for (const list of [reviews, choice, noReview]) list.hidden = true;
   void load();
@@ -231,33 +205,28 @@ export function retrainDialog({ app, data, close, signal }) {
     submit,
     focus: name,
     body: h(
-      'div',
-      { class: 'run-dialog' },
+      'div.run-dialog',
       h(
-        'section',
-        { class: 'run-column', 'aria-labelledby': 'retrain-from' },
+        'section.run-column',
+        { 'aria-labelledby': 'retrain-from' },
         h('h3', { id: 'retrain-from' }, 'Learn from the present review'),
         choice,
         reviews,
         noReview,
         files,
         h(
-          'p',
-          { class: 'field-hint' },
+          'p.field-hint',
           'Tracks that people have accepted, corrected or drawn teach signs. The new version learns from all of them; its figures are those of a trial version that learns without some, and is measured on these.',
         ),
         h(
-          'p',
-          { class: 'field-hint' },
+          'p.field-hint',
           'Background is everything outside the tracks of a reviewed video, false positives, and labels that the set counts as background. Open and ignored tracks, tracks that are not in the set, and labels that are not used for training count as neither sign nor background.',
         ),
         h(
-          'details',
-          { class: 'details' },
-          h('summary', null, 'Public data on this machine'),
+          'details.details',
+          h('summary', 'Public data on this machine'),
           h(
-            'div',
-            { class: 'stack' },
+            'div.stack',
             field(
               'GTSDB folder',
               gtsdb,
@@ -268,15 +237,15 @@ export function retrainDialog({ app, data, close, signal }) {
         ),
       ),
       h(
-        'section',
-        { class: 'run-column', 'aria-labelledby': 'retrain-how' },
+        'section.run-column',
+        { 'aria-labelledby': 'retrain-how' },
         h('h3', { id: 'retrain-how' }, 'How'),
-        h('div', { class: 'run-fields' }, field('Name', name), field('Seed', seed)),
+        h('div.run-fields', field('Name', name), field('Seed', seed)),
         field('Start from', parent, 'It stays as it is: a version never changes.'),
-        group('Parts', h('div', { class: 'kinds' }, ...parts.map(({ element }) => element))),
+        group('Parts', h('div.kinds', ...parts.map(({ element }) => element))),
       ),
     ),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
+    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
     update(state) {
       if (state.outputs === shown) return;
       const before = shown === null ? new Set(data.exports ?? []) : new Set(chosen());
@@ -286,18 +255,15 @@ export function retrainDialog({ app, data, close, signal }) {
         exports,
         ...usable.map((one) =>
           h(
-            'li',
-            { class: 'pick' },
+            'li.pick',
             h(
-              'label',
-              { class: 'tick grow' },
+              'label.tick.grow',
               h('input', { type: 'checkbox', value: one.id, checked: before.has(one.id), onchange: check }),
               h(
-                'span',
-                { class: 'stack made-text' },
-                h('span', { class: 'truncate' }, one.name),
-                h('span', { class: 'muted small' }, [content(one), moment(one.finished)].filter(Boolean).join(' · ')),
-                h('span', { class: 'field-warning small' }, ageWords(ages.find(({ id }) => id === one.id))),
+                'span.stack.made-text',
+                h('span.truncate', one.name),
+                h('span.muted.small', [content(one), moment(one.finished)].filter(Boolean).join(' · ')),
+                h('span.field-warning.small', ageWords(ages.find(({ id }) => id === one.id))),
               ),
             ),
           ),

@@ -11,17 +11,13 @@ import { field } from './fields.js';
  */
 export function returnWorkDialog({ app, data, close }) {
   const { assignment } = data;
-  const comment = h('textarea', { class: 'textarea', id: 'return-comment', rows: '4', maxlength: 2000, required: true });
+  const comment = h('textarea.textarea', { id: 'return-comment', rows: '4', maxlength: 2000, required: true });
   return {
     title: `Return the work to ${assignment.person}`,
     size: 'narrow',
     focus: comment,
-    body: h('div', { class: 'stack' }, field('What is to be done again', comment, `${assignment.person} reads it above the picture.`)),
-    footer: [
-      h('span', { class: 'grow' }),
-      h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'),
-      h('button', { class: 'btn btn-primary', type: 'submit' }, 'Return'),
-    ],
+    body: h('div.stack', field('What is to be done again', comment, `${assignment.person} reads it above the picture.`)),
+    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), h('button.btn.btn-primary', { type: 'submit' }, 'Return')],
     submit() {
       const text = comment.value.trim();
       if (text === '') return comment.focus();

@@ -25,14 +25,13 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
   const presets = session?.presets ?? ['default'];
   const last = restoredChoice(recall(LAST), presets, parameters);
   const preset = h(
-    'select',
-    { class: 'select', id: 'run-preset', onchange: () => fields.rebase((parameter) => presetValue(parameter, preset.value)) },
+    'select.select',
+    { id: 'run-preset', onchange: () => fields.rebase((parameter) => presetValue(parameter, preset.value)) },
     ...presets.map((name) => h('option', { value: name }, name)),
   );
   preset.value = last.preset;
-  const name = h('input', { class: 'input', type: 'text', id: 'run-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
-  const first = h('input', {
-    class: 'input',
+  const name = h('input.input', { type: 'text', id: 'run-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
+  const first = h('input.input', {
     type: 'text',
     inputmode: 'numeric',
     id: 'run-first',
@@ -41,8 +40,7 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
     'aria-describedby': 'run-range-error',
     oninput: check,
   });
-  const end = h('input', {
-    class: 'input',
+  const end = h('input.input', {
     type: 'text',
     inputmode: 'numeric',
     id: 'run-last',
@@ -51,15 +49,15 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
     'aria-describedby': 'run-range-error',
     oninput: check,
   });
-  const rangeError = h('span', { class: 'field-error', id: 'run-range-error', role: 'alert' });
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const start = h('button', { class: 'btn btn-primary', type: 'submit' }, icon('run'), words);
-  const summary = h('summary', null);
+  const rangeError = h('span.field-error', { id: 'run-range-error', role: 'alert' });
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const start = h('button.btn.btn-primary', { type: 'submit' }, icon('run'), words);
+  const summary = h('summary');
   const asLast = h(
-    'p',
-    { class: 'field-hint run-as-last', hidden: Object.keys(last.parameters).length === 0 },
+    'p.field-hint.run-as-last',
+    { hidden: Object.keys(last.parameters).length === 0 },
     'These changes are those of the last run. ',
-    h('button', { class: 'btn btn-small btn-quiet', type: 'button', onclick: () => fields.reset() }, 'Use the preset alone'),
+    h('button.btn.btn-small.btn-quiet', { onclick: () => fields.reset() }, 'Use the preset alone'),
   );
   const fields = createParameters({
     parameters,
@@ -108,7 +106,7 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
     check();
   }
 
-  const models = h('p', { class: 'field-hint run-models' }, 'Models: …');
+  const models = h('p.field-hint.run-models', 'Models: …');
   app
     .load(() => app.api.models({ signal }), setModels)
     .then(
@@ -116,7 +114,7 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
         fill(
           models,
           'Models: ',
-          h('strong', null, found.find(({ active }) => active)?.name ?? 'Shipped'),
+          h('strong', found.find(({ active }) => active)?.name ?? 'Shipped'),
           ', ',
           h('a', { href: '#/models', onclick: close }, 'choose another'),
         );
@@ -127,23 +125,21 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
     );
   told(Object.keys(last.parameters).length);
   const element = h(
-    'div',
-    { class: 'stack' },
+    'div.stack',
     h(
-      'div',
-      { class: 'run-fields' },
-      h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'run-preset' }, 'Preset'), preset),
+      'div.run-fields',
+      h('div.field', h('label.field-label', { for: 'run-preset' }, 'Preset'), preset),
       ...(several
         ? []
         : [
-            h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'run-name' }, 'Name'), name),
-            h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'run-first' }, 'First frame'), first),
-            h('div', { class: 'field' }, h('label', { class: 'field-label', for: 'run-last' }, 'Last frame'), end),
+            h('div.field', h('label.field-label', { for: 'run-name' }, 'Name'), name),
+            h('div.field', h('label.field-label', { for: 'run-first' }, 'First frame'), first),
+            h('div.field', h('label.field-label', { for: 'run-last' }, 'Last frame'), end),
           ]),
     ),
     rangeError,
     models,
-    h('details', { class: 'details' }, summary, asLast, fields.element),
+    h('details.details', summary, asLast, fields.element),
   );
-  return { element, submit, focus: preset, footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), start] };
+  return { element, submit, focus: preset, footer: [error, h('button.btn', { onclick: close }, 'Close'), start] };
 }

@@ -9,6 +9,7 @@ import { h, setText } from '../dom.js';
 import { moment, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { modelsOf } from '../model-words.js';
+import { createMeter, setMeter } from '../meter.js';
 import { runChanges, runInexact, runKind, runName, runProgress, runState, runTone } from '../../model/run_words.js';
 import { toast } from '../../core/toast.js';
 
@@ -22,91 +23,54 @@ import { toast } from '../../core/toast.js';
  */
 export function runItem({ app, close, signal }, run) {
   return h(
-    'li',
-    { class: 'run-item' },
+    'li.run-item',
     h(
-      'div',
-      { class: 'row' },
-      h('strong', { class: 'run-name truncate' }),
+      'div.row',
+      h('strong.run-name.truncate'),
       renameField(app, signal, run),
-      h('span', { class: 'badge run-badge' }),
-      h('span', { class: 'grow' }),
-      h('span', { class: 'muted small run-time' }, moment(run.created)),
+      h('span.badge.run-badge'),
+      h('span.grow'),
+      h('span.muted.small.run-time', moment(run.created)),
     ),
-    h('p', { class: 'run-changes muted small' }),
-    h('p', { class: 'run-progress small' }),
-    h('p', { class: 'run-inexact field-warning' }),
+    h('p.run-changes.muted.small'),
+    h('p.run-progress.small'),
+    h('p.run-inexact.field-warning'),
+    createMeter('Progress', 'span.meter.run-meter'),
     h(
-      'span',
-      { class: 'meter run-meter', role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100 },
-      h('span'),
-    ),
-    h(
-      'div',
-      { class: 'row run-actions' },
+      'div.row.run-actions',
       h(
-        'a',
-        {
-          class: 'btn btn-small run-open',
-          href: formatRoute({ screen: 'review', video: run.video_id, run: run.id, frame: null, track: null }),
-          onclick: close,
-        },
+        'a.btn.btn-small.run-open',
+        { href: formatRoute({ screen: 'review', video: run.video_id, run: run.id, frame: null, track: null }), onclick: close },
         'Open',
       ),
+      h('button.btn.btn-small.run-cancel', { onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal) }, 'Cancel'),
+      h('button.btn.btn-small.run-resume', { onclick: () => changeRun(app, () => app.api.resumeRun(run.id), signal) }, 'Go on'),
       h(
-        'button',
-        { class: 'btn btn-small run-cancel', type: 'button', onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal) },
-        'Cancel',
-      ),
-      h(
-        'button',
-        { class: 'btn btn-small run-resume', type: 'button', onclick: () => changeRun(app, () => app.api.resumeRun(run.id), signal) },
-        'Go on',
-      ),
-      h(
-        'button',
-        {
-          class: 'btn btn-small run-whatif',
-          type: 'button',
-          onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'whatif', data: { run: run.id } })),
-        },
+        'button.btn.btn-small.run-whatif',
+        { onclick: () => app.store.dispatch(openDialog, { kind: 'whatif', data: { run: run.id } }) },
         'What if …',
       ),
       h(
-        'button',
+        'button.btn.btn-small.run-adopt',
         {
-          class: 'btn btn-small run-adopt',
-          type: 'button',
           title: 'Bring the corrections that were made on this run to the run that is open',
           onclick: () => {
             const to = app.store.get().review?.run;
-            if (to) app.store.dispatch((state) => openDialog(state, { kind: 'adopted', data: { from: run, to } }));
+            if (to) app.store.dispatch(openDialog, { kind: 'adopted', data: { from: run, to } });
           },
         },
         'Bring its corrections',
       ),
-      h('span', { class: 'grow' }),
-      h('button', { class: 'btn btn-small btn-quiet run-whatifs', type: 'button', onclick: () => askRemoveWhatIfs(app, run) }),
+      h('span.grow'),
+      h('button.btn.btn-small.btn-quiet.run-whatifs', { onclick: () => askRemoveWhatIfs(app, run) }),
       h(
-        'button',
-        {
-          class: 'btn btn-small btn-quiet run-rename',
-          type: 'button',
-          'aria-label': `Rename ${runName(run)}`,
-          title: 'Rename this run',
-          onclick: (/** @type {Event} */ event) => beginRename(event),
-        },
+        'button.btn.btn-small.btn-quiet.run-rename',
+        { 'aria-label': `Rename ${runName(run)}`, title: 'Rename this run', onclick: (/** @type {Event} */ event) => beginRename(event) },
         'Rename',
       ),
       h(
-        'button',
-        {
-          class: 'btn btn-small btn-quiet btn-icon',
-          type: 'button',
-          'aria-label': `Remove ${runName(run)}`,
-          title: 'Remove this run …',
-          onclick: () => askRemove(app, run),
-        },
+        'button.btn.btn-small.btn-quiet.btn-icon',
+        { 'aria-label': `Remove ${runName(run)}`, title: 'Remove this run …', onclick: () => askRemove(app, run) },
         icon('trash'),
       ),
     ),
@@ -136,8 +100,7 @@ export function showRun({ app }, item, { run, under, whatifs }) {
   setText(part('inexact'), runInexact(run));
   part('progress').classList.toggle('field-error', run.state === 'failed');
   part('meter').hidden = !open;
-  part('meter').style.setProperty('--part', `${runPart(run) * 100}%`);
-  part('meter').setAttribute('aria-valuenow', String(Math.round(runPart(run) * 100)));
+  setMeter(part('meter'), runPart(run));
   part('cancel').hidden = !open;
   part('resume').hidden = !resumable(run);
   part('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';
@@ -157,8 +120,7 @@ export function showRun({ app }, item, { run, under, whatifs }) {
  * @param {Run} run
  */
 function renameField(app, signal, run) {
-  const input = h('input', {
-    class: 'input run-new-name grow',
+  const input = h('input.input.run-new-name.grow', {
     type: 'text',
     maxlength: 120,
     autocomplete: 'off',
@@ -201,23 +163,21 @@ function beginRename(event) {
  * @param {Run} run
  */
 function askRemove(app, run) {
-  app.store.dispatch((state) =>
-    openDialog(state, {
-      kind: 'confirm',
-      data: {
-        title: 'Remove this run?',
-        confirm: 'Remove',
-        danger: true,
-        text: `“${runName(run)}” goes, with its evidence, its what-ifs and all corrections and notes that were made on it. They cannot be brought back.`,
-        note: 'The video, its other runs and its ground truth stay.',
-        run: async () => {
-          await app.api.removeRun(run.id);
-          app.store.dispatch((now) => dropRun(now, run.id));
-          toast('The run was removed.');
-        },
+  app.store.dispatch(openDialog, {
+    kind: 'confirm',
+    data: {
+      title: 'Remove this run?',
+      confirm: 'Remove',
+      danger: true,
+      text: `“${runName(run)}” goes, with its evidence, its what-ifs and all corrections and notes that were made on it. They cannot be brought back.`,
+      note: 'The video, its other runs and its ground truth stay.',
+      run: async () => {
+        await app.api.removeRun(run.id);
+        app.store.dispatch(dropRun, run.id);
+        toast('The run was removed.');
       },
-    }),
-  );
+    },
+  });
 }
 
 /**
@@ -225,25 +185,23 @@ function askRemove(app, run) {
  * @param {Run} run
  */
 function askRemoveWhatIfs(app, run) {
-  app.store.dispatch((state) =>
-    openDialog(state, {
-      kind: 'confirm',
-      data: {
-        title: 'Remove the what-ifs of this run?',
-        confirm: 'Remove',
-        danger: true,
-        text: `All what-ifs of “${runName(run)}” go, with what was corrected and noted on them. They can be asked again; corrections on them cannot be brought back.`,
-        note: 'The run itself and its corrections stay. A what-if that is still being replayed stays too.',
-        run: async () => {
-          const gone = await app.api.removeWhatIfs(run.id);
-          app.store.dispatch((now) => gone.reduce(dropRun, now));
-          toast(
-            gone.length
-              ? `${plural(gone.length, 'what-if')} ${gone.length === 1 ? 'was' : 'were'} removed.`
-              : 'Nothing was removed: they are still being replayed.',
-          );
-        },
+  app.store.dispatch(openDialog, {
+    kind: 'confirm',
+    data: {
+      title: 'Remove the what-ifs of this run?',
+      confirm: 'Remove',
+      danger: true,
+      text: `All what-ifs of “${runName(run)}” go, with what was corrected and noted on them. They can be asked again; corrections on them cannot be brought back.`,
+      note: 'The run itself and its corrections stay. A what-if that is still being replayed stays too.',
+      run: async () => {
+        const gone = await app.api.removeWhatIfs(run.id);
+        app.store.dispatch((now) => gone.reduce(dropRun, now));
+        toast(
+          gone.length
+            ? `${plural(gone.length, 'what-if')} ${gone.length === 1 ? 'was' : 'were'} removed.`
+            : 'Nothing was removed: they are still being replayed.',
+        );
       },
-    }),
-  );
+    },
+  });
 }

@@ -8,6 +8,7 @@ import { h, reconcile, setText } from '../dom.js';
 import { emptyState } from '../empty.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
+import { createMeter, setMeter } from '../meter.js';
 import { runKind, runProgress } from '../../model/run_words.js';
 import { toast } from '../../core/toast.js';
 
@@ -21,8 +22,8 @@ const PAUSE = 1000;
  * @returns {import('./layer.js').Content}
  */
 export function runQueueDialog({ app, close, signal }) {
-  const list = h('ol', { class: 'line', 'aria-label': 'Runs in the order of their turns' });
-  const told = h('p', { class: 'muted small', role: 'status' });
+  const list = h('ol.line', { 'aria-label': 'Runs in the order of their turns' });
+  const told = h('p.muted.small', { role: 'status' });
   const none = h(
     'div',
     { hidden: true },
@@ -76,14 +77,13 @@ export function runQueueDialog({ app, close, signal }) {
     /** @param {number} by */
     const button = (by) =>
       h(
-        'button',
-        { class: 'btn btn-small btn-quiet btn-icon', type: 'button', dataset: { by: String(by) }, onclick: () => step(run.id, by) },
+        'button.btn.btn-small.btn-quiet.btn-icon',
+        { dataset: { by: String(by) }, onclick: () => step(run.id, by) },
         icon(by < 0 ? 'up' : 'down'),
       );
     return h(
-      'li',
+      'li.line-run',
       {
-        class: 'line-run',
         draggable: 'false',
         tabIndex: -1,
         onkeydown: (/** @type {KeyboardEvent} */ event) => {
@@ -110,23 +110,13 @@ export function runQueueDialog({ app, close, signal }) {
           if (dragged !== null) void move(dragged, isLower(event) ? after(run.id, 1) : run.id);
         },
       },
-      h('span', { class: 'line-grip', 'aria-hidden': 'true' }, '⠿'),
-      h(
-        'span',
-        { class: 'line-words' },
-        h('strong', { class: 'truncate line-name' }),
-        h('span', { class: 'muted small line-facts' }),
-        h('span', { class: 'meter', role: 'progressbar', 'aria-label': 'Run', 'aria-valuemin': 0, 'aria-valuemax': 100 }, h('span')),
-      ),
+      h('span.line-grip', { 'aria-hidden': 'true' }, '⠿'),
+      h('span.line-words', h('strong.truncate.line-name'), h('span.muted.small.line-facts'), createMeter('Run')),
       button(-1),
       button(1),
       h(
-        'button',
-        {
-          class: 'btn btn-small line-cancel',
-          type: 'button',
-          onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal).then(load),
-        },
+        'button.btn.btn-small.line-cancel',
+        { onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal).then(load) },
         'Cancel',
       ),
     );
@@ -144,8 +134,7 @@ export function runQueueDialog({ app, close, signal }) {
     );
     const meter = /** @type {HTMLElement} */ (item.querySelector('.meter'));
     meter.hidden = at >= 0;
-    meter.style.setProperty('--part', `${runPart(run) * 100}%`);
-    meter.setAttribute('aria-valuenow', String(Math.round(runPart(run) * 100)));
+    setMeter(meter, runPart(run));
     for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (item.querySelectorAll('[data-by]'))) {
       const up = button.dataset.by === '-1';
       button.hidden = at < 0;
@@ -202,15 +191,8 @@ export function runQueueDialog({ app, close, signal }) {
   return {
     title: 'Run queue',
     size: 'middle',
-    body: h(
-      'div',
-      { class: 'stack' },
-      h('p', { class: 'muted' }, 'Drag a run that waits, or move it with Alt and an arrow key.'),
-      told,
-      list,
-      none,
-    ),
-    footer: [h('span', { class: 'grow' }), h('button', { class: 'btn', type: 'button', onclick: close }, 'Close')],
+    body: h('div.stack', h('p.muted', 'Drag a run that waits, or move it with Alt and an arrow key.'), told, list, none),
+    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Close')],
     update(state) {
       const changed = videos !== undefined && (state.videos !== videos || state.runs !== known);
       [videos, known] = [state.videos, state.runs];

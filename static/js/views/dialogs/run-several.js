@@ -17,7 +17,7 @@ export function runSeveralDialog(setup) {
   const { app, data, signal, close } = setup;
   /** @type {readonly import('../../types.js').Video[]} */
   const videos = data.videos;
-  const progress = h('p', { class: 'muted', role: 'status' });
+  const progress = h('p.muted', { role: 'status' });
 
   /** @param {import('../../api/runs.js').RunRequest} order */
   async function send(order) {
@@ -46,11 +46,9 @@ export function runSeveralDialog(setup) {
     title: `Run the engine on ${plural(videos.length, 'video')}`,
     size: 'middle',
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       h(
         'p',
-        null,
         'Each video gets a run with this preset and these parameters. The runs wait for their turn; “Run queue” puts them in another order.',
       ),
       form.element,

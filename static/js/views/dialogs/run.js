@@ -21,8 +21,8 @@ export function runDialog(setup) {
   const { app, data, signal, close } = setup;
   const { store, api } = app;
   const video = store.get().videos?.find(({ id }) => id === data.video) ?? store.get().review?.video;
-  const list = h('ul', { class: 'run-list' });
-  const none = h('p', { class: 'muted' }, 'No run yet. Start the first one: the presets are good for most videos.');
+  const list = h('ul.run-list');
+  const none = h('p.muted', 'No run yet. Start the first one: the presets are good for most videos.');
   const form = createRunForm(setup, { frames: video?.frames ?? null, several: false, words: 'Start the run', send });
   /** @type {readonly Run[]|null|undefined} */
   let shown = null;
@@ -63,17 +63,16 @@ export function runDialog(setup) {
     title: `Runs of ${video?.name ?? 'this video'}`,
     size: 'wide',
     body: h(
-      'div',
-      { class: 'run-dialog' },
+      'div.run-dialog',
       h(
-        'section',
-        { class: 'run-column', 'aria-labelledby': 'runs-title' },
+        'section.run-column',
+        { 'aria-labelledby': 'runs-title' },
         h('h3', { id: 'runs-title' }, 'Runs'),
         none,
         list,
         video && createVideoLabels(app, video, signal),
       ),
-      h('section', { class: 'run-column', 'aria-labelledby': 'new-run-title' }, h('h3', { id: 'new-run-title' }, 'New run'), form.element),
+      h('section.run-column', { 'aria-labelledby': 'new-run-title' }, h('h3', { id: 'new-run-title' }, 'New run'), form.element),
     ),
     footer: form.footer,
     submit: form.submit,

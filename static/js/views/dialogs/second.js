@@ -18,16 +18,12 @@ export function secondDialog({ app, close }) {
   const { store } = app;
   const { review, runs, models } = store.get();
   const others = review ? layable(runs[review.video.id] ?? [], review.run?.id ?? null) : [];
-  const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
+  const cancel = h('button.btn', { onclick: close }, 'Cancel');
   const title = 'Second run over this one';
   if (review === null || others.length === 0) {
     const start = h(
-      'button',
-      {
-        class: 'btn btn-primary',
-        type: 'button',
-        onclick: () => review && store.dispatch((state) => openDialog(state, { kind: 'run', data: { video: review.video.id } })),
-      },
+      'button.btn.btn-primary',
+      { onclick: () => review && store.dispatch(openDialog, { kind: 'run', data: { video: review.video.id } }) },
       icon('run'),
       'Runs',
     );
@@ -35,7 +31,7 @@ export function secondDialog({ app, close }) {
       title,
       size: 'narrow',
       focus: start,
-      footer: [h('span', { class: 'grow' }), cancel, start],
+      footer: [h('span.grow'), cancel, start],
       body: emptyState({
         icon: 'run',
         title: 'No other run yet',
@@ -57,13 +53,8 @@ export function secondDialog({ app, close }) {
     title,
     size: 'narrow',
     focus: choices.find(({ input }) => input.checked)?.input,
-    body: h(
-      'div',
-      { class: 'stack' },
-      group('Run', h('div', { class: 'stack' }, ...choices.map(({ element }) => element))),
-      corrected.element,
-    ),
-    footer: [h('span', { class: 'grow' }), cancel, h('button', { class: 'btn btn-primary', type: 'submit' }, 'Show')],
+    body: h('div.stack', group('Run', h('div.stack', ...choices.map(({ element }) => element))), corrected.element),
+    footer: [h('span.grow'), cancel, h('button.btn.btn-primary', { type: 'submit' }, 'Show')],
     submit() {
       const id = choices.find(({ input }) => input.checked)?.input.value || null;
       app.loader.showSecond(id, corrected.input.checked);

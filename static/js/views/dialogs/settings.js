@@ -13,8 +13,7 @@ import { field } from './fields.js';
  */
 export function settingsDialog({ app, close }) {
   const { session, theme: present } = app.store.get();
-  const author = h('input', {
-    class: 'input',
+  const author = h('input.input', {
     type: 'text',
     id: 'settings-author',
     maxlength: 80,
@@ -23,8 +22,8 @@ export function settingsDialog({ app, close }) {
     placeholder: session?.author ?? '',
   });
   const theme = h(
-    'select',
-    { class: 'select', id: 'settings-theme' },
+    'select.select',
+    { id: 'settings-theme' },
     h('option', { value: 'auto' }, 'as the system'),
     h('option', { value: 'light' }, 'light'),
     h('option', { value: 'dark' }, 'dark'),
@@ -32,7 +31,7 @@ export function settingsDialog({ app, close }) {
   theme.value = present;
 
   function submit() {
-    app.store.dispatch((state) => setTheme(state, /** @type {'auto'|'light'|'dark'} */ (theme.value)));
+    app.store.dispatch(setTheme, /** @type {'auto'|'light'|'dark'} */ (theme.value));
     close();
     if (session?.person) return;
     const name = author.value.replaceAll(/[\u0000-\u001f\u007f]/g, '').trim();
@@ -48,10 +47,9 @@ export function settingsDialog({ app, close }) {
     submit,
     focus: session?.person ? theme : author,
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       session?.person
-        ? h('p', { class: 'small' }, `You are signed in as ${session.person.name}. What you change carries that name.`)
+        ? h('p.small', `You are signed in as ${session.person.name}. What you change carries that name.`)
         : field(
             'Your name',
             author,
@@ -59,10 +57,6 @@ export function settingsDialog({ app, close }) {
           ),
       field('Theme', theme),
     ),
-    footer: [
-      h('span', { class: 'grow' }),
-      h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'),
-      h('button', { class: 'btn btn-primary', type: 'submit' }, 'Save'),
-    ],
+    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), h('button.btn.btn-primary', { type: 'submit' }, 'Save')],
   };
 }

@@ -13,8 +13,7 @@ import { field, group, tick } from './fields.js';
  */
 export function tagsDialog({ app, data, close, signal }) {
   const used = [...new Set((app.store.get().videos ?? []).flatMap(({ tags }) => tags ?? []))].sort();
-  const add = h('input', {
-    class: 'input',
+  const add = h('input.input', {
     type: 'text',
     id: 'tags-add',
     maxlength: 400,
@@ -23,8 +22,8 @@ export function tagsDialog({ app, data, close, signal }) {
     list: 'tags-used',
   });
   const remove = data.known.map((/** @type {string} */ tag) => tick('checkbox', { value: tag }, tag));
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, 'Save');
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const go = h('button.btn.btn-primary', { type: 'submit' }, 'Save');
 
   async function submit() {
     const given = add.value
@@ -55,16 +54,15 @@ export function tagsDialog({ app, data, close, signal }) {
     focus: add,
     submit: () => void submit(),
     body: h(
-      'div',
-      { class: 'stack' },
+      'div.stack',
       field('Add', add, 'Several with commas between.'),
       h(
         'datalist',
         { id: 'tags-used' },
         used.map((tag) => h('option', { value: tag })),
       ),
-      remove.length > 0 && group('Take away', h('div', { class: 'ticks' }, ...remove.map((/** @type {any} */ one) => one.element))),
+      remove.length > 0 && group('Take away', h('div.ticks', ...remove.map((/** @type {any} */ one) => one.element))),
     ),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel'), go],
+    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
   };
 }

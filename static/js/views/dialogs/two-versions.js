@@ -23,11 +23,9 @@ export function twoVersions(app, review, saved, mine) {
   const found = differences(saved, mine, engineBox, review.frame);
   if (found.length === 0) return null;
   return h(
-    'div',
-    { class: 'stack' },
+    'div.stack',
     h(
-      'div',
-      { class: 'row two-versions' },
+      'div.row.two-versions',
       ...found.map(({ frame, saved: theirs, mine: own }) => {
         const both = /** @type {const} */ ([
           { box: theirs, whose: 'saved' },
@@ -44,11 +42,10 @@ export function twoVersions(app, review, saved, mine) {
       }),
     ),
     h(
-      'p',
-      { class: 'row small two-versions-legend' },
-      h('span', { class: 'two-versions-key two-versions-key-saved' }),
+      'p.row.small.two-versions-legend',
+      h('span.two-versions-key.two-versions-key-saved'),
       'saved',
-      h('span', { class: 'two-versions-key two-versions-key-mine' }),
+      h('span.two-versions-key.two-versions-key-mine'),
       'with your change',
     ),
   );
@@ -68,15 +65,14 @@ export function partOfFrame(app, video, frame, boxes, words, caption = words) {
   const known = boxes.flatMap(({ box }) => (box === null ? [] : [box]));
   const part = known.length ? partAround(known, width, height) : { x: 0, y: 0, width, height };
   return h(
-    'figure',
-    { class: 'two-versions-frame' },
+    'figure.two-versions-frame',
     s(
-      'svg',
-      { class: 'two-versions-picture', viewBox: `${part.x} ${part.y} ${part.width} ${part.height}`, role: 'img', 'aria-label': words },
+      'svg.two-versions-picture',
+      { viewBox: `${part.x} ${part.y} ${part.width} ${part.height}`, role: 'img', 'aria-label': words },
       s('image', { href: app.api.frameUrl(video.id, frame), width, height, preserveAspectRatio: 'none' }),
       ...boxes.flatMap(({ box, whose }) => rectangles(box, whose)),
     ),
-    h('figcaption', { class: 'muted small' }, caption),
+    h('figcaption.muted.small', caption),
   );
 }
 

@@ -15,10 +15,10 @@ export function createVideoLabels(app, video, signal) {
   const { store, api } = app;
   const sets = store.get().labelSets ?? [];
   const usual = sets.find((set) => set.default);
-  const error = h('p', { class: 'field-error', role: 'alert' });
+  const error = h('p.field-error', { role: 'alert' });
   const select = h(
-    'select',
-    { class: 'select', id: 'video-labels', onchange: () => void use() },
+    'select.select',
+    { id: 'video-labels', onchange: () => void use() },
     h('option', { value: '' }, `the library’s: ${usual?.name ?? '…'}`),
     ...sets.map(({ key, name }) => h('option', { value: key }, name)),
   );
@@ -42,5 +42,5 @@ export function createVideoLabels(app, video, signal) {
     }
   }
 
-  return h('div', { class: 'stack' }, field('Label set', select), error);
+  return h('div.stack', field('Label set', select), error);
 }

@@ -36,9 +36,9 @@ export function whatIfDialog({ app, data, close, signal }) {
     warn: (name, value) => replayWarning(name, value, keep && base(keep)),
     onChange: check,
   });
-  const error = h('p', { class: 'field-error grow', role: 'alert' });
-  const start = h('button', { class: 'btn btn-primary', type: 'submit' }, icon('whatif'), 'Replay');
-  const result = h('div', { class: 'whatif-result', role: 'status' });
+  const error = h('p.field-error.grow', { role: 'alert' });
+  const start = h('button.btn.btn-primary', { type: 'submit' }, icon('whatif'), 'Replay');
+  const result = h('div.whatif-result', { role: 'status' });
   /** @type {string|null} */
   let started = null;
   /** @type {Run|null} */
@@ -89,53 +89,38 @@ export function whatIfDialog({ app, data, close, signal }) {
       fill(
         result,
         h(
-          'div',
-          { class: 'row' },
-          h('h3', { class: 'grow' }, runChanges(run)),
+          'div.row',
+          h('h3.grow', runChanges(run)),
           h(
-            'a',
-            {
-              class: 'btn btn-small',
-              href: `${formatRoute({ screen: 'compare', a: `run:${run.parent_id}`, b: `run:${run.id}` })}`,
-              onclick: close,
-            },
+            'a.btn.btn-small',
+            { href: `${formatRoute({ screen: 'compare', a: `run:${run.parent_id}`, b: `run:${run.id}` })}`, onclick: close },
             icon('compare'),
             'Compare in figures',
           ),
         ),
-        runInexact(run) && h('p', { class: 'field-warning' }, runInexact(run)),
+        runInexact(run) && h('p.field-warning', runInexact(run)),
         changeList(app, run, { close }),
       );
     } else if (run.state === 'queued' || run.state === 'running') {
       fill(
         result,
-        h('p', null, run.state === 'queued' ? 'The replay waits for a free worker.' : runProgress(run)),
-        h('span', { class: 'meter', style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
-        h(
-          'button',
-          {
-            class: 'btn btn-small',
-            type: 'button',
-            onclick: () => api.cancelRun(run.id).catch((thrown) => setText(error, sentence(thrown))),
-          },
-          'Cancel',
-        ),
+        h('p', run.state === 'queued' ? 'The replay waits for a free worker.' : runProgress(run)),
+        h('span.meter', { style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
+        h('button.btn.btn-small', { onclick: () => api.cancelRun(run.id).catch((thrown) => setText(error, sentence(thrown))) }, 'Cancel'),
       );
     } else {
-      fill(result, h('p', { class: 'field-error' }, runProgress(run)));
+      fill(result, h('p.field-error', runProgress(run)));
     }
   }
 
   fill(
     result,
     h(
-      'div',
-      { class: 'empty' },
+      'div.empty',
       icon('whatif'),
-      h('h3', null, 'See what would change'),
+      h('h3', 'See what would change'),
       h(
         'p',
-        null,
         parent
           ? 'Change parameters and replay. Nothing is decoded or detected again, so it takes seconds; the run itself stays as it is.'
           : 'Open a complete run first: a what-if replays its evidence.',
@@ -149,12 +134,11 @@ export function whatIfDialog({ app, data, close, signal }) {
     focus: fields.focus,
     submit,
     body: h(
-      'div',
-      { class: 'run-dialog' },
-      h('section', { class: 'run-column', 'aria-label': 'Parameters' }, fields.element),
-      h('section', { class: 'run-column', 'aria-label': 'What would change' }, result),
+      'div.run-dialog',
+      h('section.run-column', { 'aria-label': 'Parameters' }, fields.element),
+      h('section.run-column', { 'aria-label': 'What would change' }, result),
     ),
-    footer: [error, h('button', { class: 'btn', type: 'button', onclick: close }, 'Close'), start],
+    footer: [error, h('button.btn', { onclick: close }, 'Close'), start],
     update(now) {
       if (!started) return;
       const run = (parent && now.runs[parent.video_id])?.find(({ id }) => id === started);

@@ -11,8 +11,8 @@ import { icon } from '../icons.js';
 
 /** @param {import('../../page-types.js').App} app @param {AbortSignal} signal */
 export function createAttributes(app, signal) {
-  const list = h('div', { class: 'attributes' });
-  const element = h('section', { class: 'inspector-section', 'aria-label': 'Attributes' }, h('h3', null, 'Attributes'), list);
+  const list = h('div.attributes');
+  const element = h('section.inspector-section', { 'aria-label': 'Attributes' }, h('h3', 'Attributes'), list);
   // letters are commands of the review screen; in a field they are text
   list.addEventListener(
     'keydown',
@@ -43,17 +43,15 @@ export function createAttributes(app, signal) {
         h('option', { value, selected: value === (row.value ?? '') }, value === '' ? 'not said' : value),
       );
       return h(
-        'select',
+        'select.select',
         {
-          class: 'select',
           'aria-label': name,
           onchange: (/** @type {Event} */ event) => give(/** @type {HTMLSelectElement} */ (event.target).value || null),
         },
         ...options,
       );
     }
-    const input = h('input', {
-      class: 'input',
+    const input = h('input.input', {
       'aria-label': name,
       type: kind === 'number' ? 'number' : 'text',
       step: 'any',
@@ -81,10 +79,8 @@ export function createAttributes(app, signal) {
     const whole =
       attribute?.mutable &&
       h(
-        'button',
+        'button.btn.btn-quiet.btn-small',
         {
-          class: 'btn btn-quiet btn-small',
-          type: 'button',
           title: 'Give the value of this frame to the whole track',
           disabled: value === null || !(row.given && row.changes),
           onclick: () => giveAttribute(app, name, value, false),
@@ -94,23 +90,15 @@ export function createAttributes(app, signal) {
     const away =
       row.given &&
       h(
-        'button',
-        {
-          class: 'btn btn-quiet btn-small btn-icon',
-          type: 'button',
-          title: 'Take the value away',
-          'aria-label': `Take ${name} away`,
-          onclick: () => giveAttribute(app, name, null, false),
-        },
+        'button.btn.btn-quiet.btn-small.btn-icon',
+        { title: 'Take the value away', 'aria-label': `Take ${name} away`, onclick: () => giveAttribute(app, name, null, false) },
         icon('trash'),
       );
     return h(
-      'div',
-      { class: 'attribute' },
+      'div.attribute',
       h(
-        'span',
+        'span.attribute-name',
         {
-          class: 'attribute-name',
           dir: 'auto',
           title:
             attribute === null
@@ -121,8 +109,8 @@ export function createAttributes(app, signal) {
         },
         name,
       ),
-      attribute === null ? h('span', { class: 'muted', dir: 'auto' }, String(value)) : field(row, attribute),
-      attribute?.mutable && h('span', { class: 'small muted' }, 'from here on'),
+      attribute === null ? h('span.muted', { dir: 'auto' }, String(value)) : field(row, attribute),
+      attribute?.mutable && h('span.small.muted', 'from here on'),
       whole,
       away,
     );

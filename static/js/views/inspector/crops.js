@@ -12,10 +12,10 @@ import { pictureThatMayMiss } from '../pictures.js';
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createCrops(app, signal) {
-  const cells = h('div', { class: 'crops-cells' });
-  const scroller = h('div', { class: 'crops-scroll', tabindex: '0', role: 'group', 'aria-label': 'Crops by frame' }, cells);
-  const title = h('h3', null, 'Crops');
-  const total = h('span', { class: 'small muted' });
+  const cells = h('div.crops-cells');
+  const scroller = h('div.crops-scroll', { tabindex: '0', role: 'group', 'aria-label': 'Crops by frame' }, cells);
+  const title = h('h3', 'Crops');
+  const total = h('span.small.muted');
   /** @type {Map<number, HTMLButtonElement>} */ const shown = new Map();
   /** @type {import('./index.js').Inspected|null} */ let now = null;
   /** @type {Int32Array} */ let frames = new Int32Array(0);
@@ -70,7 +70,7 @@ export function createCrops(app, signal) {
   }
 
   return {
-    element: h('div', { class: 'inspector-section' }, h('div', { class: 'row' }, title, total), scroller),
+    element: h('div.inspector-section', h('div.row', title, total), scroller),
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       const { lane, review } = inspected;
@@ -126,18 +126,15 @@ function createCell(lane, i, labels, url) {
   const weight = lane.weight[i];
   const label = labelFor(labels, lane.top[i]);
   return h(
-    'button',
+    'button.crop',
     {
-      class: 'crop',
-      type: 'button',
       title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}`,
     },
     pictureThatMayMiss({ src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
-    h('span', { class: 'crop-frame' }, lane.frame[i]),
-    h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${figure(weight, 2)}`),
+    h('span.crop-frame', lane.frame[i]),
+    h('span.crop-value', weight === null ? 'no vote' : `w ${figure(weight, 2)}`),
     h(
-      'span',
-      { class: 'crop-value' },
+      'span.crop-value',
       label?.picture && pictureThatMayMiss({ class: 'crop-read', src: label.picture, alt: label.name }),
       `P ${probability === null ? '–' : probability.toFixed(2)}`,
     ),

@@ -11,9 +11,9 @@ const SOME = 60;
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createEvents(app, signal) {
-  const list = h('ol', { class: 'events' });
-  const total = h('span', { class: 'small muted' });
-  const more = h('button', { class: 'btn-link small', type: 'button' }, 'Show all');
+  const list = h('ol.events');
+  const total = h('span.small.muted');
+  const more = h('button.btn-link.small', 'Show all');
   /** @type {import('../../types.js').TrackLane|null} */ let lane = null;
   /** @type {import('../../model/event_stretches.js').Stretch[]} */ let stretches = [];
   /** @type {Set<string>} */ let unfolded = new Set();
@@ -85,12 +85,7 @@ export function createEvents(app, signal) {
   }
 
   return {
-    element: h(
-      'div',
-      { class: 'inspector-section' },
-      h('div', { class: 'row' }, h('h3', null, 'Events'), total, h('span', { class: 'grow' }), more),
-      list,
-    ),
+    element: h('div.inspector-section', h('div.row', h('h3', 'Events'), total, h('span.grow'), more), list),
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       if (inspected.lane === lane && inspected.review.frame === frame) return;
@@ -122,9 +117,9 @@ function lineElement(line) {
   const element = h(
     'li',
     { class: `event event-${line.kind}${line.of ? '' : ' event-inner'}` },
-    h('button', { class: 'btn-link', type: 'button', dataset: { frame: String(line.first) } }, place),
+    h('button.btn-link', { dataset: { frame: String(line.first) } }, place),
     line.of > 1 ? `, the first: ${line.text} ` : `: ${line.text}`,
   );
-  if (line.of > 1) element.append(h('button', { class: 'btn-link', type: 'button', dataset: { fold: line.key } }));
+  if (line.of > 1) element.append(h('button.btn-link', { dataset: { fold: line.key } }));
   return element;
 }

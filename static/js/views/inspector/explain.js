@@ -16,10 +16,10 @@ import { percent } from '../../model/format.js';
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createExplain(app, signal) {
-  const button = h('button', { class: 'btn btn-small', type: 'button' }, 'Explain this crop');
-  const title = h('h3', { class: 'grow' });
-  const facts = h('div', { class: 'small frame-facts' });
-  const result = h('div', { class: 'explain', 'aria-live': 'polite' });
+  const button = h('button.btn.btn-small', 'Explain this crop');
+  const title = h('h3.grow');
+  const facts = h('div.small.frame-facts');
+  const result = h('div.explain', { 'aria-live': 'polite' });
   /** @type {import('./index.js').Inspected|null} */ let now = null;
   let asked = '';
   let frames = new Int32Array(0);
@@ -34,7 +34,7 @@ export function createExplain(app, signal) {
       const floor = now.found.lane.symmetry_floor;
       const key = `${run.id} ${now.entry.key} ${frame}`;
       asked = key;
-      fill(result, h('p', { class: 'small muted' }, 'Looking at the crop again…'));
+      fill(result, h('p.small.muted', 'Looking at the crop again…'));
       try {
         const found = await app.api.explain(run.id, track, frame, { signal });
         if (asked !== key) return;
@@ -44,13 +44,13 @@ export function createExplain(app, signal) {
         fill(result, symmetry ? symmetryFigure(symmetry, prediction, floor) : null, found.hash ? hashFigure(found.hash) : null);
       } catch (error) {
         if (asked === key && !signal.aborted)
-          fill(result, h('p', { class: 'small field-error' }, error instanceof Error ? error.message : 'The crop could not be explained.'));
+          fill(result, h('p.small.field-error', error instanceof Error ? error.message : 'The crop could not be explained.'));
       }
     },
     { signal },
   );
   return {
-    element: h('div', { class: 'inspector-section' }, h('div', { class: 'row' }, title, button), facts, result),
+    element: h('div.inspector-section', h('div.row', title, button), facts, result),
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       const { lane, review } = inspected;
@@ -85,7 +85,7 @@ export function createExplain(app, signal) {
       );
       if (all.join('\n') === reported) return;
       reported = all.join('\n');
-      fill(facts, ...all.map((line) => h('p', null, line)));
+      fill(facts, ...all.map((line) => h('p', line)));
     },
   };
 }
@@ -103,10 +103,10 @@ function symmetryFigure(symmetry, url, floor) {
   const [width, height] = symmetry.size;
   const strongest = Math.max(1e-9, ...symmetry.matches.map((match) => match[4]));
   const drawing = s(
-    'svg',
+    'svg.explain-matches',
     {
       viewBox: `0 0 ${width} ${height}`,
-      class: 'explain-matches',
+
       role: 'img',
       'aria-label': `${symmetry.matches.length} mirrored pairs of features`,
     },
@@ -115,22 +115,20 @@ function symmetryFigure(symmetry, url, floor) {
       s(
         'g',
         { opacity: (0.35 + (0.65 * weight) / strongest).toFixed(2) },
-        s('line', { x1, y1, x2, y2, class: 'explain-pair' }),
-        s('circle', { cx: x1, cy: y1, r: width / 60, class: 'explain-point' }),
-        s('circle', { cx: x2, cy: y2, r: width / 60, class: 'explain-point' }),
+        s('line.explain-pair', { x1, y1, x2, y2 }),
+        s('circle.explain-point', { cx: x1, cy: y1, r: width / 60 }),
+        s('circle.explain-point', { cx: x2, cy: y2, r: width / 60 }),
       ),
     ),
     symmetry.axis
-      ? s('line', { x1: symmetry.axis[0], y1: symmetry.axis[1], x2: symmetry.axis[2], y2: symmetry.axis[3], class: 'explain-axis' })
+      ? s('line.explain-axis', { x1: symmetry.axis[0], y1: symmetry.axis[1], x2: symmetry.axis[2], y2: symmetry.axis[3] })
       : null,
   );
   return h(
     'figure',
-    null,
     drawing,
     h(
-      'figcaption',
-      { class: 'small muted' },
+      'figcaption.small.muted',
       `Symmetry from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}: ${short(symmetry.magnitude)}${countsAs(symmetry.magnitude, floor)}`,
     ),
   );
@@ -143,8 +141,7 @@ function hashFigure(hash) {
   /** @param {Uint8Array} bits @param {string} name */
   const grid = (bits, name) =>
     h(
-      'figure',
-      { class: 'explain-hash' },
+      'figure.explain-hash',
       s(
         'svg',
         { viewBox: '0 0 8 8', role: 'img', 'aria-label': `Hash of the ${name}` },
@@ -159,16 +156,15 @@ function hashFigure(hash) {
         ),
         [...bits].map((bit, i) =>
           crop[i] !== mean[i]
-            ? s('rect', { x: (i % 8) + 0.12, y: Math.floor(i / 8) + 0.12, width: 0.76, height: 0.76, class: 'explain-differs' })
+            ? s('rect.explain-differs', { x: (i % 8) + 0.12, y: Math.floor(i / 8) + 0.12, width: 0.76, height: 0.76 })
             : null,
         ),
       ),
-      h('figcaption', { class: 'small muted' }, name),
+      h('figcaption.small.muted', name),
     );
   return h(
     'figure',
-    null,
-    h('div', { class: 'explain-hashes' }, grid(crop, 'crop'), grid(mean, 'mean of earlier crops')),
-    h('figcaption', { class: 'small muted' }, `${short(hash.distance)} of 64 bits differ (framed)`),
+    h('div.explain-hashes', grid(crop, 'crop'), grid(mean, 'mean of earlier crops')),
+    h('figcaption.small.muted', `${short(hash.distance)} of 64 bits differ (framed)`),
   );
 }

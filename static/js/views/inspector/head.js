@@ -21,17 +21,17 @@ const CHOICES = [
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createHead(app, signal) {
   const picture = pictureThatMayMiss({ class: 'inspector-picture' });
-  const name = h('h2', { class: 'inspector-name', dir: 'auto' });
-  const sub = h('p', { class: 'small muted' });
-  const human = h('p', { class: 'small inspector-human' });
-  const own = h('span', { class: 'inspector-own' });
-  const other = h('span', { class: 'inspector-other' });
-  const margin = h('div', { class: 'inspector-margin', role: 'img' }, own, other);
-  const votes = h('p', { class: 'small inspector-votes' });
+  const name = h('h2.inspector-name', { dir: 'auto' });
+  const sub = h('p.small.muted');
+  const human = h('p.small.inspector-human');
+  const own = h('span.inspector-own');
+  const other = h('span.inspector-other');
+  const margin = h('div.inspector-margin', { role: 'img' }, own, other);
+  const votes = h('p.small.inspector-votes');
   /** @type {Review} */ let now = 'open';
   let key = '';
   const buttons = CHOICES.map((choice) => {
-    const button = h('button', { class: 'btn btn-small', type: 'button' }, icon(choice.icon), choice.label);
+    const button = h('button.btn.btn-small', icon(choice.icon), choice.label);
     button.addEventListener(
       'click',
       () => {
@@ -44,12 +44,11 @@ export function createHead(app, signal) {
   });
   return {
     element: h(
-      'div',
-      { class: 'inspector-head' },
-      h('div', { class: 'inspector-title' }, picture, h('div', { class: 'grow' }, name, sub, human)),
+      'div.inspector-head',
+      h('div.inspector-title', picture, h('div.grow', name, sub, human)),
       margin,
       votes,
-      h('div', { class: 'inspector-review', role: 'group', 'aria-label': 'Review state' }, buttons),
+      h('div.inspector-review', { role: 'group', 'aria-label': 'Review state' }, buttons),
     ),
     /** @param {import('./index.js').Inspected} inspected */
     update({ state, review, entry, found }) {

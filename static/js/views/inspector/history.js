@@ -12,17 +12,13 @@ import { moment } from '../../model/format.js';
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createHistory(app, signal) {
-  const list = h('ol', { class: 'history', 'aria-label': 'Changes of this track, the newest first' });
-  const more = h(
-    'button',
-    { class: 'btn btn-small', type: 'button', hidden: true, onclick: () => void load(false) },
-    'Show earlier changes',
-  );
-  const notice = h('p', { class: 'small muted', role: 'status' });
+  const list = h('ol.history', { 'aria-label': 'Changes of this track, the newest first' });
+  const more = h('button.btn.btn-small', { hidden: true, onclick: () => void load(false) }, 'Show earlier changes');
+  const notice = h('p.small.muted', { role: 'status' });
   const section = h(
-    'details',
-    { class: 'inspector-section inspector-history', ontoggle: () => void load(true) },
-    h('summary', null, h('h3', null, 'History')),
+    'details.inspector-section.inspector-history',
+    { ontoggle: () => void load(true) },
+    h('summary', h('h3', 'History')),
     list,
     notice,
     more,
@@ -37,21 +33,15 @@ export function createHistory(app, signal) {
     const { labels } = app.store.get();
     return h(
       'li',
-      null,
       h(
-        'div',
-        { class: 'row small' },
-        h('strong', { dir: 'auto', class: 'truncate' }, one.author),
-        h('span', { class: 'muted grow' }, moment(one.time)),
+        'div.row.small',
+        h('strong.truncate', { dir: 'auto' }, one.author),
+        h('span.muted.grow', moment(one.time)),
         one.frame !== null &&
-          h(
-            'button',
-            { class: 'btn-link small', type: 'button', onclick: () => seek(app, /** @type {number} */ (one.frame)) },
-            `frame ${one.frame}`,
-          ),
+          h('button.btn-link.small', { onclick: () => seek(app, /** @type {number} */ (one.frame)) }, `frame ${one.frame}`),
       ),
-      h('div', null, describe(one.name)),
-      ...one.differences.map((each) => h('div', { class: 'small muted history-difference', dir: 'auto' }, differenceWords(each, labels))),
+      h('div', describe(one.name)),
+      ...one.differences.map((each) => h('div.small.muted.history-difference', { dir: 'auto' }, differenceWords(each, labels))),
     );
   }
 

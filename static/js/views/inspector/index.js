@@ -32,23 +32,20 @@ export function createInspector(app) {
   ];
   const facts = createRunFacts();
   const body = h(
-    'div',
-    { class: 'inspector-track' },
+    'div.inspector-track',
     sections.map((section) => section.element),
   );
   const empty = h(
-    'div',
-    { class: 'empty' },
+    'div.empty',
     h(
       'p',
-      null,
       'Select a track in the picture, the lanes or the queue. This panel explains its boxes and its label. J selects the most uncertain track.',
     ),
   );
   const element = h(
-    'section',
-    { class: 'inspector panel', 'aria-label': 'Inspector' },
-    h('div', { class: 'inspector-scroll', tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element),
+    'section.inspector.panel',
+    { 'aria-label': 'Inspector' },
+    h('div.inspector-scroll', { tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element),
   );
   /** @type {import('../../state-types.js').ReviewState|null} */ let old = null;
   /** @type {State['labels']|null} */ let labels = null;

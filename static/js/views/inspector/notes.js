@@ -9,10 +9,10 @@ import { icon } from '../icons.js';
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createNotes(app, signal) {
-  const list = h('ul', { class: 'notes' });
-  const text = h('textarea', { class: 'textarea', rows: '2', maxlength: '2000', 'aria-label': 'Note on the current frame' });
-  const add = h('button', { class: 'btn btn-small', type: 'submit' }, icon('note'), h('span'));
-  const form = h('form', { class: 'notes-form' }, text, add);
+  const list = h('ul.notes');
+  const text = h('textarea.textarea', { rows: '2', maxlength: '2000', 'aria-label': 'Note on the current frame' });
+  const add = h('button.btn.btn-small', { type: 'submit' }, icon('note'), h('span'));
+  const form = h('form.notes-form', text, add);
   /** What the section is about. */
   let run = '';
   let key = '';
@@ -54,26 +54,17 @@ export function createNotes(app, signal) {
     fill(
       item,
       h(
-        'div',
-        { class: 'row' },
-        h('button', { class: 'btn-link small', type: 'button', onclick: () => seek(app, note.frame) }, `frame ${note.frame}`),
-        h('span', { class: 'small muted truncate grow' }, `${note.author}, ${moment(note.time)}`),
+        'div.row',
+        h('button.btn-link.small', { onclick: () => seek(app, note.frame) }, `frame ${note.frame}`),
+        h('span.small.muted.truncate.grow', `${note.author}, ${moment(note.time)}`),
         h(
-          'button',
-          {
-            class: 'btn btn-quiet btn-small btn-icon',
-            type: 'button',
-            title: 'Edit the note',
-            'aria-label': 'Edit the note',
-            onclick: () => change(item, note),
-          },
+          'button.btn.btn-quiet.btn-small.btn-icon',
+          { title: 'Edit the note', 'aria-label': 'Edit the note', onclick: () => change(item, note) },
           icon('label'),
         ),
         h(
-          'button',
+          'button.btn.btn-quiet.btn-small.btn-icon',
           {
-            class: 'btn btn-quiet btn-small btn-icon',
-            type: 'button',
             title: 'Remove the note',
             'aria-label': 'Remove the note',
             onclick: () => edit(app, key, { name: 'remove_note', note_id: note.id }),
@@ -81,14 +72,14 @@ export function createNotes(app, signal) {
           icon('trash'),
         ),
       ),
-      h('p', { class: 'note-text' }, note.text),
+      h('p.note-text', note.text),
     );
   }
 
   /** @param {HTMLElement} item @param {import('../../types.js').Note} note */
   function change(item, note) {
     const about = { run, key };
-    const field = h('textarea', { class: 'textarea', rows: '2', 'aria-label': 'Text of the note', value: note.text });
+    const field = h('textarea.textarea', { rows: '2', 'aria-label': 'Text of the note', value: note.text });
     const done = () => {
       const words = field.value.trim();
       item.dataset.text = '';
@@ -111,7 +102,7 @@ export function createNotes(app, signal) {
   }
 
   return {
-    element: h('div', { class: 'inspector-section' }, h('h3', null, 'Notes'), list, form),
+    element: h('div.inspector-section', h('h3', 'Notes'), list, form),
     /** @param {import('./index.js').Inspected} inspected */
     update({ entry, doc, review }) {
       const here = review.run?.id ?? '';
@@ -124,7 +115,7 @@ export function createNotes(app, signal) {
         list,
         doc?.notes ?? [],
         (note) => note.id,
-        () => h('li', { class: 'note' }),
+        () => h('li.note'),
         show,
       );
       setText(add.children[1], `Pin to track ${trackName(key, doc ?? undefined)}, frame ${review.frame}`);

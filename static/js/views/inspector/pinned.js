@@ -16,14 +16,14 @@ import { toast } from '../../core/toast.js';
 
 /** @param {import('../../page-types.js').App} app @param {AbortSignal} signal */
 export function createPinned(app, signal) {
-  const strip = h('div', { class: 'pinned-labels', role: 'group', 'aria-label': 'Pinned labels' });
+  const strip = h('div.pinned-labels', { role: 'group', 'aria-label': 'Pinned labels' });
   const cut = h(
-    'button',
-    { class: 'btn btn-small', type: 'button', title: 'Make the box in this frame the picture of the label; the label has none' },
+    'button.btn.btn-small',
+    { title: 'Make the box in this frame the picture of the label; the label has none' },
     icon('box'),
     'Use as the label’s picture',
   );
-  const element = h('div', { class: 'inspector-pinned' }, strip, cut);
+  const element = h('div.inspector-pinned', strip, cut);
   /** @type {Label|null} */ let label = null;
   /** @type {readonly Label[]|null} */ let listed = null;
 
@@ -54,16 +54,11 @@ export function createPinned(app, signal) {
   /** @param {Label} one */
   const button = (one) =>
     h(
-      'button',
-      {
-        class: 'btn btn-small',
-        type: 'button',
-        title: `${one.name} (Ctrl+${one.pinned})`,
-        onclick: () => givePinned(app, String(one.pinned)),
-      },
+      'button.btn.btn-small',
+      { title: `${one.name} (Ctrl+${one.pinned})`, onclick: () => givePinned(app, String(one.pinned)) },
       one.picture && pictureThatMayMiss({ class: 'pinned-picture', src: one.picture }),
-      h('span', { class: 'truncate', dir: 'auto' }, one.short || one.name.slice(0, 12)),
-      h('kbd', null, one.pinned),
+      h('span.truncate', { dir: 'auto' }, one.short || one.name.slice(0, 12)),
+      h('kbd', one.pinned),
     );
 
   return {

@@ -7,9 +7,9 @@ import { moment } from '../../model/format.js';
 import { runInexact } from '../../model/run_words.js';
 
 export function createRunFacts() {
-  const table = h('dl', { class: 'facts' });
+  const table = h('dl.facts');
   /** @type {import('../../types.js').Run|null} */ let shown = null;
-  const element = h('details', { class: 'inspector-section inspector-run' }, h('summary', null, 'Run: parameters and models'), table);
+  const element = h('details.inspector-section.inspector-run', h('summary', 'Run: parameters and models'), table);
   return {
     element,
     /** @param {import('../../types.js').Run|null} run */
@@ -29,7 +29,7 @@ export function createRunFacts() {
       ];
       fill(
         table,
-        rows.flatMap(([name, value]) => [h('dt', null, name), h('dd', { class: 'mono', title: value }, value)]),
+        rows.flatMap(([name, value]) => [h('dt', name), h('dd.mono', { title: value }, value)]),
       );
     },
   };

@@ -31,21 +31,14 @@ export function createLabels(app) {
   /** @type {readonly import('../../types.js').LabelSetHead[]|null} */
   let heads = null;
 
-  const sets = h('select', { class: 'select', 'aria-label': 'Label set', onchange: () => void load(sets.value) });
+  const sets = h('select.select', { 'aria-label': 'Label set', onchange: () => void load(sets.value) });
   const use = h(
-    'button',
-    {
-      class: 'btn',
-      type: 'button',
-      hidden: true,
-      title: 'Videos without a set of their own use this one from now on',
-      onclick: () => void useForAll(),
-    },
+    'button.btn',
+    { hidden: true, title: 'Videos without a set of their own use this one from now on', onclick: () => void useForAll() },
     'Use for the library',
   );
-  const total = h('span', { class: 'muted', role: 'status' });
-  const search = h('input', {
-    class: 'input',
+  const total = h('span.muted', { role: 'status' });
+  const search = h('input.input', {
     type: 'search',
     placeholder: 'Name, key, alias or #number',
     'aria-label': 'Search labels',
@@ -53,16 +46,10 @@ export function createLabels(app) {
   });
   const hidden = h('input', { type: 'checkbox', onchange: show });
   const hiddenText = h('span');
-  const edit = h(
-    'button',
-    { class: 'btn', type: 'button', title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) },
-    'Edit',
-  );
+  const edit = h('button.btn', { title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) }, 'Edit');
   const merge = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       title: 'Make the selected label another one; tracks that have it then count as that',
       onclick: () => {
         const label = current();
@@ -76,7 +63,7 @@ export function createLabels(app) {
     icon('merge'),
     'Merge into …',
   );
-  const hide = h('button', { class: 'btn', type: 'button', onclick: () => void toggleHidden() });
+  const hide = h('button.btn', { onclick: () => void toggleHidden() });
   const table = createTable({
     signal,
     choose: (label) => {
@@ -85,49 +72,39 @@ export function createLabels(app) {
     },
     open: openLabel,
   });
-  const notice = h('div', { class: 'library-notice' }, waiting('The labels are listed', { retry: () => load(wanted), signal }));
-  const none = h('p', { class: 'muted', role: 'status' });
+  const notice = h('div.library-notice', waiting('The labels are listed', { retry: () => load(wanted), signal }));
+  const none = h('p.muted', { role: 'status' });
   const element = h(
-    'div',
-    { class: 'labels-page' },
+    'div.labels-page',
     h(
-      'div',
-      { class: 'labels-head' },
-      h('h1', null, 'Labels'),
+      'div.labels-head',
+      h('h1', 'Labels'),
       sets,
       use,
       total,
-      h('div', { class: 'grow' }),
+      h('div.grow'),
       h(
-        'button',
-        {
-          class: 'btn',
-          type: 'button',
-          title: 'Who changed what and when; undo a change',
-          onclick: () => dialog((set) => ({ kind: 'label-history', data: set })),
-        },
+        'button.btn',
+        { title: 'Who changed what and when; undo a change', onclick: () => dialog((set) => ({ kind: 'label-history', data: set })) },
         icon('undo'),
         'History',
       ),
       h(
-        'button',
+        'button.btn',
         {
-          class: 'btn',
-          type: 'button',
           title: 'Bring in labels of a file or of another set, or save this set as a file',
           onclick: () => dialog((set) => ({ kind: 'label-files', data: set })),
         },
         icon('import'),
         'Files',
       ),
-      h('button', { class: 'btn btn-primary', type: 'button', onclick: () => openLabel(null) }, icon('add'), 'Add a label'),
+      h('button.btn.btn-primary', { onclick: () => openLabel(null) }, icon('add'), 'Add a label'),
     ),
     h(
-      'div',
-      { class: 'labels-head' },
-      h('div', { class: 'input-with-icon library-search' }, icon('search'), search),
-      h('label', { class: 'tick' }, hidden, hiddenText),
-      h('div', { class: 'grow' }),
+      'div.labels-head',
+      h('div.input-with-icon.library-search', icon('search'), search),
+      h('label.tick', hidden, hiddenText),
+      h('div.grow'),
       edit,
       merge,
       hide,
@@ -143,7 +120,7 @@ export function createLabels(app) {
   function dialog(of) {
     if (shown === null) return;
     const { key: set, labels, usage } = shown;
-    store.dispatch((state) => openDialog(state, of({ set, labels, usage })));
+    store.dispatch(openDialog, of({ set, labels, usage }));
   }
 
   /** @param {Label|null} label   null: a new one */

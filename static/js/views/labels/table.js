@@ -24,18 +24,18 @@ const away = (label, labels) =>
  * @param {{choose: (label: Label) => void, open: (label: Label) => void, signal: AbortSignal}} setup   choose: it is selected; open: its form
  */
 export function createTable({ choose, open, signal }) {
-  const body = h('div', { class: 'label-rows', role: 'rowgroup' });
+  const body = h('div.label-rows', { role: 'rowgroup' });
   const scroller = h(
-    'div',
-    { class: 'label-scroller', role: 'grid', tabIndex: 0, 'aria-label': 'Labels of the set' },
+    'div.label-scroller',
+    { role: 'grid', tabIndex: 0, 'aria-label': 'Labels of the set' },
     h(
-      'div',
-      { class: 'label-row label-heads', role: 'row' },
+      'div.label-row.label-heads',
+      { role: 'row' },
       ...COLUMNS.map((text) =>
         h(
           'span',
           { role: 'columnheader', title: text === 'Tracks' ? 'Tracks that people have given the label' : text },
-          text || h('span', { class: 'visually-hidden' }, 'Picture'),
+          text || h('span.visually-hidden', 'Picture'),
         ),
       ),
     ),
@@ -150,10 +150,10 @@ export function createTable({ choose, open, signal }) {
 /** @param {number} id */
 function createRow(id) {
   const picture = pictureThatMayMiss({ class: 'label-picture', loading: 'lazy', decoding: 'async', width: 32, height: 32 });
-  const cells = COLUMNS.slice(1).map(() => h('span', { class: 'truncate', role: 'gridcell', dir: 'auto' }));
+  const cells = COLUMNS.slice(1).map(() => h('span.truncate', { role: 'gridcell', dir: 'auto' }));
   const element = h(
-    'div',
-    { class: 'label-row', role: 'row', id: `label-row-${id}`, dataset: { id: String(id) } },
+    'div.label-row',
+    { role: 'row', id: `label-row-${id}`, dataset: { id: String(id) } },
     h('span', { role: 'gridcell' }, picture),
     ...cells,
   );

@@ -83,7 +83,7 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
   parts.fold.addEventListener('click', () => app.store.dispatch((now) => changeLanesView(now, { folded: !now.lanesView.folded })), {
     signal,
   });
-  parts.chosen.addEventListener('change', () => app.store.dispatch((now) => changeLanesView(now, { lane: parts.chosen.value })), {
+  parts.chosen.addEventListener('change', () => app.store.dispatch(changeLanesView, { lane: parts.chosen.value }), {
     signal,
   });
   parts.reset.addEventListener('click', () => setTau(app, null), { signal });

@@ -12,7 +12,7 @@ import { plural } from '../../model/format.js';
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createDriveFlips(app, signal) {
-  const element = h('button', { class: 'btn btn-small btn-quiet lanes-drive-flips', type: 'button', hidden: true });
+  const element = h('button.btn.btn-small.btn-quiet.lanes-drive-flips', { hidden: true });
   /** @type {Question|null} */ let asked = null;
   /** @type {Flips|null} */ let found = null;
   /** @type {readonly import('../../model/drive_flips.js').Place[]} */ let places = [];

@@ -23,8 +23,7 @@ const LEAST = 3;
  * @param {AbortSignal} signal
  */
 export function createEndHandle({ look, end }, signal) {
-  const element = h('div', {
-    class: 'lanes-end',
+  const element = h('div.lanes-end', {
     hidden: true,
     'aria-hidden': 'true',
     title: 'Drag: end the track earlier; the picture shows its last frame (Alt+Del ends it at the cursor)',

@@ -10,14 +10,9 @@ import { prepare } from './palette.js';
 const UNCERTAIN = 0.5;
 
 export function createFollowingStrip() {
-  const canvas = h('canvas', { class: 'lanes-canvas', 'aria-hidden': 'true' });
-  const plot = h('div', { class: 'lanes-plot', title: 'Confidence of each proposed box; what is cut off is pale' }, canvas);
-  const element = h(
-    'div',
-    { class: 'lanes-strip lanes-following', hidden: true },
-    h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Proposal')),
-    plot,
-  );
+  const canvas = h('canvas.lanes-canvas', { 'aria-hidden': 'true' });
+  const plot = h('div.lanes-plot', { title: 'Confidence of each proposed box; what is cut off is pale' }, canvas);
+  const element = h('div.lanes-strip.lanes-following', { hidden: true }, h('div.lanes-gutter', h('span.small.muted', 'Proposal')), plot);
   return {
     element,
     plot,

@@ -18,63 +18,50 @@ export function createFrame() {
     axis: canvas('lanes-axis-canvas'),
     tracks: canvas('lanes-tracks-canvas'),
     detail: canvas('lanes-detail-canvas'),
-    window: h('div', { class: 'lanes-window' }),
-    overviewCursor: h('div', { class: 'lanes-overview-cursor' }),
-    spacer: h('div', { class: 'lanes-spacer' }),
-    playhead: h('div', { class: 'lanes-playhead' }),
-    hover: h('div', { class: 'lanes-hover' }),
-    readout: h('span', { class: 'lanes-readout', 'aria-hidden': 'true' }),
-    count: h('span', { class: 'muted small truncate' }),
-    detailName: h('span', { class: 'lanes-detail-name truncate' }),
-    flips: h('span', { class: 'lanes-flips small' }),
-    legend: h('ul', { class: 'lanes-votes-legend' }),
+    window: h('div.lanes-window'),
+    overviewCursor: h('div.lanes-overview-cursor'),
+    spacer: h('div.lanes-spacer'),
+    playhead: h('div.lanes-playhead'),
+    hover: h('div.lanes-hover'),
+    readout: h('span.lanes-readout', { 'aria-hidden': 'true' }),
+    count: h('span.muted.small.truncate'),
+    detailName: h('span.lanes-detail-name.truncate'),
+    flips: h('span.lanes-flips.small'),
+    legend: h('ul.lanes-votes-legend'),
     zoomOut: button('zoom_out', 'Zoom out (wheel)'),
     zoomIn: button('zoom_in', 'Zoom in (wheel)'),
     fit: button('fit', 'Show the whole drive'),
-    toTrack: h(
-      'button',
-      { class: 'btn btn-small btn-quiet', type: 'button', title: 'Show the selected track from its first to its last frame' },
-      'Fit track',
-    ),
-    fold: h(
-      'button',
-      { class: 'btn btn-small btn-quiet', type: 'button', title: 'All lanes, or only the chosen one (Shift+L)' },
-      'All lanes',
-    ),
+    toTrack: h('button.btn.btn-small.btn-quiet', { title: 'Show the selected track from its first to its last frame' }, 'Fit track'),
+    fold: h('button.btn.btn-small.btn-quiet', { title: 'All lanes, or only the chosen one (Shift+L)' }, 'All lanes'),
     chosen: h(
-      'select',
-      { class: 'select lanes-chosen', 'aria-label': 'Lane', title: 'The value of the selected track that is shown below its bar' },
+      'select.select.lanes-chosen',
+      { 'aria-label': 'Lane', title: 'The value of the selected track that is shown below its bar' },
       SUB_LANES.map(({ id, label }) => h('option', { value: id }, label)),
     ),
-    reset: h('button', { class: 'btn btn-small btn-quiet', type: 'button', title: 'Back to the tau of the run' }, 'Reset'),
-    whatIf: h('button', { class: 'btn btn-small', type: 'button' }, icon('whatif'), h('span', null, 'What if tau = …')),
+    reset: h('button.btn.btn-small.btn-quiet', { title: 'Back to the tau of the run' }, 'Reset'),
+    whatIf: h('button.btn.btn-small', icon('whatif'), h('span', 'What if tau = …')),
   };
-  const values = SUB_LANES.map(() => h('span', { class: 'lanes-value' }));
+  const values = SUB_LANES.map(() => h('span.lanes-value'));
   const names = SUB_LANES.map((lane, i) =>
     h(
       'div',
-      {
-        class: `lanes-lane-name lanes-lane-${lane.kind}`,
-        title: lane.hint,
-        style: { '--lane': String(lane.height) },
-      },
-      h('span', { class: 'lanes-lane-title' }, h('span', { class: 'truncate' }, lane.label), values[i]),
+      { class: `lanes-lane-name lanes-lane-${lane.kind}`, title: lane.hint, style: { '--lane': String(lane.height) } },
+      h('span.lanes-lane-title', h('span.truncate', lane.label), values[i]),
       lane.kind === 'gate' ? parts.flips : null,
       lane.kind === 'votes' ? parts.legend : null,
     ),
   );
-  const gutter = h('div', { class: 'lanes-gutter lanes-detail-gutter' }, names);
+  const gutter = h('div.lanes-gutter.lanes-detail-gutter', names);
   const overviewPlot = h(
-    'div',
-    { class: 'lanes-plot', title: 'The whole drive: tracks at once (height), open uncertainty (lower band)' },
+    'div.lanes-plot',
+    { title: 'The whole drive: tracks at once (height), open uncertainty (lower band)' },
     parts.overview,
     parts.window,
     parts.overviewCursor,
   );
   const axisPlot = h(
-    'div',
+    'div.lanes-plot',
     {
-      class: 'lanes-plot',
       role: 'slider',
       tabindex: '0',
       'aria-label': 'Position in the video',
@@ -82,68 +69,46 @@ export function createFrame() {
     },
     parts.axis,
   );
-  const tracksPlot = h('div', { class: 'lanes-plot lanes-stick' }, parts.tracks);
+  const tracksPlot = h('div.lanes-plot.lanes-stick', parts.tracks);
   const tracksPane = h(
-    'div',
-    {
-      class: 'lanes-pane lanes-tracks',
-      tabindex: '0',
-      role: 'group',
-      'aria-label': 'Tracks over time; the queue lists them for the keyboard',
-    },
-    h('div', { class: 'lanes-gutter' }),
+    'div.lanes-pane.lanes-tracks',
+    { tabindex: '0', role: 'group', 'aria-label': 'Tracks over time; the queue lists them for the keyboard' },
+    h('div.lanes-gutter'),
     tracksPlot,
     parts.spacer,
   );
-  const detailPlot = h('div', { class: 'lanes-plot' }, parts.detail);
+  const detailPlot = h('div.lanes-plot', parts.detail);
   const detailPane = h(
-    'div',
-    { class: 'lanes-pane lanes-detail', tabindex: '0', role: 'group', 'aria-label': 'Why: values of the selected track over time' },
+    'div.lanes-pane.lanes-detail',
+    { tabindex: '0', role: 'group', 'aria-label': 'Why: values of the selected track over time' },
     gutter,
     detailPlot,
   );
   const head = h(
-    'div',
-    { class: 'lanes-head' },
-    h('h2', { class: 'lanes-title' }, 'Timeline'),
+    'div.lanes-head',
+    h('h2.lanes-title', 'Timeline'),
     h(
-      'ul',
-      { class: 'lanes-legend' },
-      SOURCES.map((name) => h('li', null, h('span', { class: `lanes-swatch lanes-swatch-${name}` }), NAMES[name])),
+      'ul.lanes-legend',
+      SOURCES.map((name) => h('li', h('span', { class: `lanes-swatch lanes-swatch-${name}` }), NAMES[name])),
     ),
     parts.readout,
-    h('span', { class: 'grow' }),
+    h('span.grow'),
     parts.fold,
     parts.zoomOut,
     parts.zoomIn,
     parts.fit,
   );
-  const detailHead = h(
-    'div',
-    { class: 'lanes-detail-head' },
-    parts.detailName,
-    h('span', { class: 'grow' }),
-    parts.chosen,
-    parts.reset,
-    parts.whatIf,
-    parts.toTrack,
-  );
+  const detailHead = h('div.lanes-detail-head', parts.detailName, h('span.grow'), parts.chosen, parts.reset, parts.whatIf, parts.toTrack);
   const body = h(
-    'div',
-    { class: 'lanes-body' },
-    h(
-      'div',
-      { class: 'lanes-strip lanes-overview' },
-      h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Drive')),
-      overviewPlot,
-    ),
-    h('div', { class: 'lanes-strip lanes-axis' }, h('div', { class: 'lanes-gutter' }, parts.count), axisPlot),
+    'div.lanes-body',
+    h('div.lanes-strip.lanes-overview', h('div.lanes-gutter', h('span.small.muted', 'Drive')), overviewPlot),
+    h('div.lanes-strip.lanes-axis', h('div.lanes-gutter', parts.count), axisPlot),
     tracksPane,
     detailHead,
     detailPane,
-    h('div', { class: 'lanes-marks', 'aria-hidden': 'true' }, parts.hover, parts.playhead),
+    h('div.lanes-marks', { 'aria-hidden': 'true' }, parts.hover, parts.playhead),
   );
-  const element = h('section', { class: 'lanes panel', 'aria-label': 'Timeline' }, head, body);
+  const element = h('section.lanes.panel', { 'aria-label': 'Timeline' }, head, body);
   return { ...parts, element, body, names, values, overviewPlot, axisPlot, tracksPlot, tracksPane, detailPlot, detailPane, detailHead };
 }
 
@@ -158,15 +123,7 @@ export function fillLegend(list, rows) {
   rows.forEach((row, i) => {
     const item =
       /** @type {HTMLElement|undefined} */ (list.children[i]) ??
-      list.appendChild(
-        h(
-          'li',
-          { class: 'lanes-votes-row' },
-          h('span', { class: 'swatch' }),
-          h('span', { class: 'truncate' }),
-          h('span', { class: 'lanes-value' }),
-        ),
-      );
+      list.appendChild(h('li.lanes-votes-row', h('span.swatch'), h('span.truncate'), h('span.lanes-value')));
     /** @type {HTMLElement} */ (item.children[0]).style.setProperty('--colour', row.colour);
     setText(item.children[1], row.name);
     item.title = row.name;
@@ -176,5 +133,5 @@ export function fillLegend(list, rows) {
 
 /** @param {import('../icons.js').IconName} name @param {string} title */
 function button(name, title) {
-  return h('button', { class: 'btn btn-small btn-quiet btn-icon', type: 'button', title, 'aria-label': title }, icon(name));
+  return h('button.btn.btn-small.btn-quiet.btn-icon', { title, 'aria-label': title }, icon(name));
 }

@@ -99,7 +99,7 @@ export function createLanes(app) {
     const span = spanOf(r);
     const row = Math.floor((y + parts.tracksPane.scrollTop) / rowHeight());
     const bar = barAt(index, row, toFrame(span, x, width), (3 * (span.last - span.first)) / Math.max(1, width));
-    if (bar >= 0) app.store.dispatch((state) => pickTrack(state, index.key[bar]));
+    if (bar >= 0) app.store.dispatch(pickTrack, index.key[bar]);
   }
 
   listenToControls(

@@ -10,11 +10,10 @@ import { h, setAttribute, setText } from '../dom.js';
  * @param {AbortSignal} signal
  */
 export function createTauSlider(change, signal) {
-  const grip = h('span', { class: 'tau-grip' });
+  const grip = h('span.tau-grip');
   const element = h(
-    'div',
+    'div.tau-slider',
     {
-      class: 'tau-slider',
       role: 'slider',
       tabindex: '0',
       'aria-label': 'tau, the threshold of the gate',

@@ -44,7 +44,7 @@ function menuEntries(operations, state) {
  * @param {AbortSignal} signal
  */
 export function createBoxMenu(app, stage, screen, signal) {
-  const element = h('div', { class: 'box-menu', role: 'menu', 'aria-label': 'Menu of the box', hidden: true });
+  const element = h('div.box-menu', { role: 'menu', 'aria-label': 'Menu of the box', hidden: true });
 
   /** Track and frame that the menu is about. */
   let shownFor = '';
@@ -63,7 +63,7 @@ export function createBoxMenu(app, stage, screen, signal) {
     const groups = menuEntries(app.operations, state);
     if (!state.review?.selected || groups.length === 0) return;
     element.replaceChildren(
-      ...groups.map((group) => h('div', { class: 'box-menu-group', role: 'group' }, ...group.map((operation) => entry(operation, state)))),
+      ...groups.map((group) => h('div.box-menu-group', { role: 'group' }, ...group.map((operation) => entry(operation, state)))),
     );
     element.hidden = false;
     shownFor = `${state.review.selected} ${state.review.frame}`;
@@ -77,10 +77,8 @@ export function createBoxMenu(app, stage, screen, signal) {
   function entry(operation, state) {
     const reason = operation.disabled(state);
     return h(
-      'button',
+      'button.box-menu-item',
       {
-        class: 'box-menu-item',
-        type: 'button',
         role: 'menuitem',
         tabIndex: -1,
         title: reason ?? operation.tooltip,
@@ -91,9 +89,9 @@ export function createBoxMenu(app, stage, screen, signal) {
           runOperation(app, operation, toast);
         },
       },
-      operation.icon && isIcon(operation.icon) ? icon(operation.icon) : h('span', { class: 'box-menu-blank' }),
-      h('span', { class: 'box-menu-name' }, operation.label),
-      operation.keys.length > 0 ? h('kbd', null, operation.keys[0]) : null,
+      operation.icon && isIcon(operation.icon) ? icon(operation.icon) : h('span.box-menu-blank'),
+      h('span.box-menu-name', operation.label),
+      operation.keys.length > 0 ? h('kbd', operation.keys[0]) : null,
     );
   }
 

@@ -19,7 +19,7 @@ const BUTTONS = /** @type {const} */ ([
  * @param {import('../../page-types.js').App} app
  */
 export function createFollowBar(app) {
-  const words = h('span', { class: 'grow follow-words', role: 'status' });
+  const words = h('span.grow.follow-words', { role: 'status' });
   const buttons = BUTTONS.map(([id, text, tone]) => {
     const operation = app.operations.find((one) => one.id === id);
     const picture = operation?.icon && isIcon(operation.icon) ? icon(operation.icon) : null;
@@ -27,18 +27,18 @@ export function createFollowBar(app) {
       'button',
       {
         class: `btn btn-small ${tone}`,
-        type: 'button',
+
         title: operation?.tooltip ?? text,
         onclick: () => operation && runOperation(app, operation, toast),
       },
       picture,
-      h('span', null, text),
+      h('span', text),
     );
     return { operation, button };
   });
   const element = h(
-    'div',
-    { class: 'follow-bar', hidden: true, role: 'group', 'aria-label': 'Proposed boxes' },
+    'div.follow-bar',
+    { hidden: true, role: 'group', 'aria-label': 'Proposed boxes' },
     words,
     ...buttons.map(({ button }) => button),
   );

@@ -29,13 +29,12 @@ import { createKeepInView, settledAt } from './keep_in_view.js';
 export function createPicture(app) {
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const shot = h('canvas', { class: 'picture-shot' });
-  const layers = h('canvas', { class: 'picture-layers' });
-  const hint = h('div', { class: 'picture-hint truncate' });
+  const shot = h('canvas.picture-shot');
+  const layers = h('canvas.picture-layers');
+  const hint = h('div.picture-hint.truncate');
   const stage = h(
-    'div',
+    'div.picture-stage',
     {
-      class: 'picture-stage',
       tabIndex: 0,
       role: 'application',
       'data-keys': 'picture',
@@ -45,9 +44,8 @@ export function createPicture(app) {
     layers,
     hint,
   );
-  const where = h('span', { class: 'picture-where number' });
-  const number = h('input', {
-    class: 'input picture-frame number',
+  const where = h('span.picture-where.number');
+  const number = h('input.input.picture-frame.number', {
     type: 'text',
     inputmode: 'numeric',
     autocomplete: 'off',
@@ -69,8 +67,8 @@ export function createPicture(app) {
     if (document.activeElement !== number && number.value !== String(frame)) number.value = String(frame);
   };
   const speed = h(
-    'select',
-    { class: 'select picture-speed', 'aria-label': 'Playing speed', onchange: () => app.frames.setSpeed(Number(speed.value)) },
+    'select.select.picture-speed',
+    { 'aria-label': 'Playing speed', onchange: () => app.frames.setSpeed(Number(speed.value)) },
     ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)),
   );
   const legend = createLegend(app);
@@ -78,9 +76,9 @@ export function createPicture(app) {
   const menu = createBoxMenu(app, stage, () => size, signal);
   const truthBar = createTruthBar(app, () => size);
   stage.append(menu.element, truthBar.element);
-  const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
-  const foot = h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, legend.element);
-  const element = h('div', { class: 'picture' }, stage, followBar.element, foot, spoken);
+  const spoken = h('div.visually-hidden', { role: 'status', 'aria-live': 'polite' });
+  const foot = h('div.picture-foot', h('span.row', number, where), speed, legend.element);
+  const element = h('div.picture', stage, followBar.element, foot, spoken);
   leaveKeysToPicture(element);
   followFocus(foot);
 
@@ -126,7 +124,7 @@ export function createPicture(app) {
   function refit(review) {
     if (!size.width || !review.video.width || !review.video.height) return;
     fitted = true;
-    app.store.dispatch((state) => setViewport(state, fit(sizeOf(review.video), size)));
+    app.store.dispatch(setViewport, fit(sizeOf(review.video), size));
   }
 
   app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next, /** @type {boolean} */ passing) => {
@@ -214,7 +212,7 @@ export function createPicture(app) {
       return;
     }
     const view = keepInView.viewOf(review, size, fitted);
-    if (view !== review.viewport) app.store.dispatch((now) => setViewport(now, view));
+    if (view !== review.viewport) app.store.dispatch(setViewport, view);
     if (before && before.viewport !== review.viewport) {
       const whole = fit(sizeOf(review.video), size);
       fitted = Math.abs(whole.zoom - review.viewport.zoom) < 1e-6;

@@ -19,23 +19,21 @@ import { STYLES } from './pen.js';
 export function createLegend(app) {
   /** @type {Map<import('../../state-types.js').LayerName, {button: HTMLElement, count: HTMLElement}>} */
   const rows = new Map();
-  const element = h('div', { class: 'legend', role: 'group', 'aria-label': 'Layers' });
+  const element = h('div.legend', { role: 'group', 'aria-label': 'Layers' });
   LAYERS.forEach((name) => {
-    const count = h('span', { class: 'legend-count number' }, '0');
-    const swatch = h('kbd', { class: 'legend-swatch' }, layerKey(name).replace('Shift+', '⇧'));
+    const count = h('span.legend-count.number', '0');
+    const swatch = h('kbd.legend-swatch', layerKey(name).replace('Shift+', '⇧'));
     swatch.dataset.layer = name;
     swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
     const button = h(
-      'button',
+      'button.legend-item',
       {
-        class: 'legend-item',
-        type: 'button',
         'aria-pressed': 'false',
         title: `${LAYER_NAMES[name]} (${layerKey(name)})`,
-        onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
+        onclick: () => app.store.dispatch(switchLayer, name),
       },
       swatch,
-      h('span', { class: 'legend-name truncate' }, SHORT_NAMES[name]),
+      h('span.legend-name.truncate', SHORT_NAMES[name]),
       count,
     );
     rows.set(name, { button, count });
@@ -43,14 +41,12 @@ export function createLegend(app) {
     if (name === 'second') {
       element.append(
         h(
-          'button',
+          'button.legend-choose',
           {
-            class: 'legend-choose',
-            type: 'button',
             title: 'Choose the second run … (Shift+8)',
             'aria-label': 'Choose the second run',
             'data-operation': 'second-run',
-            onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
+            onclick: () => app.store.dispatch(openDialog, { kind: 'second' }),
           },
           icon('down'),
         ),

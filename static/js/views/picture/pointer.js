@@ -62,7 +62,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
       if (event.shiftKey && !event.ctrlKey) {
         const { viewport } = now;
         const by = (event.deltaX || event.deltaY) * unit;
-        app.store.dispatch((state) => setViewport(state, bounded({ ...viewport, x: viewport.x + by / across(viewport) }, picture())));
+        app.store.dispatch(setViewport, bounded({ ...viewport, x: viewport.x + by / across(viewport) }, picture()));
         return;
       }
       const factor = Math.exp(-event.deltaY * unit * 0.0022);
@@ -101,20 +101,20 @@ export function listenToPointer(app, element, screen, menu, signal) {
       if (event.button !== 0) return;
       element.focus({ preventScroll: true });
       if (now.mode === 'draw') {
-        app.store.dispatch((state) => setPlaying(state, false));
+        app.store.dispatch(setPlaying, false);
         drag = { ...base, kind: 'draw', key: now.selected ?? '' };
         return;
       }
       const found = under(x, y);
       if (modeOf(now).take) {
-        if (found.length) app.store.dispatch((state) => take(state, found[0].key));
+        if (found.length) app.store.dispatch(take, found[0].key);
         return;
       }
       const chosen = now.selected ? shownTracks(now).find(({ key }) => key === now.selected) : undefined;
       const handle = chosen && now.shown === now.frame ? handleAt(chosen.box, x, y, REACH / now.viewport.zoom, now.viewport.stretch) : null;
       const keys = found.map(({ key }) => key);
       if (chosen && handle && (handle !== 'move' || keys.includes(chosen.key))) {
-        app.store.dispatch((state) => setPlaying(state, false));
+        app.store.dispatch(setPlaying, false);
         drag = { ...base, kind: 'change', box: chosen.box, key: chosen.key, handle, under: keys };
       } else if (found.length) {
         // a box that is taken hold of must not run on below the hand
@@ -136,7 +136,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
       if (!drag) {
         const point = toPicture(now.viewport, screen(), sx, sy);
         setCursor(element, now, point);
-        if (now.fewLabels) app.store.dispatch((state) => hover(state, under(...point)[0]?.key ?? null));
+        if (now.fewLabels) app.store.dispatch(hover, under(...point)[0]?.key ?? null);
         return;
       }
       if (!drag.moved && Math.hypot(sx - drag.x, sy - drag.y) < CLICK) return;
@@ -144,19 +144,19 @@ export function listenToPointer(app, element, screen, menu, signal) {
       const { view } = drag;
       if (drag.kind === 'pan') {
         const moved = bounded({ ...view, x: view.x - (sx - drag.x) / across(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
-        app.store.dispatch((state) => setViewport(state, moved));
+        app.store.dispatch(setViewport, moved);
         return;
       }
       const [x, y] = toPicture(now.viewport, screen(), sx, sy);
       const [x0, y0] = toPicture(view, screen(), drag.x, drag.y);
       const { kind, key, handle, box: start } = drag;
       const box = kind === 'draw' ? ordered([start[0], start[1], x, y]) : dragged(start, handle, x - x0, y - y0);
-      app.store.dispatch((state) => setDrag(state, { box: settled(box, picture()), key }));
+      app.store.dispatch(setDrag, { box: settled(box, picture()), key });
     },
     { signal },
   );
 
-  element.addEventListener('pointerleave', () => app.store.dispatch((state) => hover(state, null)), { signal });
+  element.addEventListener('pointerleave', () => app.store.dispatch(hover, null), { signal });
 
   /** @param {boolean} keep */
   const end = (keep) => {
@@ -165,7 +165,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
     drag = null;
     if (!ended || !now) return;
     const box = now.drag?.box ?? null;
-    if (now.drag) app.store.dispatch((state) => setDrag(state, null));
+    if (now.drag) app.store.dispatch(setDrag, null);
     if (!keep || (ended.kind !== 'pan' && now.frame !== ended.frame)) return; // a box belongs to the frame in which it was taken hold of
     if (ended.kind === 'draw') {
       if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) drawn(app, box, ended.correct);
@@ -174,7 +174,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
       else if (!ended.moved && ended.under.length > 1) {
         // a second click goes through what lies on top of each other
         const next = ended.under[(ended.under.indexOf(ended.key) + 1) % ended.under.length];
-        app.store.dispatch((state) => select(state, next));
+        app.store.dispatch(select, next);
       }
     } else if (!ended.moved && ended.key === 'menu') {
       openMenu(ended);

@@ -21,24 +21,19 @@ const BUTTONS = /** @type {const} */ ([
  * @param {() => {width: number, height: number}} screen   the picture's size, CSS px
  */
 export function createTruthBar(app, screen) {
-  const badge = h('div', { class: 'picture-badge' });
-  const words = h('span', { class: 'truth-words truncate' });
+  const badge = h('div.picture-badge');
+  const words = h('span.truth-words.truncate');
   const buttons = BUTTONS.map(([id, text]) => {
     const operation = app.operations.find((one) => one.id === id);
     const button = h(
-      'button',
-      {
-        class: 'btn btn-small',
-        type: 'button',
-        title: operation?.tooltip,
-        onclick: () => operation && runOperation(app, operation, (why) => toast(why)),
-      },
+      'button.btn.btn-small',
+      { title: operation?.tooltip, onclick: () => operation && runOperation(app, operation, (why) => toast(why)) },
       text,
     );
     return { id, operation, button };
   });
-  const bar = h('div', { class: 'truth-bar', role: 'group', 'aria-label': 'Ground truth' }, words, ...buttons.map(({ button }) => button));
-  const element = h('div', { class: 'picture-truth', hidden: true }, badge, bar);
+  const bar = h('div.truth-bar', { role: 'group', 'aria-label': 'Ground truth' }, words, ...buttons.map(({ button }) => button));
+  const element = h('div.picture-truth', { hidden: true }, badge, bar);
   // what is pressed here is about the truth, not about what lies below
   for (const kind of ['pointerdown', 'wheel', 'contextmenu']) bar.addEventListener(kind, (event) => event.stopPropagation());
   /** @type {import('../../state-types.js').ReviewState|null} */ let last = null;

@@ -9,14 +9,9 @@ import { icon } from '../icons.js';
 /** @param {() => void} next   opens the next video */
 export function createQueueEnd(next) {
   const text = h('p', { role: 'status' });
-  const name = h('span', { class: 'truncate' });
-  const button = h(
-    'button',
-    { class: 'btn btn-small btn-primary', type: 'button', onclick: next },
-    icon('film'),
-    h('span', null, 'Next video'),
-  );
-  const element = h('div', { class: 'queue-end', hidden: true }, text, h('div', { class: 'queue-end-next' }, button, name));
+  const name = h('span.truncate');
+  const button = h('button.btn.btn-small.btn-primary', { onclick: next }, icon('film'), h('span', 'Next video'));
+  const element = h('div.queue-end', { hidden: true }, text, h('div.queue-end-next', button, name));
   return {
     element,
     /**

@@ -20,8 +20,7 @@ const MOST_ANSWERS = 200;
  * @param {AbortSignal} signal
  */
 export function createFilters(app, signal) {
-  const text = h('input', {
-    class: 'input',
+  const text = h('input.input', {
     type: 'search',
     placeholder: 'Label, number, reason or note',
     'aria-label': 'Search tracks',
@@ -51,10 +50,8 @@ export function createFilters(app, signal) {
   kind.classList.add('queue-label');
   const attribute = select('Attribute', [['', 'Any attribute']]);
   const noted = h(
-    'button',
+    'button.btn.btn-icon.queue-noted',
     {
-      class: 'btn btn-icon queue-noted',
-      type: 'button',
       title: 'Only tracks with notes',
       'aria-label': 'Only tracks with notes',
       onclick: () => filter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }),
@@ -72,9 +69,8 @@ export function createFilters(app, signal) {
   const least = limit('Least score', 'Score ≥', (score) => filter(app, { least_score: score }));
   const most = limit('Largest score', 'Score ≤', (score) => filter(app, { most_score: score }));
   const element = h(
-    'div',
-    { class: 'queue-filters' },
-    h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted),
+    'div.queue-filters',
+    h('div.queue-search', h('span.input-with-icon.grow', icon('search'), text), noted),
     sort,
     review,
     least,
@@ -179,8 +175,7 @@ export function createFilters(app, signal) {
 
 /** @param {string} name @param {string} placeholder @param {(score: number|null) => void} change */
 function limit(name, placeholder, change) {
-  const input = h('input', {
-    class: 'input',
+  const input = h('input.input', {
     type: 'number',
     step: 'any',
     placeholder,
@@ -194,8 +189,8 @@ function limit(name, placeholder, change) {
 /** @param {string} name @param {[string, string][]} options */
 function select(name, options) {
   return h(
-    'select',
-    { class: 'select', 'aria-label': name, title: name },
+    'select.select',
+    { 'aria-label': name, title: name },
     options.map(([value, label]) => h('option', { value }, label)),
   );
 }

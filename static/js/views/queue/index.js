@@ -12,6 +12,7 @@ import { dialog, mark } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
+import { createMeter, setMeter } from '../meter.js';
 import { createNoTracks } from '../no_tracks.js';
 import { NEXT_VIDEO_KEY, openNextVideo } from '../../operations/next_video.js';
 import { createQueueEnd } from './end.js';
@@ -29,64 +30,39 @@ export function createQueue(app) {
   const life = new AbortController();
   const { signal } = life;
   const filters = createFilters(app, signal);
-  const left = h('strong', { class: 'queue-left' });
-  const shown = h('span', { class: 'muted small' });
-  const deleted = h('button', {
-    class: 'btn btn-small',
-    type: 'button',
+  const left = h('strong.queue-left');
+  const shown = h('span.muted.small');
+  const deleted = h('button.btn.btn-small', {
     hidden: true,
     title: 'What was deleted, with a way back',
     onclick: () => dialog(app, { kind: 'deleted' }),
   });
   const judge = h(
-    'button',
-    {
-      class: 'btn btn-small',
-      type: 'button',
-      hidden: true,
-      title: 'One verdict on all shown tracks (Shift+A)',
-      onclick: () => dialog(app, { kind: 'bulk-review' }),
-    },
+    'button.btn.btn-small',
+    { hidden: true, title: 'One verdict on all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'bulk-review' }) },
     'Bulk review …',
   );
   const next = h(
-    'button',
+    'button.btn.btn-small.btn-icon',
     {
-      class: 'btn btn-small btn-icon',
-      type: 'button',
       'aria-label': `Go on to another video (${NEXT_VIDEO_KEY})`,
       title: `Next video with open tracks (${NEXT_VIDEO_KEY})`,
       onclick: () => void openNextVideo(app),
     },
     icon('film'),
   );
-  const bar = h('span');
-  const meter = h(
-    'div',
-    { class: 'meter meter-good', role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' },
-    bar,
-  );
-  const list = h('div', { class: 'queue-rows' });
+  const meter = createMeter('Reviewed', 'div.meter.meter-good');
+  const list = h('div.queue-rows');
   const empty = createNoTracks(app, 'queue-empty');
   const end = createQueueEnd(() => void openNextVideo(app));
-  const scroller = h('div', { class: 'queue-list', role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by uncertainty' }, list);
+  const scroller = h('div.queue-list', { role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by uncertainty' }, list);
   const element = h(
-    'section',
-    { class: 'queue panel', 'aria-label': 'Queue' },
-    h(
-      'div',
-      { class: 'panel-head' },
-      h('h2', { class: 'queue-title' }, 'Queue'),
-      left,
-      h('span', { class: 'grow' }),
-      deleted,
-      judge,
-      shown,
-      next,
-    ),
+    'section.queue.panel',
+    { 'aria-label': 'Queue' },
+    h('div.panel-head', h('h2.queue-title', 'Queue'), left, h('span.grow'), deleted, judge, shown, next),
     meter,
     filters.element,
-    h('div', { class: 'queue-body' }, scroller, empty.element),
+    h('div.queue-body', scroller, empty.element),
     end.element,
   );
 
@@ -211,9 +187,8 @@ export function createQueue(app) {
         deleted.hidden = gone === 0;
         setText(deleted, `${count(gone)} deleted`);
         deleted.setAttribute('aria-label', `${plural(gone, 'deleted track')}, show`);
-        bar.style.setProperty('--part', `${done * 100}%`);
+        setMeter(meter, done);
         meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} false positives, ${count(counts.needs_work)} need work`;
-        setAttribute(meter, 'aria-valuenow', Math.round(done * 100));
         filters.update(review.filter, entries, next.labels);
         empty.update(review, counts.total, order.length === 0 ? 'No track passes these filters.' : '');
         list.style.setProperty('height', `${order.length * rowHeight}px`);

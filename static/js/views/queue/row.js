@@ -17,24 +17,23 @@ const STATES = {
 /** @param {string} key   of the track */
 export function createRow(key) {
   const picture = pictureThatMayMiss({ class: 'queue-picture', loading: 'lazy', decoding: 'async' });
-  const name = h('span', { class: 'queue-name truncate', dir: 'auto' });
-  const number = h('span', { class: 'queue-number muted small' });
-  const badge = h('span', { class: 'badge' });
-  const reasons = [0, 1].map(() => h('span', { class: 'queue-reason truncate small muted' }));
-  const span = h('span', { class: 'queue-span small muted', title: 'Frames' });
-  const score = h('span', { class: 'queue-score truncate small muted', title: 'Best score of its detections' });
-  const uncertainty = h('span', { class: 'queue-uncertainty' }, h('span'));
-  const uncertaintyText = h('span', { class: 'small queue-uncertainty-text' });
+  const name = h('span.queue-name.truncate', { dir: 'auto' });
+  const number = h('span.queue-number.muted.small');
+  const badge = h('span.badge');
+  const reasons = [0, 1].map(() => h('span.queue-reason.truncate.small.muted'));
+  const span = h('span.queue-span.small.muted', { title: 'Frames' });
+  const score = h('span.queue-score.truncate.small.muted', { title: 'Best score of its detections' });
+  const uncertainty = h('span.queue-uncertainty', h('span'));
+  const uncertaintyText = h('span.small.queue-uncertainty-text');
   const element = h(
-    'div',
-    { class: 'queue-row', role: 'option', id: `queue-${key}`, dataset: { key } },
+    'div.queue-row',
+    { role: 'option', id: `queue-${key}`, dataset: { key } },
     picture,
     h(
-      'span',
-      { class: 'queue-text' },
-      h('span', { class: 'queue-line' }, name, number, h('span', { class: 'grow' }), badge),
-      h('span', { class: 'queue-reasons' }, reasons),
-      h('span', { class: 'queue-line' }, span, score, h('span', { class: 'grow' }), uncertaintyText, uncertainty),
+      'span.queue-text',
+      h('span.queue-line', name, number, h('span.grow'), badge),
+      h('span.queue-reasons', reasons),
+      h('span.queue-line', span, score, h('span.grow'), uncertaintyText, uncertainty),
     ),
   );
   return {

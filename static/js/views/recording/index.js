@@ -48,23 +48,22 @@ export function createRecordingView(app) {
   /** @type {{frame: number, stop: number}|null} */
   let offered = null;
 
-  const choose = h('select', {
-    class: 'input recording-choose',
+  const choose = h('select.input.recording-choose', {
     'aria-label': 'Recording',
     onchange: () => {
       const chosen = recordings?.find(({ id }) => id === choose.value);
       if (chosen) void show(chosen);
     },
   });
-  const record = h('button', { class: 'btn', type: 'button', onclick: () => void make() }, icon('film'), 'Record around this frame');
+  const record = h('button.btn', { onclick: () => void make() }, icon('film'), 'Record around this frame');
   const download = h(
-    'a',
-    { class: 'btn', download: '', hidden: true, title: 'Opens in a stand-alone viewer of the same version: rerun FILE.rrd' },
+    'a.btn',
+    { download: '', hidden: true, title: 'Opens in a stand-alone viewer of the same version: rerun FILE.rrd' },
     'Download',
   );
-  const notice = h('p', { class: 'recording-notice small', role: 'status' });
-  const body = h('div', { class: 'recording-body' });
-  const element = h('div', { class: 'recording' }, h('div', { class: 'recording-bar' }, choose, record, download, notice), body);
+  const notice = h('p.recording-notice.small', { role: 'status' });
+  const body = h('div.recording-body');
+  const element = h('div.recording', h('div.recording-bar', choose, record, download, notice), body);
 
   const frame = () => state?.review?.frame ?? 0;
 
@@ -114,11 +113,7 @@ export function createRecordingView(app) {
           : 'Wait until it has stored its first frames.',
         actions: [
           range
-            ? h(
-                'button',
-                { class: 'btn btn-primary', type: 'button', onclick: () => void make() },
-                `Record frames ${count(range.first)} to ${count(range.stop - 1)}`,
-              )
+            ? h('button.btn.btn-primary', { onclick: () => void make() }, `Record frames ${count(range.first)} to ${count(range.stop - 1)}`)
             : null,
         ],
       }),
@@ -177,7 +172,7 @@ export function createRecordingView(app) {
 
   /** @param {Recording} recording @param {string} version */
   function open(recording, version) {
-    const veil = h('div', { class: 'recording-veil' }, waiting('The viewer starts', { signal, after: 60_000 }));
+    const veil = h('div.recording-veil', waiting('The viewer starts', { signal, after: 60_000 }));
     stage = createStage({
       version,
       url: api.viewerUrl(recording.id),
@@ -185,7 +180,7 @@ export function createRecordingView(app) {
       frame: clamp(recording, frame()),
       opened: () => veil.remove(),
       moved: (to) => {
-        if (!app.store.get().review?.playing) app.store.dispatch((now) => seek(now, to));
+        if (!app.store.get().review?.playing) app.store.dispatch(seek, to);
       },
       selected: (entity, instance) => {
         const review = app.store.get().review;
@@ -193,7 +188,7 @@ export function createRecordingView(app) {
         const key = trackOf(entity, instance, review?.overlays[review.frame], same ? recordedKeys(review) : []);
         if (!review || key === null) return;
         picked = key;
-        if (key !== review.selected) app.store.dispatch((now) => select(now, key));
+        if (key !== review.selected) app.store.dispatch(select, key);
       },
       failed: (message) => instead(recording, message),
     });
@@ -210,7 +205,7 @@ export function createRecordingView(app) {
         icon: 'film',
         title: 'The viewer cannot be shown here',
         text: `${message} The recording is complete: open the file in a stand-alone viewer with "rerun ${recording.name}".`,
-        actions: [h('a', { class: 'btn btn-primary', href: api.downloadUrl(recording.id), download: '' }, 'Download the recording')],
+        actions: [h('a.btn.btn-primary', { href: api.downloadUrl(recording.id), download: '' }, 'Download the recording')],
       }),
     );
   }

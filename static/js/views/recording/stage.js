@@ -36,7 +36,7 @@ const HEARD = ['ready', 'opened', 'time', 'selected', 'refused', 'failed'];
  */
 export function createStage({ version, url, theme, frame, opened, moved, selected, failed }) {
   const ended = new AbortController();
-  const element = h('iframe', { class: 'recording-stage', src: '/rerun/viewer.html', title: 'Rerun viewer' });
+  const element = h('iframe.recording-stage', { src: '/rerun/viewer.html', title: 'Rerun viewer' });
   let wanted = frame;
   /** Where the viewer is, as far as it is known. @type {number|null} */
   let there = null;

@@ -49,31 +49,20 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   let saving = false;
 
   const buttons = MODES.map(({ id, title }) => {
-    const button = h(
-      'button',
-      { class: 'btn', type: 'button', 'aria-pressed': 'false', dataset: { mode: id }, onclick: () => choose(id) },
-      title,
-    );
+    const button = h('button.btn', { 'aria-pressed': 'false', dataset: { mode: id }, onclick: () => choose(id) }, title);
     return button;
   });
   const save = h(
-    'button',
-    { class: 'btn', type: 'button', title: 'One HTML file that needs no server and no network', onclick: () => void keep() },
+    'button.btn',
+    { title: 'One HTML file that needs no server and no network', onclick: () => void keep() },
     icon('saved'),
     'Save as file',
   );
-  const notice = h('p', { class: 'scene3d-notice small', role: 'status' });
-  const body = h('div', { class: 'scene3d-body' });
+  const notice = h('p.scene3d-notice.small', { role: 'status' });
+  const body = h('div.scene3d-body');
   const element = h(
-    'div',
-    { class: 'scene3d' },
-    h(
-      'div',
-      { class: 'scene3d-bar' },
-      h('div', { class: 'scene3d-modes', role: 'group', 'aria-label': 'Scene' }, ...buttons),
-      save,
-      notice,
-    ),
+    'div.scene3d',
+    h('div.scene3d-bar', h('div.scene3d-modes', { role: 'group', 'aria-label': 'Scene' }, ...buttons), save, notice),
     body,
   );
   press();
@@ -138,8 +127,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
       if (run !== id || signal.aborted) return;
       scene3d = found;
       follow();
-      const frame = h('iframe', {
-        class: 'scene3d-frame',
+      const frame = h('iframe.scene3d-frame', {
         src: found.url,
         title: 'Scene in three dimensions',
         allow: 'fullscreen',
@@ -170,9 +158,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
         icon: 'box',
         title,
         text,
-        actions: [
-          h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void keep() }, icon('saved'), 'Save the scene as a file'),
-        ],
+        actions: [h('button.btn.btn-primary', { onclick: () => void keep() }, icon('saved'), 'Save the scene as a file')],
       }),
     );
   }

@@ -103,17 +103,15 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     try {
       const [only] = sets;
       const labels = sets.size === 1 ? await api.labelsOfSet(String(only), { signal }) : store.get().labels;
-      store.dispatch((state) =>
-        openDialog(state, {
-          kind: 'choose-label',
-          data: {
-            title: `Label of ${plural(tracks.length, 'track')}`,
-            labels,
-            take: (/** @type {import('../../types.js').Label} */ label) =>
-              void act({ type: 'relabel', label: label.key }, `Relabelled ${label.name}`),
-          },
-        }),
-      );
+      store.dispatch(openDialog, {
+        kind: 'choose-label',
+        data: {
+          title: `Label of ${plural(tracks.length, 'track')}`,
+          labels,
+          take: (/** @type {import('../../types.js').Label} */ label) =>
+            void act({ type: 'relabel', label: label.key }, `Relabelled ${label.name}`),
+        },
+      });
     } catch (thrown) {
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'search' });
     }
@@ -124,7 +122,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     if (tracks.length === 0) return;
     const videos = [...new Set(tracks.map(({ video }) => video))];
     const known = [...new Set(tracks.flatMap(({ tags }) => tags))].sort();
-    store.dispatch((state) => openDialog(state, { kind: 'tags', data: { videos, known, done: anew } }));
+    store.dispatch(openDialog, { kind: 'tags', data: { videos, known, done: anew } });
   }
 
   async function exportThem() {
@@ -154,7 +152,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'search' });
       return;
     }
-    store.dispatch((state) => openDialog(state, { kind: 'export', data: { runs: Object.keys(tracks), tracks } }));
+    store.dispatch(openDialog, { kind: 'export', data: { runs: Object.keys(tracks), tracks } });
   }
 
   const ignored = () => selected().length > 0 && selected().every(({ state }) => state === 'ignored');
@@ -198,13 +196,13 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
   ];
   const buttons = offers.map((offer) =>
     h(
-      'button',
-      { class: 'btn', type: 'button', title: offer.title, 'aria-label': offer.label, onclick: offer.run },
+      'button.btn',
+      { title: offer.title, 'aria-label': offer.label, onclick: offer.run },
       icon(offer.icon),
-      h('span', { class: 'search-act' }, offer.label),
+      h('span.search-act', offer.label),
     ),
   );
-  const element = h('div', { class: 'search-actions', role: 'toolbar', 'aria-label': 'Selected tracks' }, ...buttons);
+  const element = h('div.search-actions', { role: 'toolbar', 'aria-label': 'Selected tracks' }, ...buttons);
 
   /** @param {number} number   of tracks that are selected */
   function show(number) {

@@ -38,7 +38,7 @@ export function createSearchFilters({ change, signal }) {
    * @param {(text: string) => Partial<SearchFilters>} write
    */
   function input(name, props, read, write) {
-    const field = h('input', { class: 'input', type: 'text', autocomplete: 'off', 'aria-label': name, ...props });
+    const field = h('input.input', { type: 'text', autocomplete: 'off', 'aria-label': name, ...props });
     // a name that is half typed is no question
     const typed = () => {
       clearTimeout(timer);
@@ -66,8 +66,8 @@ export function createSearchFilters({ change, signal }) {
   /** @param {string} name @param {[string, string][]} options @param {(filters: SearchFilters) => string} read @param {(value: string) => Partial<SearchFilters>} write */
   function choice(name, options, read, write) {
     const field = h(
-      'select',
-      { class: 'select', 'aria-label': name, title: name, onchange: () => put(write(field.value)) },
+      'select.select',
+      { 'aria-label': name, title: name, onchange: () => put(write(field.value)) },
       options.map(([value, text]) => h('option', { value }, text)),
     );
     shows.push(() => {
@@ -197,10 +197,8 @@ export function createSearchFilters({ change, signal }) {
     (value) => ({ sort: value.split(' ')[0], order: value.split(' ')[1] }),
   );
   const further = h(
-    'button',
+    'button.btn',
     {
-      class: 'btn',
-      type: 'button',
       'aria-expanded': 'false',
       'aria-controls': 'search-further',
       title: 'Filter by attribute, author, day, tag, video or run',
@@ -210,8 +208,8 @@ export function createSearchFilters({ change, signal }) {
     'More',
   );
   const second = h(
-    'div',
-    { class: 'search-row', id: 'search-further', hidden: true },
+    'div.search-row',
+    { id: 'search-further', hidden: true },
     named('Attribute', attribute),
     named('Edited by', author),
     named('from', since),
@@ -228,37 +226,20 @@ export function createSearchFilters({ change, signal }) {
   }
 
   const first = h(
-    'div',
-    { class: 'search-row' },
-    h('span', { class: 'input-with-icon search-label' }, icon('search'), label),
+    'div.search-row',
+    h('span.input-with-icon.search-label', icon('search'), label),
     names,
     tags,
     state,
-    h(
-      'span',
-      { class: 'search-range' },
-      h('span', { class: 'muted' }, 'Uncertainty'),
-      low,
-      h('span', { class: 'muted' }, '–'),
-      high,
-      h('span', { class: 'muted' }, '%'),
-    ),
-    h(
-      'span',
-      { class: 'search-range' },
-      h('span', { class: 'muted' }, 'Size'),
-      least,
-      h('span', { class: 'muted' }, '–'),
-      most,
-      h('span', { class: 'muted' }, 'px'),
-    ),
+    h('span.search-range', h('span.muted', 'Uncertainty'), low, h('span.muted', '–'), high, h('span.muted', '%')),
+    h('span.search-range', h('span.muted', 'Size'), least, h('span.muted', '–'), most, h('span.muted', 'px')),
     text,
     sort,
     further,
   );
 
   return {
-    element: h('div', { class: 'search-filters', role: 'search' }, first, second),
+    element: h('div.search-filters', { role: 'search' }, first, second),
     label,
     /** @param {SearchFilters} filters */
     show(filters) {
@@ -283,5 +264,5 @@ export function createSearchFilters({ change, signal }) {
 
 /** @param {string} text @param {HTMLElement} field */
 function named(text, field) {
-  return h('label', { class: 'search-named' }, h('span', { class: 'muted' }, text), field);
+  return h('label.search-named', h('span.muted', text), field);
 }

@@ -35,10 +35,10 @@ const STATES = {
  * @param {AbortSignal} setup.signal
  */
 export function createGrid({ picture, select, move, open, more, signal }) {
-  const sheet = h('div', { class: 'found-sheet', role: 'presentation' });
+  const sheet = h('div.found-sheet', { role: 'presentation' });
   const element = h(
-    'div',
-    { class: 'found', role: 'listbox', tabIndex: 0, id: 'found', 'aria-multiselectable': 'true', 'aria-label': 'Tracks that were found' },
+    'div.found',
+    { role: 'listbox', tabIndex: 0, id: 'found', 'aria-multiselectable': 'true', 'aria-label': 'Tracks that were found' },
     sheet,
   );
   /** @type {readonly FoundTrack[]} */ let tracks = [];
@@ -136,27 +136,16 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   function create() {
     const image = pictureThatMayMiss({ class: 'found-picture', loading: 'lazy', decoding: 'async' });
     return h(
-      'div',
-      { class: 'found-tile', role: 'option' },
+      'div.found-tile',
+      { role: 'option' },
       h(
-        'div',
-        { class: 'found-frame' },
+        'div.found-frame',
         image,
-        h('span', { class: 'found-none muted small' }, 'The picture cannot be read'),
-        h('span', { class: 'found-tick', 'aria-hidden': 'true' }, icon('check')),
+        h('span.found-none.muted.small', 'The picture cannot be read'),
+        h('span.found-tick', { 'aria-hidden': 'true' }, icon('check')),
       ),
-      h(
-        'div',
-        { class: 'found-words' },
-        h('span', { class: 'truncate grow', dir: 'auto' }),
-        h('span', { class: 'found-uncertainty muted small' }),
-      ),
-      h(
-        'div',
-        { class: 'found-words muted small' },
-        h('span', { class: 'found-state' }),
-        h('span', { class: 'truncate grow', dir: 'auto' }),
-      ),
+      h('div.found-words', h('span.truncate.grow', { dir: 'auto' }), h('span.found-uncertainty.muted.small')),
+      h('div.found-words.muted.small', h('span.found-state'), h('span.truncate.grow', { dir: 'auto' })),
     );
   }
 

@@ -49,8 +49,8 @@ export function createSearch(app) {
   /** @type {ReturnType<typeof setTimeout>|undefined} */ let again;
   signal.addEventListener('abort', () => clearTimeout(again), { once: true });
 
-  const total = h('span', { class: 'muted', role: 'status' });
-  const note = h('p', { class: 'search-note', role: 'status', hidden: true });
+  const total = h('span.muted', { role: 'status' });
+  const note = h('p.search-note', { role: 'status', hidden: true });
   const filters = createSearchFilters({
     signal,
     change: (wanted) => {
@@ -78,7 +78,7 @@ export function createSearch(app) {
     open: openTrack,
     more: () => void loadMore(),
   });
-  const notice = h('div', { class: 'search-notice' });
+  const notice = h('div.search-notice');
   const actions = createSearchActions(app, {
     signal,
     selected: () => tracks.filter((track) => selected.has(idOf(track))),
@@ -95,12 +95,11 @@ export function createSearch(app) {
     },
   });
   const element = h(
-    'div',
-    { class: 'search-page' },
-    h('div', { class: 'search-head' }, h('h1', null, 'Search'), total, h('div', { class: 'grow' }), actions.element),
+    'div.search-page',
+    h('div.search-head', h('h1', 'Search'), total, h('div.grow'), actions.element),
     filters.element,
     note,
-    h('div', { class: 'search-body' }, grid.element, notice),
+    h('div.search-body', grid.element, notice),
   );
   element.addEventListener(
     'keydown',
@@ -245,10 +244,8 @@ export function createSearch(app) {
           actions: [
             all &&
               h(
-                'button',
+                'button.btn',
                 {
-                  class: 'btn',
-                  type: 'button',
                   onclick: () => {
                     location.hash = formatRoute({ screen: 'search', query: '' });
                   },
