@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sample_videos import SHIPPED
+from tests.e2e.chromium import CHROMIUM
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 30_000
 """How long an expectation waits at most, ms."""
+LONGEST = 600
+"""After how long a walk is ended that says nothing else, s."""
 STEP = 0.05
 """How long a server that is slowed down runs at a time, s."""
 
@@ -40,7 +43,14 @@ FAILED = pytest.StashKey[bool]()
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """A walk that fails runs once more, and the summary names it: on a busy machine a browser may be late once."""
+    """What every walk is: slow, ended after a while, and nothing without a browser.
+
+    One that fails runs once more, and the summary names it: on a busy machine a browser may be late once.
+    """
+    item.add_marker(pytest.mark.slow)
+    item.add_marker(pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"))
+    if item.get_closest_marker("timeout") is None:
+        item.add_marker(pytest.mark.timeout(LONGEST))
     item.add_marker(pytest.mark.flaky(reruns=1))
 
 

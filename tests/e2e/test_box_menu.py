@@ -12,13 +12,6 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from tests.e2e.review_desk import box_of, centre, edited, next_long_track, on_screen, state, tidied, wait
-from tests.e2e.screenshots import CHROMIUM
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 
 
 @pytest.fixture

@@ -12,13 +12,8 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from tests.e2e.review_desk import SLOWED, Desk, back, edited, no_dialog, state, tidied, wait
-from tests.e2e.screenshots import CHROMIUM, quiet
+from tests.e2e.screenshots import quiet
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 CROWD = """() => {
   const names = (i) => `${'very '.repeat(30)}long name of label ${i}`.slice(0, 200);
   tsr.store.dispatch((state) => {

@@ -16,13 +16,6 @@ from sample_videos import SHIPPED
 from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.review_desk import PATIENCE, Desk, back, fresh_page, go, imported
-from tests.e2e.screenshots import CHROMIUM
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 
 
 def worse() -> bytes:

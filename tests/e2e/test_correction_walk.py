@@ -35,13 +35,7 @@ from tests.e2e.review_desk import (
     wait,
     zoom_in,
 )
-from tests.e2e.screenshots import CHROMIUM
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 REAL = "clips/SH4_70b651.mp4"
 FRAMES = 150
 """So much of the clip is tracked: enough for every operation, and soon done."""

@@ -13,13 +13,7 @@ from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.review_desk import Desk, drawn, edited, go, imported, no_dialog, one_video, wait
-from tests.e2e.screenshots import CHROMIUM
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 FOCUSED = """() => { const one = document.activeElement;
   const said = one.getAttribute('aria-label') ?? one.labels?.[0]?.textContent ?? one.textContent;
   return {said: said.trim(), seen: one.matches(':focus-visible')}; }"""

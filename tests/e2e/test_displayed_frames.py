@@ -17,14 +17,8 @@ from playwright.sync_api import Browser, Page
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import PATIENCE, faultless, go
-from tests.e2e.screenshots import CHROMIUM
 from tests.io import corpus
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 KINDS = (
     *("constant", "variable", "b_frames", "edit_list", "rotated_90", "rotated_180", "rotated_270"),
     *("m2ts", "raw_h264", "gif", "untimed_start"),

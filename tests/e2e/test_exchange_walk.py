@@ -23,13 +23,8 @@ from sample_videos import SHIPPED
 from tests.attack.test_imports import mot
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import faultless, fresh_page, go, imported, no_dialog, one_video
-from tests.e2e.screenshots import AXE, CHROMIUM, serious
+from tests.e2e.screenshots import AXE, serious
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 WORK = 90_000
 """Patience with work of the server, ms: the machine may be busy."""
 NAME = SHIPPED[1].video.name

@@ -26,13 +26,7 @@ from tests.e2e.review_desk import (
     tidied,
     wait,
 )
-from tests.e2e.screenshots import CHROMIUM
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 FOLLOWING = "() => window.tsr.store.get().review.following"
 
 

@@ -24,13 +24,8 @@ from tests.e2e.review_desk import (
     to_long_track,
     wait,
 )
-from tests.e2e.screenshots import AXE, CHROMIUM, PATIENCE, SCENES, quiet, serious
+from tests.e2e.screenshots import AXE, PATIENCE, SCENES, quiet, serious
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 MARKUP = '<img src=x onerror="globalThis.hacked=1"><b>bold</b>'
 NAME = "<b>drive&amp;<img src=x>.mp4"
 THEME = """async (theme) => { const page = await import('/static/js/store/actions/page.js');

@@ -15,15 +15,10 @@ from playwright.sync_api import Locator, Page, expect
 from sample_videos import SHIPPED
 from tests.e2e.foreign import SLOVENIAN, cvat_file
 from tests.e2e.review_desk import SLOWED, Desk, back, edited, faultless, imported, no_dialog, one_video, relabel, wait
-from tests.e2e.screenshots import AXE, CHROMIUM, serious
+from tests.e2e.screenshots import AXE, serious
 from tsr_engine.labels.files import dump_set, shipped_set
 from tsr_engine.labels.model import Label
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 SET = "gtsrb-43"
 FIELD = "dialog[open] [role=combobox]"
 OPTION = "dialog[open] [role=option]:not([hidden])"

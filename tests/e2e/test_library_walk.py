@@ -19,14 +19,7 @@ from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import back, faultless, fresh_page, go
-from tests.e2e.screenshots import CHROMIUM, PATIENCE
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
-
+from tests.e2e.screenshots import PATIENCE
 
 DRIVE = SHIPPED[0]
 FRAMES = 130

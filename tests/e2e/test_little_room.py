@@ -28,13 +28,7 @@ from tests.e2e.review_desk import (
     to_long_track,
     wait,
 )
-from tests.e2e.screenshots import CHROMIUM, quiet
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
+from tests.e2e.screenshots import quiet
 
 UNTIDY = """() => {
   const found = [];

@@ -16,13 +16,7 @@ from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import PATIENCE, fresh_page
-from tests.e2e.screenshots import CHROMIUM
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 UPLOADS = re.compile(r"/api/uploads/")
 DROP = """files => {
   const carried = new DataTransfer();

@@ -12,13 +12,6 @@ from playwright.sync_api import Locator, Page, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.review_desk import Desk, choose, edited, imported, one_video, state, tidied, wait
-from tests.e2e.screenshots import CHROMIUM
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 
 
 @pytest.fixture(scope="module")

@@ -17,15 +17,9 @@ from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.review_desk import SLOWED, Desk, edited, faultless, go, imported, no_dialog, one_video, relabel, wait
-from tests.e2e.screenshots import CHROMIUM
 from tsr_engine.labels.files import dump_set, shipped_set
 from tsr_engine.labels.model import Attribute, Label
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 TRACKS = 5000
 DIRTY = Attribute(name="dirty", kind="checkbox", default=False)
 BOUND_MS = 500

@@ -15,13 +15,6 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, Route, expect
 
 from tests.e2e.review_desk import Desk, choose, faultless, go, state, wait
-from tests.e2e.screenshots import CHROMIUM
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 
 
 @pytest.fixture

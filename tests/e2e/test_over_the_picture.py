@@ -9,13 +9,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from tests.e2e.review_desk import Desk, choose_label, drag, go, reloaded, state, wait
-from tests.e2e.screenshots import CHROMIUM
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 YELLOW = """focus => { const {review} = tsr.store.get(); const canvas = document.querySelector('.picture-layers');
   const view = review.viewport, ratio = canvas.width / canvas.clientWidth, size = Math.round(14 * ratio);
   const x = (focus.x * review.video.width - view.x) * view.zoom + canvas.clientWidth / 2;

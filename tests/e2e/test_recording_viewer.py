@@ -20,13 +20,9 @@ from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshot_views import GRAPHICS
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.screenshots import FLAGS
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(900),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
+pytestmark = pytest.mark.timeout(900)
 PATIENCE = 120
 """How long a step may take, s: without a graphics card, a viewer on a busy machine shows a picture in seconds."""
 # The view over the whole window, and everything that the viewer's frame says.

@@ -16,13 +16,8 @@ from app.storage.models import TrackDocument
 from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.review_desk import back, faultless
-from tests.e2e.screenshots import CHROMIUM
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(900),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
+pytestmark = pytest.mark.timeout(900)
 WORK = 300_000
 """Patience with work of the server, ms: the machine may be busy."""
 LIMIT_50 = 2

@@ -9,14 +9,8 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from tests.e2e.review_desk import Desk, edited, no_dialog, reloaded, wait
-from tests.e2e.screenshots import CHROMIUM, quiet
+from tests.e2e.screenshots import quiet
 from tests.e2e.test_little_room import OUT_OF_SIGHT, UNTIDY, place
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 
 
 def to_track(page: Page) -> str:

@@ -27,13 +27,8 @@ from tests.e2e.review_desk import (
     reloaded,
     wait,
 )
-from tests.e2e.screenshots import CHROMIUM, quiet
+from tests.e2e.screenshots import quiet
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 FRAMES = 45
 
 

@@ -18,13 +18,7 @@ from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
-from tests.e2e.screenshots import CHROMIUM
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 GL = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 MOUNT = """async ({webgl, frame}) => {
   const {createScene3dView} = await import('/static/js/views/scene3d/index.js');

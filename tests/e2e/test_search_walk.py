@@ -12,8 +12,6 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.review_desk import PATIENCE, Desk, back, faultless, fresh_page, go, no_dialog
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture
 def found(desk: Desk) -> Iterator[Page]:

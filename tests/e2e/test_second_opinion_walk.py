@@ -11,14 +11,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import expect
 
 from tests.e2e.review_desk import Desk, faultless, go, state, wait
-from tests.e2e.screenshots import CHROMIUM
 from tests.e2e.test_team_walk import people, signed_in
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 
 
 def test_a_second_opinion_is_asked_for_given_and_counted(desk: Desk) -> None:

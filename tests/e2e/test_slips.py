@@ -13,13 +13,7 @@ from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.review_desk import Desk, back, go, no_dialog, open_desk, reloaded, saved, state, wait
-from tests.e2e.screenshots import CHROMIUM
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 FRAMES = 120
 WORK = 240_000
 """Patience with the engine on a slow machine, ms."""

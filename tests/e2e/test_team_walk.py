@@ -15,13 +15,6 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Browser, Page, expect
 
 from tests.e2e.review_desk import Desk, faultless, go, state, wait
-from tests.e2e.screenshots import CHROMIUM
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 
 LAST_SIGN_IN = re.compile(r"/sign-in#?$")
 

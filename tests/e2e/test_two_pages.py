@@ -11,13 +11,6 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page
 
 from tests.e2e.review_desk import Desk, box_of, centre, choose, drag, edited, no_dialog, state, wait
-from tests.e2e.screenshots import CHROMIUM
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(600),
-    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
-]
 
 
 def meeting(desk: Desk, page: Page) -> tuple[Page, str]:
