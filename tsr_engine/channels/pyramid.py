@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import CHANNELS
+from tsr_engine.channels.enlarge import enlarge, fits
 from tsr_engine.channels.packing import pack, unpack
 from tsr_engine.channels.quantise import plane_bytes
 from tsr_engine.channels.scratch import Scratch
@@ -188,8 +189,11 @@ class _Halves:
             made = base
             if size != (base.shape[2], base.shape[1]):
                 made = self._room(scale, size)
-                for source, target in zip(base, made, strict=True):
-                    cv2.resize(source, size, dst=target)
+                if fits(base, size):
+                    enlarge(base, made)
+                else:
+                    for source, target in zip(base, made, strict=True):
+                        cv2.resize(source, size, dst=target)
         self._made = {s: p for s, p in self._made.items() if s < 4 * scale}
         self._made[scale] = made
         return made
