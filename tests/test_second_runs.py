@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -54,8 +55,9 @@ def test_after_wrong(desk):
 def test_a_walk_runs_twice_before_it_has_failed(tmp_path: Path) -> None:
     (tmp_path / "conftest.py").write_text(HOOKS)
     (tmp_path / "test_walks.py").write_text(WALKS)
-    (tmp_path / "pytest.ini").write_text("[pytest]")
+    (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = slow")
     root = Path(__file__).resolve().parents[1]
+    there = {**os.environ, "CHROMIUM": sys.executable}  # a browser, which these walks do not open
     command = [
         sys.executable,
         "-m",
@@ -66,7 +68,7 @@ def test_a_walk_runs_twice_before_it_has_failed(tmp_path: Path) -> None:
         "--rerun-show-tracebacks",
         str(tmp_path),
     ]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=root, env=there, capture_output=True, text=True, timeout=300)
     assert "1 failed, 5 passed, 3 rerun" in done.stdout, done.stdout + done.stderr
     assert "assert 4 < 0" in done.stdout
     for name in ("late_once", "desk_is_late", "wrong"):

@@ -10,17 +10,17 @@ from tsr_engine.channels.scratch import Scratch
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4, 7, 10])
-@pytest.mark.parametrize("border", [0, 2])
-def test_channels_stand_side_by_side_and_find_their_planes_again(channels: int, border: int) -> None:
-    cells = np.random.default_rng(channels).integers(0, 256, (channels, 13 + 2 * border, 21 + 2 * border), np.uint8)
+@pytest.mark.parametrize(("height", "width", "border"), [(13, 21, 0), (13, 21, 2), (1, 1, 3), (1, 70, 4), (40, 1, 1)])
+def test_channels_stand_side_by_side_and_find_their_planes_again(
+    channels: int, height: int, width: int, border: int
+) -> None:
+    size = (channels, height + 2 * border, width + 2 * border)
+    cells = np.random.default_rng(channels).integers(0, 256, size, np.uint8)
     packed = pack(cells, border, Scratch())
     assert [part.shape[2] for part in packed] == [min(TOGETHER, channels - i) for i in range(0, channels, TOGETHER)]
-    inner = cells[:, border : 13 + border, border : 21 + border]
+    inner = cells[:, border : height + border, border : width + border]
     np.testing.assert_array_equal(np.concatenate(packed, axis=2), inner.transpose(1, 2, 0))
 
     planes = np.zeros_like(cells)
-    for number, part in enumerate(packed):
-        unpack(np.ascontiguousarray(part), planes[TOGETHER * number : TOGETHER * (number + 1)], border)
-    expected = np.zeros_like(cells)
-    expected[:, border : 13 + border, border : 21 + border] = inner
-    np.testing.assert_array_equal(planes, expected)
+    unpack(np.concatenate([part.reshape(-1) for part in packed]), planes, border)
+    np.testing.assert_array_equal(planes, np.pad(inner, ((0, 0), (border, border), (border, border)), mode="edge"))

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.detection.toys import random_cells, random_ensemble
-from tsr_engine.detection.scan import prepare, scan_level
+from tsr_engine.detection.scan import FEW, prepare, scan_level
 from tsr_engine.detection.trees import NEVER
 
 
@@ -39,6 +39,22 @@ def test_the_scan_equals_a_plain_loop_exactly(seed: int, dense: int, gain: float
     gains = np.where(np.arange(10) < 3, 1.0, gain)
     y, x, score = scan_level(cells, ensemble, dense, prepare(ensemble, 12, 17, gains))
     assert list(zip(y.tolist(), x.tolist(), score.tolist(), strict=True)) == plain_scan(cells, ensemble, dense, gains)
+
+
+@pytest.mark.parametrize(("height", "width"), [(6, 6), (6, 40), (13, 13), (14, 14), (50, 9)])
+def test_few_windows_and_many_give_the_plain_loop_s_scores(height: int, width: int) -> None:
+    """One window, one row, as many as go one by one at once and one row more, more rows than a band."""
+    rng = np.random.default_rng(height)
+    ensemble, cells = random_ensemble(rng), random_cells(rng, height, width)
+    lenient = ensemble.with_rejection(np.where(np.arange(20) < 12, NEVER, ensemble.rejection))
+    for trees in (ensemble, lenient):
+        y, x, score = scan_level(cells, trees, 3)
+        expected = plain_scan(cells, trees, 3, np.ones(10))
+        assert list(zip(y.tolist(), x.tolist(), score.tolist(), strict=True)) == expected
+
+
+def test_the_sizes_above_lie_on_both_sides_of_few() -> None:
+    assert (13 - 5) ** 2 == FEW < (14 - 5) ** 2
 
 
 def test_scores_equal_those_of_gathered_windows() -> None:

@@ -39,34 +39,43 @@ def pack(cells: NDArray[np.uint8], border: int = 0, scratch: Scratch | None = No
     return packed
 
 
-def unpack(part: NDArray[np.uint8], planes: NDArray[np.uint8], border: int = 0) -> None:
-    """Lays interleaved channels into the inner part of planes.
+@njit(cache=True, nogil=True, error_model="numpy")
+def unpack(packed, planes, border):  # type: ignore[no-untyped-def]
+    """Lays interleaved channels into planes and replicates them ``border`` cells beyond each side.
 
-    ``cv2.split`` does the same, but for planes with gaps between their rows it takes, at some widths, eight times as
+    ``cv2.split`` does the first, but for planes with gaps between their rows it takes, at some widths, eight times as
     long.
 
     Args:
-        part: shape (h, w, n), contiguous.
-        planes: shape (n, h + 2 border, w + 2 border), uint8: where to write.
-        border: cells on each side that stay as they are.
+        packed: the arrays of :func:`pack`, (h, w, up to 4) each, behind each other in one, (channels * h * w,), uint8.
+        planes: shape (channels, h + 2 border, w + 2 border), uint8: where to write.
+        border: cells.
     """
-    height, width, count = part.shape
-    _unpack(part.reshape(height, width * count), planes, border)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _unpack(rows, planes, border):  # type: ignore[no-untyped-def]
-    count, _, columns = planes.shape
-    for y in range(rows.shape[0]):
-        row, target = rows[y], planes[:, y + border, border : columns - border]
-        if count == 4:
-            _four(row, target[0], target[1], target[2], target[3])
-        elif count == 2:
-            _two(row, target[0], target[1])
-        else:
+    channels, height, width = planes.shape
+    rows, columns = height - 2 * border, width - 2 * border
+    for first in range(0, channels, TOGETHER):
+        count = min(TOGETHER, channels - first)
+        for y in range(rows):
+            start = first * rows * columns + y * columns * count
+            row = packed[start : start + columns * count]
+            whole = planes[first : first + count, y + border]
+            target = whole[:, border : width - border]
+            if count == 4:
+                _four(row, target[0], target[1], target[2], target[3])
+            elif count == 2:
+                _two(row, target[0], target[1])
+            else:
+                for c in range(count):
+                    for x in range(columns):
+                        target[c, x] = row[count * x + c]
             for c in range(count):
-                for x in range(target.shape[1]):
-                    target[c, x] = row[count * x + c]
+                for x in range(border):
+                    whole[c, x] = target[c, 0]
+                    whole[c, width - 1 - x] = target[c, columns - 1]
+    for c in range(channels):
+        for y in range(border):
+            planes[c, y] = planes[c, border]
+            planes[c, height - 1 - y] = planes[c, height - 1 - border]
 
 
 # With a fixed number of channels the loops become shuffles of whole vectors.

@@ -21,10 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import CHANNELS
+from tsr_engine.channels.enlarge import enlarge, fits
 from tsr_engine.channels.packing import pack, unpack
 from tsr_engine.channels.quantise import plane_bytes
 from tsr_engine.channels.scratch import Scratch
-from tsr_engine.channels.smooth import replicate, smooth
+from tsr_engine.channels.smooth import smooth
 from tsr_engine.records import Picture
 
 Band = tuple[float, float]
@@ -188,8 +189,11 @@ class _Halves:
             made = base
             if size != (base.shape[2], base.shape[1]):
                 made = self._room(scale, size)
-                for source, target in zip(base, made, strict=True):
-                    cv2.resize(source, size, dst=target)
+                if fits(base, size):
+                    enlarge(base, made)
+                else:
+                    for source, target in zip(base, made, strict=True):
+                        cv2.resize(source, size, dst=target)
         self._made = {s: p for s, p in self._made.items() if s < 4 * scale}
         self._made[scale] = made
         return made
@@ -253,12 +257,12 @@ def resample(
     scratch = scratch or Scratch()
     shape = (sum(part.shape[2] for part in packed), rows + 2 * border, columns + 2 * border)
     out = scratch.array("resampled", shape, np.uint8)
+    room = scratch.array("resampled, interleaved", (shape[0] * rows * columns,), np.uint8)
     first = 0
     for part in packed:
-        count = part.shape[2]
-        room = scratch.array("resampled, interleaved", (rows, columns, count), np.uint8)
-        cv2.resize(part, (columns, rows), dst=room, interpolation=cv2.INTER_LINEAR)
-        unpack(room, out[first : first + count], border)
-        first += count
-    replicate(out, border)
+        last = first + rows * columns * part.shape[2]
+        target = room[first:last].reshape(rows, columns, part.shape[2])
+        cv2.resize(part, (columns, rows), dst=target, interpolation=cv2.INTER_LINEAR)
+        first = last
+    unpack(room, out, border)
     return out

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 import cv2
 import numpy as np
 
@@ -24,17 +26,18 @@ def cut_patch(
     Returns:
         BGR uint8, shape (side, side, 3).
     """
-    cx, cy = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2
-    scale = sign / np.sqrt(max(1.0, (box[2] - box[0]) * (box[3] - box[1])))
+    x1, y1, x2, y2 = (float(value) for value in box)  # numbers of Python: a patch is a few dozen steps with them
+    cx, cy = (x1 + x2) / 2, (y1 + y2) / 2
+    scale = sign / sqrt(max(1.0, (x2 - x1) * (y2 - y1)))
     if scale < 0.95:  # shrink with an area filter first: bilinear sampling alone would alias
         margin = 0.75 * side / scale
         height, width = picture.shape[:2]
-        x1, x2 = _span(cx, margin, width)
-        y1, y2 = _span(cy, margin, height)
-        region = picture[y1:y2, x1:x2]
-        size = (max(1, round((x2 - x1) * scale)), max(1, round((y2 - y1) * scale)))
+        left, right = _span(cx, margin, width)
+        top, bottom = _span(cy, margin, height)
+        region = picture[top:bottom, left:right]
+        size = (max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale)))
         picture = np.asarray(cv2.resize(region, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-        cx, cy = (cx - x1) * size[0] / (x2 - x1), (cy - y1) * size[1] / (y2 - y1)
+        cx, cy = (cx - left) * size[0] / (right - left), (cy - top) * size[1] / (bottom - top)
         scale = 1.0
     # OpenCV counts pixel centres, boxes count edges: half a pixel on either side of the map
     if distortion is None:

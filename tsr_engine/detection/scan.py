@@ -2,7 +2,8 @@
 
 The first trees are evaluated for a whole row of windows at once: a node of neighbouring windows reads neighbouring
 bytes, so one vector instruction compares dozens of windows, and no branch is taken. The remaining windows continue tree
-by tree. Both parts add the same whole numbers in the same order: the result equals the plain loop's to the bit.
+by tree, and window by window once few are left. All parts add the same whole numbers: the result equals the plain loop's
+to the bit.
 """
 
 from __future__ import annotations
@@ -20,6 +21,9 @@ BAND: Final = 32
 """Rows whose survivors go on together: enough to keep the processor busy, few enough to stay in its cache."""
 BLOCK: Final = 64
 """Windows side by side of which at least one must survive before each is looked at: most of a road and sky do not."""
+
+FEW: Final = 64
+"""Windows of a band up to which one window after the other goes through all trees that are left."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +146,30 @@ def _next_tree(flat, o, v, leaf, least, places, totals, count):  # type: ignore[
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _other_trees(flat, offsets, thresholds, leaves, rejection, places, totals, count):  # type: ignore[no-untyped-def]
+    """Adds all given trees to one surviving window after the other; returns how many are left.
+
+    For few windows a pass over them is too short for each tree; the trees of one window overlap in the processor.
+    """
+    left = 0
+    for i in range(count):
+        at, total, alive = places[i], totals[i], True
+        for t in range(offsets.shape[0]):
+            o, v = offsets[t], thresholds[t]
+            k = np.uint32(2) if flat[at + o[0]] >= v[0] else np.uint32(1)
+            k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
+            k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
+            total += leaves[t, k - np.uint32(7)]
+            if total < rejection[t]:
+                alive = False
+                break
+        if alive:
+            places[left], totals[left] = at, total
+            left += 1
+    return left
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _scan(flat, columns, first, last, nx, offsets, thresholds, leaves, rejection, dense):  # type: ignore[no-untyped-def]
     trees = offsets.shape[0]
     # neighbouring rows lie behind each other: a band is one long row, in which the last columns are no windows
@@ -175,10 +203,11 @@ def _scan(flat, columns, first, last, nx, offsets, thresholds, leaves, rejection
                     places[count] = np.uint32(base + start + x)
                     totals[count] = block[x]
                     count += 1 if block[x] >= limit else 0
-        for t in range(dense, trees):
-            if count == 0:
-                break
+        t = dense
+        while t < trees and count > FEW:
             count = _next_tree(flat, offsets[t], thresholds[t], leaves[t], rejection[t], places, totals, count)
+            t += 1
+        count = _other_trees(flat, offsets[t:], thresholds[t:], leaves[t:], rejection[t:], places, totals, count)
         while found + count > size:
             size *= 2
             out_y, out_x, out_s = _longer(out_y, size), _longer(out_x, size), _longer(out_s, size)

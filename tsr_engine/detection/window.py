@@ -51,7 +51,10 @@ class Window:
         """Sign boxes in picture px, shape (n, 4), of windows with their first cell at (row, column)."""
         x = ((np.asarray(columns, np.float64) - self.pad) * self.shrink + self.margin) / level.scale_x
         y = ((np.asarray(rows, np.float64) - self.pad) * self.shrink + self.margin) / level.scale_y + level.top
-        return np.stack([x, y, x + self.sign / level.scale_x, y + self.sign / level.scale_y], axis=-1)
+        boxes = np.empty((len(x), 4))
+        boxes[:, 0], boxes[:, 1] = x, y
+        boxes[:, 2], boxes[:, 3] = x + self.sign / level.scale_x, y + self.sign / level.scale_y
+        return boxes
 
     def gather(self, rows: ArrayLike, columns: ArrayLike, level: Level) -> NDArray[np.uint8]:
         """Features of windows with the level's gains applied, shape (n, channels * cells * cells)."""

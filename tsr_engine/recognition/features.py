@@ -88,11 +88,8 @@ class FeatureMap:
                 not depend on its batch. The hidden layer is read once for all of them.
         """
         out = np.empty((len(descriptors), self.length), dtype=np.float32)
-        for first in range(0, len(descriptors), together):
-            rows = slice(first, first + together)
-            found = product(windows(descriptors[rows]), self.filters)
-            found += self.filter_bias
-            _combine(found.reshape(together, -1), self.hidden, self.hidden_bias, out[rows])
+        given = np.asarray(descriptors, dtype=np.float32)
+        _features(given, together, self.filters, self.filter_bias, self.hidden, self.hidden_bias, out)
         return out
 
 
@@ -119,6 +116,19 @@ def _gather(descriptors, out):  # type: ignore[no-untyped-def]
                     first = ((top + y) * GRID + left) * CHANNELS
                     out[row, y * run : (y + 1) * run] = descriptors[i, first : first + run]
                 row += 1
+
+
+@nb.njit(cache=True, nogil=True)
+def _features(descriptors, together, filters, filter_bias, hidden, hidden_bias, out):  # type: ignore[no-untyped-def]
+    """``together`` descriptors at a time: what the filters find in them then stays in the first-level cache."""
+    seen = np.empty((together * POSITIONS, WINDOW_LENGTH), np.float32)
+    for first in range(0, len(descriptors), together):
+        _gather(descriptors[first : first + together], seen)
+        found = product(seen, filters)
+        for row in range(len(found)):
+            for j in range(len(filter_bias)):
+                found[row, j] += filter_bias[j]
+        _combine(found.reshape(together, -1), hidden, hidden_bias, out[first : first + together])
 
 
 @nb.njit(cache=True, nogil=True)

@@ -1,0 +1,34 @@
+"""Two pixels to three against OpenCV, to the bit."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from tsr_engine.channels.enlarge import enlarge, fits
+
+
+@pytest.mark.parametrize("size", [(2, 2), (2, 64), (48, 2), (4, 6), (34, 30), (64, 128), (94, 182), (202, 350)])
+@pytest.mark.parametrize("kind", ["noise", "black and white", "white"])
+def test_planes_are_enlarged_as_by_the_library(size: tuple[int, int], kind: str) -> None:
+    height, width = size
+    source = np.random.default_rng(height * width).integers(0, 256, (3, height, width), dtype=np.uint8)
+    if kind == "black and white":
+        source = np.where(source < 128, 0, 255).astype(np.uint8)
+    elif kind == "white":
+        source[:] = 255
+    wide = (3 * width // 2, 3 * height // 2)
+    assert fits(source, wide)
+    target = np.full((3, wide[1], wide[0]), 7, np.uint8)
+    enlarge(source, target)
+    expected = [cv2.resize(plane, wide, interpolation=cv2.INTER_LINEAR) for plane in source]
+    np.testing.assert_array_equal(target, expected)
+
+
+@pytest.mark.parametrize(
+    ("height", "width", "size"),
+    [(5, 4, (6, 7)), (4, 5, (7, 6)), (4, 4, (6, 5)), (4, 4, (8, 8)), (4, 4, (4, 4)), (0, 4, (6, 0))],
+)
+def test_other_ratios_and_odd_sides_do_not_fit(height: int, width: int, size: tuple[int, int]) -> None:
+    assert not fits(np.zeros((3, height, width), np.uint8), size)

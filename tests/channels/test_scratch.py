@@ -1,0 +1,42 @@
+"""Memory that is used again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsr_engine.channels import scratch as module
+from tsr_engine.channels.scratch import Scratch
+
+
+def test_the_same_question_gives_the_same_memory() -> None:
+    scratch = Scratch()
+    first = scratch.array("a", (2, 3), np.uint8)
+    assert first.shape == (2, 3)
+    assert first.flags.c_contiguous
+    assert np.shares_memory(first, scratch.array("a", (2, 3), np.uint8))
+    assert np.shares_memory(first, scratch.array("a", (3,), np.uint8))
+    assert not np.shares_memory(first, scratch.array("b", (2, 3), np.uint8))
+
+
+def test_a_smaller_shape_lies_in_the_memory_of_the_larger_one_that_came_between() -> None:
+    scratch = Scratch()
+    scratch.array("a", (2,), np.uint8)
+    large = scratch.array("a", (50, 4), np.uint8)
+    assert np.shares_memory(large, scratch.array("a", (2,), np.uint8))
+
+
+def test_a_name_may_hold_other_types() -> None:
+    scratch = Scratch()
+    for kind in (np.uint8, np.float32, np.int16):
+        assert scratch.array("a", (4, 5), kind).dtype == kind
+
+
+def test_shapes_are_forgotten_when_there_are_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "VIEWS_LIMIT", 10)
+    scratch = Scratch()
+    largest = scratch.array("a", (100,), np.uint8)
+    assert scratch.array("a", (100,), np.uint8) is largest
+    for size in range(1, 60):
+        assert np.shares_memory(largest, scratch.array("a", (size,), np.uint8))
+    assert scratch.array("a", (100,), np.uint8) is not largest

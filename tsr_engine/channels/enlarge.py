@@ -1,0 +1,70 @@
+"""Planes enlarged from two to three pixels: the first step of every search with the default settings.
+
+The weights of such an enlargement come again every three pixels, so that whole vectors of pixels share them. OpenCV,
+which takes any ratio, looks up weights and neighbours pixel by pixel. The arithmetic is that of ``cv2.resize`` with
+bilinear interpolation, in whole numbers, to the bit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["enlarge", "fits"]
+
+# Weights in 1/2048: a new pixel lies in the middle of two old ones, or a sixth of a pixel beside one.
+_NEAR, _FAR, _HALF = 1707, 341, 1024
+
+
+def fits(source: NDArray[np.uint8], size: tuple[int, int]) -> bool:
+    """Whether planes (n, h, w) become ``size`` (width, height) by exactly two to three."""
+    height, width = source.shape[1:]
+    return min(height, width) > 0 and (2 * size[0], 2 * size[1]) == (3 * width, 3 * height)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _along(left, here, beside, right, out):  # type: ignore[no-untyped-def]
+    """One row (w,) to (3 w / 2,) of 128ths: of two pixels and their neighbours three new ones."""
+    for k in range(out.shape[0] // 3):
+        a, b = np.uint32(left[2 * k]), np.uint32(here[2 * k])
+        c, d = np.uint32(beside[2 * k]), np.uint32(right[2 * k])
+        # cast after each step, or it is done in 64 bits
+        first = np.uint32(np.uint32(a * np.uint32(_FAR)) + np.uint32(b * np.uint32(_NEAR)))
+        third = np.uint32(np.uint32(c * np.uint32(_NEAR)) + np.uint32(d * np.uint32(_FAR)))
+        out[3 * k] = np.uint16(first >> np.uint32(4))
+        out[3 * k + 1] = np.uint16(np.uint32(b + c) << np.uint32(6))
+        out[3 * k + 2] = np.uint16(third >> np.uint32(4))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _down(one, other, first, second, out):  # type: ignore[no-untyped-def]
+    """Two rows of 128ths with their weights in 1/2048 to a row of bytes."""
+    # weights known to have 16 bits, or the products are taken in 32
+    p, q = np.uint32(np.uint16(first)), np.uint32(np.uint16(second))
+    for x in range(out.shape[0]):
+        a = np.uint16(np.uint32(p * np.uint32(one[x])) >> np.uint32(16))
+        b = np.uint16(np.uint32(q * np.uint32(other[x])) >> np.uint32(16))
+        out[x] = np.uint8(np.uint16(np.uint16(a + b) + np.uint16(2)) >> np.uint16(2))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def enlarge(source, target):  # type: ignore[no-untyped-def]
+    """Fills planes (n, 3 h / 2, 3 w / 2), uint8, from planes (n, h, w), uint8, h and w even, borders replicated."""
+    planes, h, w = source.shape
+    padded = np.empty(w + 2, np.uint8)
+    rows = np.empty((2, 3 * w // 2), np.uint16)
+    for c in range(planes):
+        for y in range(h):
+            padded[1 : w + 1] = source[c, y]
+            padded[0], padded[w + 1] = padded[1], padded[w]
+            here, above = rows[y % 2], rows[(y + 1) % 2]
+            _along(padded, padded[1:], padded[2:], padded[3:], here)
+            if y % 2:
+                _down(above, here, _HALF, _HALF, target[c, y // 2 * 3 + 1])
+                continue
+            if y:
+                _down(above, here, _NEAR, _FAR, target[c, y // 2 * 3 - 1])
+            _down(above if y else here, here, _FAR, _NEAR, target[c, y // 2 * 3])
+        last = rows[(h - 1) % 2]
+        _down(last, last, _NEAR, _FAR, target[c, h // 2 * 3 - 1])
