@@ -2,8 +2,8 @@
 
 The first trees are evaluated for a whole row of windows at once: a node of neighbouring windows reads neighbouring
 bytes, so one vector instruction compares dozens of windows, and no branch is taken. The remaining windows continue tree
-by tree, and window by window once few are left. All parts add the same whole numbers: the result equals the plain loop's
-to the bit.
+by tree, and window by window once few are left. All parts add the same whole numbers, so the result equals the plain
+loop's to the bit.
 """
 
 from __future__ import annotations
