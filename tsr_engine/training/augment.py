@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.yellow_grounds import sometimes_yellow
 
 
 def relight(picture: Picture, rng: np.random.Generator) -> Picture:
@@ -62,6 +63,8 @@ def seen_otherwise(
     softened: float,
     other_cameras: float,
     shaded: float,
+    yellow: float = 0.0,
+    class_id: int = -1,
 ) -> Picture:
     """A BGR picture of a sign as another moment or another camera would show it.
 
@@ -73,7 +76,10 @@ def seen_otherwise(
         softened: how likely it has less detail.
         other_cameras: how likely another camera has taken it; it is neither relit nor softened then.
         shaded: how likely a shadow lies on the sign.
+        yellow: how likely its ground is yellow, if it has one.
+        class_id: of the sign; below 0: unknown, and no ground is yellow.
     """
+    picture = sometimes_yellow(picture, box, class_id, yellow, rng)
     if shaded and rng.random() < shaded:
         picture = shade(picture, box, rng)
     if other_cameras and rng.random() < other_cameras:

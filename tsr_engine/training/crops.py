@@ -21,6 +21,7 @@ from tsr_engine.training.augment import relight, soften
 from tsr_engine.training.mining import Tick
 from tsr_engine.training.mining import read_picture as read_scene
 from tsr_engine.training.patches import PATCH, jitter, window_features
+from tsr_engine.training.yellow_grounds import sometimes_yellow
 
 
 def crop_windows(
@@ -30,6 +31,7 @@ def crop_windows(
     frames: int,
     rng: np.random.Generator,
     tick: Tick,
+    yellow: float = 0.0,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
     """Windows from a few frames of every track.
 
@@ -40,6 +42,7 @@ def crop_windows(
         frames: windows a track.
         rng: randomness.
         tick: progress.
+        yellow: share of the windows with a yellow ground, of signs that have one.
 
     Returns:
         Features (n, features), uint8, and class ids (n,).
@@ -54,7 +57,9 @@ def crop_windows(
             if item.roi is None or item.class_id is None:
                 continue
             backdrop = backgrounds[rng.integers(len(backgrounds))]
-            patch = over_background(read_picture(item), np.array(item.roi, np.float64), backdrop, window.sign, rng)
+            box = np.array(item.roi, np.float64)
+            crop = sometimes_yellow(read_picture(item), box, item.class_id, yellow, rng)
+            patch = over_background(crop, box, backdrop, window.sign, rng)
             if rng.random() < 0.4:
                 patch = relight(patch, rng)
             if rng.random() < 0.25:

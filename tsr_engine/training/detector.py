@@ -60,6 +60,7 @@ class DetectorPlan:
         other_cameras: share of the other scenes that are searched as another camera would have taken them, and of the
             training windows that show their sign so.
         shaded: share of the training windows with a shadow on their sign.
+        yellow: share of those of signs with a ground that show it yellow.
         most_negatives: negatives are thinned to this number.
         floors: pairs of a number of trees and a score (units of half log-odds): from that many trees on, a window
             whose running score is below is dropped. Chosen on calibration scenes; thresholds from the training
@@ -88,6 +89,7 @@ class DetectorPlan:
     relit: float = 0.35
     other_cameras: float = 0.3
     shaded: float = 0.12
+    yellow: float = 0.08
     most_negatives: int = 70_000
     floors: tuple[tuple[int, float], ...] = ((24, -0.7), (128, -2.0), (384, -1.5))
     refinement: RefinementPlan = field(default_factory=RefinementPlan)
@@ -219,7 +221,7 @@ def sign_positives(
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
             cut = sign_windows(
                 picture, box, window, plan.jittered, own, log_scale=plan.log_scale, aspect=plan.aspect, turn=plan.turn,
-                other_cameras=plan.other_cameras, shaded=plan.shaded,
+                other_cameras=plan.other_cameras, shaded=plan.shaded, yellow=plan.yellow, class_id=int(class_id),
             )  # fmt: skip
             made.append((cut, float(frequency[class_id] ** -0.5)))
         if number % 2 == 0:
@@ -235,7 +237,7 @@ def sign_positives(
             weights.append(np.full(len(cut), weight / len(cut)))
     scene_weight = sum(float(w.sum()) for w in weights)
     if crops and plan.crop_frames:
-        cut, classes = crop_windows(crops, scenes, window, plan.crop_frames, rng, tick)
+        cut, classes = crop_windows(crops, scenes, window, plan.crop_frames, rng, tick, plan.yellow)
         of_class = np.bincount(classes, minlength=43)
         share = of_class[classes] ** -0.5
         windows.append(cut)

@@ -69,6 +69,8 @@ def sign_windows(
     softened: float = 0.3,
     other_cameras: float = 0.0,
     shaded: float = 0.0,
+    yellow: float = 0.0,
+    class_id: int = -1,
 ) -> NDArray[np.uint8]:
     """Jittered windows of one sign.
 
@@ -86,6 +88,8 @@ def sign_windows(
         softened: share of windows with less detail.
         other_cameras: share of windows as another camera would have seen them, neither relit nor softened.
         shaded: share of windows with a shadow on the sign.
+        yellow: share of windows with a yellow ground, if the sign has one.
+        class_id: of the sign; below 0: unknown.
 
     Returns:
         Shape (count, features), uint8.
@@ -97,8 +101,10 @@ def sign_windows(
         patch = cut_patch(picture, jitter(box, rng, shift, log_scale), window.sign, PATCH, distortion)
         if i:
             patch = seen_otherwise(
-                patch, middle, rng, relit=relit, softened=softened, other_cameras=other_cameras, shaded=shaded
-            )
+                patch, middle, rng,
+                relit=relit, softened=softened, other_cameras=other_cameras, shaded=shaded,
+                yellow=yellow, class_id=class_id,
+            )  # fmt: skip
         if rng.random() < 0.5:
             patch = np.ascontiguousarray(patch[:, ::-1])
         out.append(window_features(patch, window))

@@ -42,6 +42,7 @@ class RefinementPlan:
         other_cameras: share of the copies that show a sign as another camera would, and of these second searches that
             look at such a picture instead.
         shaded: share of the copies with a shadow on the sign.
+        yellow: share of the copies with a yellow ground, of signs that have one.
         boosting: the verifier.
     """
 
@@ -54,6 +55,7 @@ class RefinementPlan:
     relit: float = 0.6
     other_cameras: float = 0.3
     shaded: float = 0.12
+    yellow: float = 0.08
     boosting: BoostingPlan = field(
         default_factory=lambda: BoostingPlan(768, depth=4, feature_share=1 / 16, shrinkage=0.3)
     )
@@ -144,6 +146,7 @@ def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generat
                     look = seen_otherwise(
                         look, truth, rng,
                         relit=0.6, softened=0.35, other_cameras=plan.other_cameras, shaded=plan.shaded,
+                        yellow=plan.yellow, class_id=int(class_id),
                     )  # fmt: skip
                 width = look.shape[1]
                 mirrored = np.ascontiguousarray(look[:, ::-1])

@@ -27,6 +27,7 @@ from tsr_engine.training.classifier_jitter import BACKGROUND, LoadedCrop, jitter
 from tsr_engine.training.classifier_network import Network, NetworkSettings
 from tsr_engine.training.drawn_signs import EMPTY, PRINTED, drawn_crop
 from tsr_engine.training.mining import Changed, background_candidates, read_picture
+from tsr_engine.training.yellow_grounds import sometimes_yellow
 
 Progress = Callable[[str, int, int], None]
 
@@ -49,6 +50,7 @@ class SignVerifierPlan:
         other_cameras: share of these searches that look at a picture of another camera instead, and of all views that
             show their crop so.
         shaded: share of the views with a shadow.
+        yellow: share of the views with a yellow ground, of signs that have one.
         balance: exponent on class sizes in the draw of signs: 1 as they are, 0 all classes alike.
         strength: of the views, see :func:`~tsr_engine.training.classifier_jitter.jittered_view`.
         network: size and regularisation.
@@ -66,6 +68,7 @@ class SignVerifierPlan:
     relit: float = 0.6
     other_cameras: float = 0.3
     shaded: float = 0.12
+    yellow: float = 0.08
     balance: float = 0.5
     strength: float = 0.8
     network: NetworkSettings = field(default_factory=lambda: NetworkSettings(filters=64, hidden=128, common=True))
@@ -119,7 +122,8 @@ def train_sign_verifier(
 
 
 def _by_another_camera(crop: LoadedCrop, plan: SignVerifierPlan, rng: np.random.Generator) -> LoadedCrop:
-    """The crop as it is, with a shadow on it, or as another camera would have taken it."""
+    """The crop as it is, with a yellow ground, with a shadow on it, or as another camera would have taken it."""
+    crop = replace(crop, pixels=sometimes_yellow(crop.pixels, crop.box, crop.class_id, plan.yellow, rng))
     if rng.random() < plan.shaded:
         crop = replace(crop, pixels=shade(crop.pixels, crop.box, rng))
     if rng.random() < plan.other_cameras:
