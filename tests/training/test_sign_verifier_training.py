@@ -31,7 +31,7 @@ def crops(bar: str, class_id: int, count: int = 12) -> list[LoadedCrop]:
 def test_it_tells_signs_from_what_has_their_outline(from_scenes: bool, common: bool) -> None:
     signs = crops("upright", 5) + crops("lying", 9)
     plan = SignVerifierPlan(
-        steps=160, batch=48, network=NetworkSettings(filters=12, hidden=24, warm_up=20, common=common)
+        steps=160, batch=48, yellow=0, network=NetworkSettings(filters=12, hidden=24, warm_up=20, common=common)
     )
     first, second = ([], signs) if from_scenes else (signs, [])
     reported: list[int] = []
