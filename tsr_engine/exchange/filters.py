@@ -1,4 +1,4 @@
-"""Which part of a data set goes out: review states, labels, sizes, frames."""
+"""Selects the part of a data set that is exported: review states, labels, sizes, frames."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Filters:
-    """What goes out; a track must pass all.
+    """The filters of an export; a track must pass all of them.
 
     Attributes:
         states: review states, and ``edited`` for open tracks that a person has edited; None: all.

@@ -1,4 +1,4 @@
-"""``manifest.json``: what an export holds, where it came from, and the hash of every file."""
+"""``manifest.json``: the content of an export, its origin, and the hash of every file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What one pass over the tracks found.
+    """The result of one pass over the tracks.
 
     Attributes:
         tracks: number of tracks that go out as signs.

@@ -1,4 +1,4 @@
-"""What people wrote about a track, as one line of text a note: ``12: looks like a lamp``."""
+"""Converts people's notes about a track to text, one line a note: ``12: looks like a lamp``."""
 
 from __future__ import annotations
 

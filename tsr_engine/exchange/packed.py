@@ -1,4 +1,4 @@
-"""A data set of one video between two of our processes: plain arrays and JSON, nothing that runs when it is read."""
+"""Passes a data set of one video between two of our processes, as arrays and JSON without executable content."""
 
 from __future__ import annotations
 

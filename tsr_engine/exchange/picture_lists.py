@@ -1,4 +1,4 @@
-"""What the formats that list pictures have in common: which frames, which subset, which names, and the files."""
+"""Frames, subsets, names and files of pictures, for all formats that list pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames of a video out as picture files, one in memory at a time."""
+"""Writes frames of a video as picture files, one in memory at a time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ JPEG_QUALITY = 95
 
 @dataclass(frozen=True, slots=True)
 class WrittenPicture:
-    """One frame that went out; a row of the manifest.
+    """A frame that was exported; a row of the manifest.
 
     Attributes:
         video: place of the video in the data set.

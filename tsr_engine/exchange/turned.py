@@ -1,4 +1,4 @@
-"""Boxes that are turned about their centre, in formats whose readers have upright ones only."""
+"""Converts boxes that are rotated about their centre to upright ones."""
 
 from __future__ import annotations
 

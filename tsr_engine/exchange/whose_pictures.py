@@ -1,8 +1,8 @@
-"""Of all pictures that an import lists: which are of the video at hand, and which frame each shows.
+"""Finds the pictures of an import that belong to the video at hand, and the frame that each one shows.
 
 The names are judged together. Pictures fall into rows: those with the same folder, and the same text before the number.
-Rows that name the video are its own; the others are left out and told. Where no row names it, a single one is taken,
-with a sentence if it names another video; several are refused. Each row counts from 0 or from 1 as a whole.
+Rows that name the video are its own; the others are left out and reported. If no row names it, a single row is taken,
+with a sentence if it names another video, and several are refused. Each row counts from 0 or from 1 as a whole.
 """
 
 from __future__ import annotations
