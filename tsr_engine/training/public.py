@@ -1,4 +1,4 @@
-"""Figures of two versions on public data and on what the models remember of it."""
+"""Figures of two versions on public data and on the remembered samples of it."""
 
 from __future__ import annotations
 

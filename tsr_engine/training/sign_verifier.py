@@ -1,4 +1,4 @@
-"""Training of the sign verifier score: crops of signs against what the cascade takes for signs.
+"""Trains the sign verifier: crops of signs against background that the cascade takes for signs.
 
 Signs are GTSRB crops, those of the scenes, and drawn ones in the manner of other countries
 (:mod:`~tsr_engine.training.drawn_signs`): a machine that knows one drawing of a class alone refuses the others.

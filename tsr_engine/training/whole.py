@@ -1,4 +1,4 @@
-"""Whole trainings on public data, part by part, into one folder; what is there already is not made again."""
+"""Trains models on public data part by part into one folder; parts that exist already are not trained again."""
 
 from __future__ import annotations
 
