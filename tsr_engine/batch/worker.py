@@ -34,7 +34,7 @@ _TELL: Final = 0.5
 
 
 def unfinished_folder(folder: Path) -> Path:
-    """Where the results of a drive are made."""
+    """The folder in which the results of a drive are made."""
     return folder.with_name(f".{folder.name}.unfinished")
 
 

@@ -38,7 +38,7 @@ _COMMON: Final = frozenset({"state", "source", "note"})
 
 
 def written(name: str) -> str:
-    """The name under which an attribute of a label goes out."""
+    """The name that an attribute of a label is written with."""
     return f"{PREFIX}{name}" if name in _OURS or name.startswith(PREFIX) else name
 
 

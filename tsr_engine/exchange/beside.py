@@ -82,7 +82,7 @@ def stated_by_manifest(folder: Path, key: str) -> str:
 
 
 def prefix_in_export(folder: Path, video: DatasetVideo) -> str:
-    """What names of the video's pictures begin with, if a manifest tells of several videos; else empty."""
+    """The prefix of the names of the video's pictures, if a manifest lists several videos; else empty."""
     reported = manifest_beside(folder)
     name = reported.name_of(video) if reported is not None and len(reported.videos) > 1 else ""
     return f"{name}_" if name else ""
@@ -96,7 +96,7 @@ def is_called(folder: Path, video: DatasetVideo, name: str) -> bool:
 
 
 def seen_in(path: Path) -> list[Path]:
-    """What is in a folder, but for hidden files and what a system leaves behind; nothing in a file."""
+    """The content of a folder without hidden files and files of the system; empty for a file."""
     if not path.is_dir():
         return []
     return [entry for entry in path.iterdir() if not entry.name.startswith(".") and not is_rubbish(entry.name)]

@@ -78,7 +78,7 @@ class NamesInFile:
             The set; the id, or ``LEFT_OUT``, of each stand-in; what is to be reported.
 
         Raises:
-            UnknownLabels: nobody has said what becomes of them.
+            UnknownLabels: the caller has not said what to do with them.
             ImportFormatError: a name can be that of no label.
         """
         labels, used, target = self._target.labels, self._strange_used(tracks), self._target

@@ -65,7 +65,7 @@ def stated(track: Track, labels: LabelSet) -> JsonObject:
 def with_negatives(dataset: Dataset, entry: JsonMapping, target: ImportTarget, file: str) -> Dataset:
     """An import with the rejected tracks in the manifest beside it.
 
-    A track of the import that has the name of one of these was put there by somebody since, and counts.
+    A track of the import with the name of one of these was added after the export, and is kept.
 
     Args:
         dataset: what the format's reader gave: one video.

@@ -46,7 +46,7 @@ class WrittenPicture:
 
 
 def wanted_frames(video: DatasetVideo, annotated: NDArray[np.int64], pictures: str) -> NDArray[np.int64]:
-    """Ordinals of the frames whose pictures go out, ascending.
+    """Ordinals of the frames whose pictures are exported, ascending.
 
     Args:
         video: the video; what people have rejected in it counts as annotated: its pictures teach what is no sign.

@@ -109,7 +109,7 @@ def choose(
 
     Args:
         parts: of the file.
-        validator: is reported, and has the video and the switch ``task``.
+        validator: takes the reports, and has the video and the switch ``task``.
         file: for messages.
         kind: what a part is called: ``task``.
         merge: several parts may be about one video.

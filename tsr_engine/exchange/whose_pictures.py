@@ -36,7 +36,7 @@ def frames_of_pictures(
 
     Args:
         listed: all pictures of the import.
-        validator: is reported, and has the video and the switches.
+        validator: takes the reports, and has the video and the switches.
         folder: of the import; a manifest of ours beside it settles what names are about.
         more: names of pictures without boxes that a list beside the boxes has; they help to tell where numbers begin.
 

@@ -101,7 +101,7 @@ def changed_parameters(before: Params, now: Params) -> list[str]:
 def check_models(reader: EvidenceReader, components: Components, params: Params) -> None:
     """Refuse to replay with other models than those of the run.
 
-    What detects is not asked again, unless it also rescores windows.
+    The prior's hash is not checked. The detector's is checked only if it also rescores windows.
 
     Raises:
         ModelError: a component that the replay uses has another hash.

@@ -28,7 +28,7 @@ _FRAMES = 3
 
 
 def remembered_figures(parts: Mapping[str, Component]) -> JsonObject:
-    """How much of the remembered training data a version still gets right; that part of it which refinements spare.
+    """Shares of the remembered training data that a version gets right, in the part that refinements do not use.
 
     Returns:
         Shares of signs above and of background below log-odds 0, and of crops read right; empty without a memory.

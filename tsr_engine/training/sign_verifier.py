@@ -152,7 +152,7 @@ def background_crops(
     rng: np.random.Generator,
     progress: Progress,
 ) -> list[LoadedCrop]:
-    """What the cascade lets through and is no sign, where the refine-and-verify stage has moved it.
+    """Windows that pass the cascade and are no signs, as the refine-and-verify stage has moved them.
 
     Raises:
         InputError: a picture cannot be decoded.

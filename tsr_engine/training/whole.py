@@ -101,7 +101,7 @@ def train_parts(
 ) -> Report:
     """Train parts on public data; the others are taken over from a parent.
 
-    What an earlier, interrupted call has finished in ``out`` stays. The memory is made anew where detector or
+    What an earlier, interrupted call has finished in ``out`` stays. The memory is made anew if detector or
     classifier are, as far as the data for it is named.
 
     Args:

@@ -135,7 +135,7 @@ def take_images(heads: Sequence[Head], validator: ImportValidator, folder: Path)
 
     Args:
         heads: of the files; their ``images`` are filled, their ``listed`` emptied.
-        validator: is reported.
+        validator: takes the reports.
         folder: of the import.
 
     Raises:

@@ -161,7 +161,7 @@ def written_attributes(values: Mapping[str, AttributeValue]) -> str:
 def header(
     *, name: str, size: int, mode: str, subset: str, labels: Iterable[str], video: DatasetVideo | None
 ) -> Iterator[str]:
-    """Everything before the annotations, line by line.
+    """All lines before the annotations.
 
     Args:
         name: of the task.

@@ -63,8 +63,8 @@ class Columns:
         label: number of the class.
         visibility: share of the sign that is seen.
         occlusion: VisDrone's, 0 to 2.
-        names: of the classes, from 0; None: the file beside has them, or nobody.
-        first_class: number of the first class where nobody says it.
+        names: of the classes, from 0; None: they are in the file beside, or unknown.
+        first_class: number of the first class, if it is not given.
         reported: what to say about it; empty: nothing, since there is no uncertainty.
     """
 

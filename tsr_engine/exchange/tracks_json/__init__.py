@@ -1,4 +1,4 @@
-"""Plain JSON of tracks or detections, for somebody else's detector or tracker and for lossless copies.
+"""Plain JSON of tracks or detections, for other detectors and trackers and for lossless copies.
 
 ::
 
