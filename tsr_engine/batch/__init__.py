@@ -1,1 +1,1 @@
-"""Many drives in one call: each in a process of its own, on this machine or on a Ray cluster. See docs/batch.md."""
+"""Tracks many drives in one call, each in its own process, on this machine or a Ray cluster. See docs/batch.md."""

@@ -1,4 +1,4 @@
-"""Which videos a batch is about, and what the folder of each is called."""
+"""Finds the videos of a batch, and names the folder of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the orders of a batch are done: on this machine, or on a Ray cluster. Both yield outcomes as they come."""
+"""Runs the orders of a batch on this machine or on a Ray cluster. Both executors yield outcomes as they come."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def on_this_machine(orders: Sequence[Order], jobs: int, at: At, stop: Callable[[
         orders: what to do, in this order.
         jobs: processes at a time, >= 1.
         at: progress; called by several threads.
-        stop: asked between orders and while waiting; true kills what runs. Drives then go on at the next call.
+        stop: asked between orders and while waiting; true kills the running processes. The next call resumes drives.
     """
     local = _Local(orders, at)
     threads = [
@@ -53,7 +53,7 @@ def on_this_machine(orders: Sequence[Order], jobs: int, at: At, stop: Callable[[
 
 
 def _tried(run: Callable[[], Outcome], over: Callable[[], bool] = lambda: False) -> Outcome:
-    """Do an order, and again where its process dies: at most ``TRIES`` times, and not once everything is over."""
+    """Do an order, and repeat it if its process dies: at most ``TRIES`` times, and not after a stop."""
     outcome = run()
     for _ in range(TRIES - 1):
         if not outcome.died or over():
@@ -63,7 +63,7 @@ def _tried(run: Callable[[], Outcome], over: Callable[[], bool] = lambda: False)
 
 
 class _Local:
-    """What the threads share that do orders on this machine."""
+    """The shared state of the threads that do orders on this machine."""
 
     def __init__(self, orders: Sequence[Order], at: At) -> None:
         self._waiting = deque(enumerate(orders))
@@ -88,7 +88,7 @@ class _Local:
             self.ended.put(error)
 
     def stop(self) -> None:
-        """Kill what runs, and begin nothing more."""
+        """Kill the running processes, and start no others."""
         self._over.set()
         for process in list(self._running):
             process.kill()
@@ -102,14 +102,14 @@ class _Local:
 def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[[], bool]) -> Outcomes:
     """Do orders on a Ray cluster, each on as many CPUs as it has cores.
 
-    Videos, models and the folder of results must lie on a file system that all nodes see under the same names. A node
-    that dies costs its drives a new try, which goes on from the last stored frames.
+    Videos, models and the folder of results must lie on a file system that all nodes see under the same names. If a
+    node dies, its drives are tried again, from the last stored frames on.
 
     Args:
         orders: what to do.
         address: ``HOST:PORT`` of a cluster's client server; None: the cluster that this machine is part of, or one of
             this machine alone.
-        at: progress; frames are informed when a drive ends.
+        at: progress; it gets the frames of a drive when the drive ends.
         stop: as for :func:`on_this_machine`.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What a batch has done so far: one JSON file in its folder, replaced whole after each change."""
+"""The progress of a batch: one JSON file in its folder, replaced whole after each change."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ State = Literal["waiting", "done", "failed"]
 
 @dataclass(frozen=True)
 class Identity:
-    """What decides the results of every drive.
+    """The inputs that decide the results of every drive.
 
     Attributes:
         version: of tsr.

@@ -1,4 +1,4 @@
-"""What processes of the engine have in common on whatever machine they are started."""
+"""Functions for processes of the engine, whichever machine they are started on."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["end_with", "limit_memory", "require_models", "say"]
 
 
 def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
-    """Refuse to work with other models than whoever gave the order has.
+    """Refuse to work with models that differ from those of the order.
 
     Args:
         wanted: component -> SHA-256.
@@ -42,7 +42,7 @@ def limit_memory(megabytes: int) -> None:
 
 
 def end_with(parent: int) -> None:
-    """End this process soon after its parent: nobody would hear it, and another may be given the drive."""
+    """End this process soon after its parent: nobody reads its output, and another process may get the drive."""
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -53,6 +53,6 @@ def end_with(parent: int) -> None:
 
 
 def say(message: JsonObject) -> None:
-    """Tell whoever has started this process: one line of JSON on stdout."""
+    """Write one line of JSON to stdout, for the process that has started this one."""
     sys.stdout.write(json.dumps(message, allow_nan=False) + "\n")
     sys.stdout.flush()

@@ -1,7 +1,7 @@
 """One run in a process of a node: ``python -m tsr_engine.batch.node_run``.
 
 The order comes pickled on stdin; progress and outcome go to stdout, one line of JSON each. SIGTERM ends the run after
-the frame that is computed; what is stored stays, and the next process goes on from there.
+the current frame. The stored frames stay, and the next process resumes after them.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _TELL: Final = 0.3
 
 
 def main() -> None:
-    """Read an order, do it, tell how it went."""
+    """Read an order, do it, and report the outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     asked: list[int] = []
     signal.signal(signal.SIGTERM, lambda sign, _: asked.append(sign))

@@ -1,4 +1,4 @@
-"""Does a run on a node of a Ray cluster; whoever asks hears of its progress and can stop it."""
+"""Does a run on a node of a Ray cluster; the caller gets its progress and can stop it."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class _Runner:
             self._lines.append(line.decode())
 
     def poll(self) -> tuple[list[str], int | None]:
-        """What it has said since the last look, and its exit code once it has ended and all is said."""
+        """Its messages since the last call, and its exit code after the last message."""
         assert self._process is not None
         assert self._reader is not None
         code = self._process.poll()
@@ -155,7 +155,7 @@ def _followed(
 
 @contextmanager
 def _told(ray: Any) -> Iterator[None]:
-    """Tell what Ray says of a lost node."""
+    """Raise the error for a node that Ray has lost."""
     try:
         yield
     except ray.exceptions.RayActorError as error:

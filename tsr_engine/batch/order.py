@@ -1,4 +1,4 @@
-"""What a process is asked to do with one drive, and what it says: JSON both ways."""
+"""The order to a process about one drive, and its outcome; both are JSON."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Order:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How it went.
+    """The outcome of an order.
 
     Attributes:
         result: figures; None: it failed.

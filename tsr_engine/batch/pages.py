@@ -1,4 +1,4 @@
-"""The plain HTML page that reports of batches and checks are."""
+"""The plain HTML page of reports of batches and checks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def page(name: str, heading: str, body: str, style: str = "") -> str:
     Args:
         name: of the command, for the title.
         heading: of the page.
-        body: HTML; whoever makes it escapes what comes from outside.
+        body: HTML; the caller escapes text from outside.
         style: further CSS.
     """
     return (

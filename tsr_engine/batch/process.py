@@ -1,4 +1,4 @@
-"""Runs one order in a process and waits for it: a drive that kills its process takes nothing else with it."""
+"""Runs one order in a process and waits for it, so that a crash affects no other drive."""
 
 from __future__ import annotations
 

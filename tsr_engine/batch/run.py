@@ -1,4 +1,4 @@
-"""A batch: drives in, one folder of results each, a manifest of what is done, and a summary."""
+"""Runs a batch: one folder of results for each drive, a manifest of the progress, and a summary."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = ["BatchProgress", "BatchRequest", "run_batch"]
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """What a batch is asked to do.
+    """The request for a batch.
 
     Attributes:
         drives: absolute paths.
@@ -53,7 +53,7 @@ class BatchRequest:
 
 @dataclass(frozen=True)
 class BatchProgress:
-    """How far a batch is.
+    """The progress of a batch.
 
     Attributes:
         done, failed, total: drives.
@@ -136,7 +136,7 @@ def _manifest(request: BatchRequest) -> Manifest:
 
 
 def _forget_changed(manifest: Manifest, out: Path) -> None:
-    """A drive whose file has changed, or whose results are gone, is to be tracked again."""
+    """Mark drives to be tracked again if their file has changed or their results are gone."""
     for drive in manifest.drives:
         try:
             status = Path(drive.video).stat()
@@ -153,7 +153,7 @@ def _forget_changed(manifest: Manifest, out: Path) -> None:
 
 
 def _order(request: BatchRequest, drive: DriveState) -> Order:
-    """What is to be done with a drive; its stamp tells of which file its results are, and by what."""
+    """The order for a drive; its stamp identifies the file and the inputs of its results."""
     start, stop = request.ranges.get(Path(drive.video), (0, None))
     identity = request.identity
     facts = [
@@ -177,7 +177,7 @@ def _order(request: BatchRequest, drive: DriveState) -> Order:
 
 
 def _adopt_finished(manifest: Manifest, request: BatchRequest) -> None:
-    """Take over results that became whole just when the call before was stopped."""
+    """Take over results that became whole just when the previous call was stopped."""
     for drive in manifest.drives:
         if drive.state == "done":
             continue

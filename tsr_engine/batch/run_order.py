@@ -1,4 +1,4 @@
-"""What a node is asked for: one run of the server."""
+"""The order to a node for one run of the server."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["RunOrder"]
 
 @dataclass(frozen=True, slots=True)
 class RunOrder:
-    """A run that a node is asked for; it is sent pickled.
+    """A run for a node; it is sent pickled.
 
     Attributes:
         request: what to track; all its files lie where every node sees them under the same names.

@@ -1,4 +1,4 @@
-"""What a batch has found, as JSON for programs and HTML for people."""
+"""Summarises a batch as JSON for programs and HTML for people."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""One drive in a process of its own: ``python -m tsr_engine.batch.worker``.
+"""Tracks one drive in its own process: ``python -m tsr_engine.batch.worker``.
 
 The order comes on stdin; progress and outcome go to stdout, one line of JSON each.
 
-The results are made in a hidden folder beside their place, always the same one, so that a process that was killed is
-gone on with by the next: evidence resumes after its last stored frame. The folder gets its name when all is whole.
+The results are made in a hidden folder beside their place, always the same one. After a kill the next process resumes
+the evidence after its last stored frame. The folder gets its name when all is whole.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ _TELL: Final = 0.5
 
 
 def unfinished_folder(folder: Path) -> Path:
-    """Where the results of a drive are made."""
+    """The folder in which the results of a drive are made."""
     return folder.with_name(f".{folder.name}.unfinished")
 
 
 def main() -> None:
-    """Read an order, do it, tell how it went."""
+    """Read an order, do it, and report the outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; whoever has started us decides
     end_with(os.getppid())
     try:
@@ -119,7 +119,7 @@ def _lock(work: Path) -> int:
 
 
 def _settle(work: Path, folder: Path) -> None:
-    """Give the finished folder its name; results of an earlier batch under that name go."""
+    """Give the finished folder its name; it replaces results of an earlier batch."""
     for path in sorted(work.rglob("*"), reverse=True):
         fsync_path(path)
     fsync_path(work)

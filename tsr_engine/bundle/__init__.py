@@ -1,4 +1,4 @@
-"""Bug bundles: one zip that shows a problem to somebody else and replays it.
+"""Bug bundles: one ZIP file that shows a problem to another person and replays it.
 
 ::
 
@@ -7,7 +7,7 @@
         params, strange = bundle_params(bundle)
         report = replay_bundle(bundle, params, load_components(params))
 
-Names are imported when they are asked for: who only opens a bundle does not wait for the engine.
+Names are imported on first use, so that opening a bundle does not load the engine.
 """
 
 from importlib import import_module

@@ -1,7 +1,7 @@
-"""A bundle made ready for a library; the server does it in a process with limits.
+"""Checks a bundle and prepares it for a library; the server does this in a process with limits.
 
-Everything that a stranger's file can harm happens here: unpacking, decoding, reading a foreign database. In the folder
-stay
+All steps that a hostile file can attack happen here: unpacking, decoding, reading a foreign database. The folder then
+holds
 
 * ``bundle/``: the unpacked bundle, all files with the hashes of the manifest;
 * ``evidence/``: its evidence written anew, record by record, with the clip's own numbers of frames.
@@ -42,7 +42,7 @@ def make_ready(
         path: the zip file.
         folder: exists and is empty.
         limits: what the clip may demand.
-        known: called when it is known what the bundle says of itself, before its clip is decoded.
+        known: called when the bundle's manifest has been read, before its clip is decoded.
 
     Returns:
         facts: ``frames`` (of the clip), ``other_pictures``, ``tracks`` (track -> first and last frame in the clip).
@@ -82,7 +82,7 @@ def _decode(bundle: Bundle, limits: VideoLimits) -> tuple[int, int]:
 
 
 def _rewrite(bundle: Bundle, folder: Path) -> dict[str, tuple[int, int]]:
-    """The evidence anew, in the clip's numbers; what does not come through the records does not come in."""
+    """Write the evidence anew in the clip's numbers, through the records, so that nothing else is taken over."""
     facts = bundle.manifest
     with open_evidence(bundle) as reader:
         header = reader.header
@@ -112,7 +112,7 @@ def _rewrite(bundle: Bundle, folder: Path) -> dict[str, tuple[int, int]]:
 
 
 def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
-    """What the page relies on."""
+    """Check the promises that the page relies on."""
     facts = bundle.manifest.clip
     wrong = (frame.width, frame.height) != (facts.width, facts.height)
     wrong |= not np.isfinite(frame.seconds)

@@ -1,7 +1,7 @@
-"""The piece of a video that goes into a bundle: its own packets, so that every picture decodes to the same bits.
+"""Cuts the clip of a bundle out of a video, as the video's own packets, so that every picture decodes to the same bits.
 
-What is copied is proved by decoding both. Where packets cannot be copied, or come out differently, the pictures are
-stored without loss instead.
+The copy is verified by decoding both. If packets cannot be copied, or decode differently, the pictures are stored
+without loss instead.
 """
 
 from __future__ import annotations

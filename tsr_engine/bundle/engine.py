@@ -1,4 +1,4 @@
-"""The engine once more on the clip of a bundle."""
+"""Runs the engine on the clip of a bundle."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def run_engine(
     limits: VideoLimits | None = None,
     progress: Callable[[int, int], None] = lambda _done, _of: None,
 ) -> Iterator[FrameEvidence]:
-    """Every frame of the bundle through the engine, those that lead in too.
+    """Run the engine on every frame of the bundle, the lead-in too.
 
     Numbers and times of the frames, the nominal interval and the number of the first track are those of the run, so
     that equal pictures, parameters and models give equal evidence.

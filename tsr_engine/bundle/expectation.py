@@ -1,4 +1,4 @@
-"""What a person says should have come out: the ``expectation.json`` of a bundle, checked."""
+"""Reads and checks the ``expectation.json`` of a bundle: the output that a person expects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verdicts: an output held against what a person expects, and against what came out when the bundle was made."""
+"""Compares an output with a person's expectations and with the output when the bundle was made."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Finding", "judge", "overall", "sentence"]
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What became of one expectation.
+    """The verdict on one expectation.
 
     Attributes:
         id: of the expectation.
@@ -33,7 +33,7 @@ class Finding:
 
 
 def judge(expectation: Expectation, output: Output) -> list[Finding]:
-    """Hold an output against all expectations, in their order."""
+    """Compare an output with all expectations, in their order."""
     findings = []
     for one in expectation.expected:
         sign = expectation.signs[one.sign]

@@ -1,4 +1,4 @@
-"""What lies where in a bug bundle, and what its replay may say."""
+"""The file names in a bug bundle, and the verdicts of its replay."""
 
 from __future__ import annotations
 

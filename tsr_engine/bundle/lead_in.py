@@ -1,8 +1,8 @@
-"""Where the engine must start so that it arrives at a frame in the state that the run was in there.
+"""Finds the frame at which the engine must start to reach a later frame in the run's state.
 
-After a frame in which no track is alive the engine knows nothing of earlier frames but the number of its last track,
-so the last such frame before the range is the place. The frame itself is taken too: the camera shift of the next one is
-measured against its picture.
+After a frame without a live track, the engine's state depends on earlier frames only by the number of its last track.
+So the engine starts at the last such frame before the range. The frame itself is included, because the camera shift of
+the next one is measured against its picture.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MOST_LEAD = 900
 
 @dataclass(frozen=True, slots=True)
 class LeadIn:
-    """The way into a range of frames.
+    """The frames before a range.
 
     Attributes:
         start: first frame to take.
@@ -35,7 +35,7 @@ class LeadIn:
 
 
 def lead_in(reader: EvidenceReader, first: int, *, most: int = MOST_LEAD) -> LeadIn:
-    """The way into the frames from ``first`` on.
+    """The lead-in to the frames from ``first`` on.
 
     Args:
         reader: the run.

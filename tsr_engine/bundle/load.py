@@ -1,4 +1,4 @@
-"""Opening a bundle that came from somebody else: nothing in it is believed before it is checked."""
+"""Opens a bundle from another person; everything in it is checked before it is used."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Bundle:
     Attributes:
         name: of the file.
         folder: where it was unpacked.
-        manifest: what it says of itself.
+        manifest: its manifest.
         frames: all frames that the engine takes.
         expectation: what should have come out.
         output: what came out when it was made.
@@ -127,7 +127,7 @@ def read_bundle(path: Path, folder: Path) -> Bundle:
 
 
 def open_evidence(bundle: Bundle) -> EvidenceReader:
-    """The evidence in a bundle, after a look at whether it is safe to read.
+    """The evidence in a bundle, after a check that it is safe to read.
 
     Raises:
         EvidenceError: it holds what ours never does, or is damaged.

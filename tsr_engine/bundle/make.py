@@ -1,4 +1,4 @@
-"""One zip that shows a problem to somebody else: clip, evidence, output, expectation, recording, models, README."""
+"""Makes a bundle: clip, evidence, output, expectation, recording, models and README in one ZIP file."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ class _Maker:
             )
 
     def _evidence(self) -> list[ResultRow]:
-        """Store the evidence of the range; the result rows that it holds."""
+        """Store the evidence of the range; returns its result rows."""
         stream = ResultStream()
         rows: list[ResultRow] = []
         done = 0
@@ -186,7 +186,7 @@ class _Maker:
         return rows
 
     def _recording(self) -> str:
-        """Make the recording; a sentence about it."""
+        """Make the recording; returns a sentence about it."""
         request = self.request
         if not request.recording:
             return "not asked for."
@@ -286,7 +286,7 @@ class _Maker:
 
 
 def _write_frames(path: Path, clip: Clip, seconds: Mapping[int, float]) -> None:
-    """The frames, with the times that the engine was reported: an imported clip has times of its own."""
+    """Write the frames with the times that the engine was given: an imported clip has times of its own."""
     with path.open("w", encoding="utf-8", newline="") as out:
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(["frame", "clip_frame", "seconds", "picture_sha256"])

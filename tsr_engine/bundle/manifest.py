@@ -1,4 +1,4 @@
-"""``manifest.json``: what a bundle holds, where it comes from, and the hash of every file."""
+"""``manifest.json``: the content of a bundle, its origin, and the hash of every file."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Models in a bundle: only when they are not those that ship with the package.
+"""Puts models into a bundle if they are not those that ship with the package.
 
-A model file is a ZIP archive by itself, which no careful unpacker takes out of another one. It is stored behind a line
-of text therefore, and gets its own name back when it is used.
+A model file is itself a ZIP archive, and careful unpackers refuse an archive inside another one. So the file is stored
+behind a line of text, and gets its own name back when it is used.
 """
 
 from __future__ import annotations

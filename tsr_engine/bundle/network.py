@@ -1,7 +1,7 @@
-"""The network of a run that detected by the ONNX plug-in: in the bundle, or named so that it can be found again.
+"""The ONNX network of a run, which a bundle contains or identifies by name and hash.
 
-A network is a program by somebody else, read by a library in C++. It goes into a bundle only when its maker names the
-file, and one that came in a bundle is only run when its reader says so.
+A network is foreign code that a C++ library reads. It goes into a bundle only if the person who makes the bundle names
+the file. A network from a bundle is run only if the person who replays it asks for it.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def network_text(facts: NetworkFacts) -> str:
 
 
 def replay_network(bundle: Bundle, given: Path | None, bundled: bool, other: bool) -> Network | None:
-    """What detects in a replay; None: the detector of the model folder.
+    """The network that detects in a replay; None: the detector of the model folder detects.
 
     Args:
         bundle: the bundle.

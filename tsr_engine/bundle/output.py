@@ -1,4 +1,4 @@
-"""What an engine says about the frames of a bundle: the rows of its result, looked up by frame."""
+"""The engine's result rows for the frames of a bundle, looked up by frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``README.txt``: a bundle explained to somebody who has never seen one."""
+"""``README.txt``: explains a bundle to a person who has never seen one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Replay of a bundle: the engine of this installation on the clip, held against expectation and old output."""
+"""Replays a bundle: runs the installed engine on the clip and compares the result with expectation and old output."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _NOT_COMPARED = RECOMPUTED
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One expectation, then and now.
+    """One expectation, when the bundle was made and now.
 
     Attributes:
         id: of the expectation.
@@ -58,7 +58,7 @@ class Outcome:
 
 @dataclass(slots=True)
 class BundleReplay:
-    """What a replay of a bundle has found.
+    """The result of a replay of a bundle.
 
     Attributes:
         verdict: the verdict.
@@ -139,7 +139,7 @@ def replay_bundle(
     progress: Callable[[int, int], None] = lambda _done, _of: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> BundleReplay:
-    """Run the engine on a bundle and judge what comes out.
+    """Run the engine on a bundle and judge the output.
 
     Args:
         bundle: the bundle.

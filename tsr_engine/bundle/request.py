@@ -1,4 +1,4 @@
-"""What goes into a bundle, and what came of making it."""
+"""The request for a bundle, and the report on it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NO_CORRECTIONS: JsonMapping = {"documents": []}
 
 @dataclass(frozen=True, slots=True)
 class BundleRequest:
-    """What goes into a bundle.
+    """The request for a bundle.
 
     Attributes:
         evidence: folder of the run.
@@ -77,7 +77,7 @@ class BundleRequest:
 
 @dataclass(frozen=True, slots=True)
 class BundleReport:
-    """What was packed.
+    """The report on a bundle that was made.
 
     Attributes:
         path: the file.

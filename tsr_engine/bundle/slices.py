@@ -1,4 +1,4 @@
-"""A range of frames out of one evidence store, as a store of its own."""
+"""Copies a range of frames of an evidence store into a new store."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Classification of single crops: predictions, accuracy, confusions."""
+"""Evaluates the classification of single crops: predictions, accuracy, confusions."""
 
 from __future__ import annotations
 

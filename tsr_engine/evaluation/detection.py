@@ -14,7 +14,7 @@ from tsr_engine.records import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class DetectionScore:
-    """A precision-recall curve and what is read from it.
+    """A precision-recall curve and the figures derived from it.
 
     Attributes:
         recall: shape (n,), after each detection in order of falling score.

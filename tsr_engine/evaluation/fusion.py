@@ -1,6 +1,6 @@
-"""How fusion over a track's frames pays off: rate against number of frames, the counterpart of the paper's Fig. 13.
+"""Evaluates fusion over a track's frames: rate against number of frames, the counterpart of the paper's Fig. 13.
 
-Table II, which counts by physical sign, is of :mod:`tsr_engine.evaluation.tracking`.
+Table II counts by physical sign; :mod:`tsr_engine.evaluation.tracking` computes it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The experiment behind tau (Fig. 8): how many candidates the gate collects correctly, over tau.
+"""The experiment behind tau (Fig. 8): the share of candidates that the gate collects correctly, over tau.
 
 For a sign known up to frame k, the candidates in frame k + 1 are the sign's own box, slightly misplaced copies of it,
-and patches around it. Right is to be confident of the first two and not of the patches.
+and patches around it. The gate is right if it is confident of the first two and not of the patches.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ GroundTruth = Mapping[int, Mapping[int, FloatArray]]
 
 @dataclass(frozen=True, slots=True)
 class Candidates:
-    """What the experiment tries around each sign.
+    """The candidates around each sign.
 
     Attributes:
         patches: patches in the background around the sign.
@@ -87,7 +87,7 @@ def gate_trials(
     candidates: Candidates | None = None,
     seed: int = 0,
 ) -> list[Trial]:
-    """Bulk review candidates of one video.
+    """Judge the candidates of one video.
 
     Args:
         frames: ordinal and picture, in order.

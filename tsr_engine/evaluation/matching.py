@@ -1,11 +1,11 @@
-"""Matches boxes of a candidate with those of a reference: what tracking is measured by, and what comparisons show.
+"""Matches boxes of a candidate with those of a reference, for tracking figures and comparisons.
 
 In each frame candidate boxes are assigned to counted reference boxes with the largest total IoU; a sign keeps the
-track that it had in its last matched frame while that still overlaps enough (as in CLEAR MOT). What is left over is
-excused where an ignored box explains it.
+track that it had in its last matched frame while that still overlaps enough (as in CLEAR MOT). A candidate
+box without a match is excused if it lies on an ignored box.
 
-Nearly all frames have no choice to make: every box there has at most one partner. Those are matched all at once, and
-only the others one by one, so that a drive of an hour takes a second.
+In nearly all frames every box has at most one partner. These frames are matched all at once, and only the others one
+by one, so that a drive of an hour takes a second.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Pairs:
 
 @dataclass(frozen=True, slots=True)
 class Matching:
-    """The outcome.
+    """The result of matching two tables.
 
     Attributes:
         reference: shape (m,), rows of the reference, by frame.

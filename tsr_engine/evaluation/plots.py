@@ -1,4 +1,4 @@
-"""Figures of an evaluation as pictures, drawn by matplotlib: all that needs the extra ``train`` in this package."""
+"""Plots the figures of an evaluation with matplotlib; alone in this package, it needs the extra ``train``."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Tables of boxes, one row a track and frame, read strictly: the first line that breaks a rule is named with the rule.
+"""Reads tables of boxes strictly, one row a track and frame: the error names the first line that breaks a rule.
 
-A frame of 1.9, a box turned inside out or a sign twice in one frame are slips of whoever wrote the table. Figures taken
-from a reading of one's own would be wrong without anybody's noticing.
+A frame of 1.9, an inverted box or a sign twice in one frame are mistakes in the table. A lenient reader would give
+wrong figures that nobody notices.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How well signs were tracked: Eq. 7, coverage, identities, and counts by physical sign (Tables I, II)."""
+"""Evaluates tracking: Eq. 7, coverage, identities, and counts by physical sign (Tables I, II)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BINS = 20
 
 @dataclass(frozen=True, slots=True)
 class SignReport:
-    """One physical sign of one video."""
+    """The figures of one physical sign of one video."""
 
     track_id: int
     class_id: int
@@ -195,7 +195,7 @@ def _by_place(report: VideoReport) -> dict[tuple[int, int], float]:
 def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
     """Mean Eq. 7 of two trackers over the signs and frames that both of them have.
 
-    A mean over whatever a tracker returns gets better by leaving out what is hard; this one does not.
+    A mean over all results of a tracker improves if it leaves out hard signs; this mean does not.
 
     Args:
         ours: reports of one tracker.
@@ -215,7 +215,7 @@ def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) ->
 def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
     """Eq. 7 of two configurations over the signs and frames alone in which they differ.
 
-    A part of the engine that acts in few frames hardly moves a mean over all of them; this tells what it did there.
+    A part of the engine that acts in few frames hardly changes a mean over all frames; this one shows its effect.
 
     Args:
         ours: reports of one configuration.

@@ -1,4 +1,4 @@
-"""Tables that tracking is evaluated on, from files: ground truth and the result rows of ``tsr track --csv``."""
+"""Reads the tables for the evaluation of tracking: ground truth and the result rows of ``tsr track --csv``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Attributes of tracks as rows of a file say them; those that a label does not have are added to it, or left out."""
+"""Gives tracks the attributes in the rows of a file; attributes that a label lacks are added to it or left out."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Said = JsonMapping | None
 
 @dataclass(slots=True)
 class _Tellings:
-    """Sentences about attributes, each kind once with its number."""
+    """Sentences about attributes, one a kind, with the number of cases."""
 
     counts: dict[tuple[str, str], int] = field(default_factory=dict)
 
@@ -47,11 +47,11 @@ def attributed(
     add: Callable[[int], bool],
     file: str,
 ) -> tuple[LabelSet, list[Skipped]]:
-    """Give tracks the attributes that rows of a file say; those that a label does not have are added to it, or told.
+    """Give tracks the attributes in the rows of a file; attributes that a label lacks are added to it or reported.
 
     Args:
         labels: the set.
-        tracks: those that rows say something of are replaced.
+        tracks: those that have attributes in the rows are replaced.
         rows: place of a track -> what is said in each of its frames.
         declared: what the file says of labels, by id.
         add: whether a label, by its id, gets the attributes that it does not have.
@@ -106,7 +106,7 @@ def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
 
 
 def _asked(known: Attribute | None, said: Attribute | None, name: str, columns: list[list[object]]) -> Attribute | None:
-    """The attribute that holds all answers; None: it can be none."""
+    """The attribute that holds all answers; None: no attribute can hold them."""
     attribute = known or said
     if attribute is None:
         mutable = any(any(value != column[0] for value in column) for column in columns)

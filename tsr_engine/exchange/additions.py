@@ -1,4 +1,4 @@
-"""Labels that a file has and the set does not: they become labels of the set, or are refused with a list."""
+"""Labels that a file has and the set lacks: they are added to the set, or refused with a list."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SUGGESTED = 200
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """What a file says of a label before it uses it.
+    """A label as a file declares it.
 
     Attributes:
         attributes: its questions.
@@ -60,7 +60,7 @@ class Unknown:
 
 
 class UnknownLabels(ImportFormatError):
-    """A file has names that no label has, and nobody has said what becomes of them.
+    """A file has names that no label has, and the caller has not said what to do with them.
 
     The message does not say what to do: the command line, the HTTP API and the page have their own words for it.
 

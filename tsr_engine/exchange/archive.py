@@ -1,6 +1,6 @@
-"""ZIP archives: unpacked without trust, packed the same on every machine.
+"""Unpacks ZIP archives that are not trusted, and packs folders into the same bytes on every machine.
 
-What is refused is refused while reading, by what really comes out: the sizes that an archive announces are claims.
+Limits are checked against the bytes that are unpacked: the sizes that an archive announces may be false.
 """
 
 from __future__ import annotations

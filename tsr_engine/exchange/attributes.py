@@ -38,7 +38,7 @@ _COMMON: Final = frozenset({"state", "source", "note"})
 
 
 def written(name: str) -> str:
-    """The name under which an attribute of a label goes out."""
+    """The name that an attribute of a label is written with."""
     return f"{PREFIX}{name}" if name in _OURS or name.startswith(PREFIX) else name
 
 
@@ -48,12 +48,12 @@ def restored(name: str) -> str:
 
 
 def ours_in(said: JsonMapping) -> JsonMapping:
-    """What is the tool's own of what stands beside a box."""
+    """The tool's own values among those beside a box."""
     return said if said.get("uid") else {name: value for name, value in said.items() if name not in _COMMON}
 
 
 def said_in(said: JsonMapping, own: frozenset[str]) -> JsonObject:
-    """What is an attribute of the label of what stands beside a box; empty texts say nothing.
+    """The attributes of the label among the values beside a box; empty texts are left out.
 
     Args:
         said: by name.

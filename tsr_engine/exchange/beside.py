@@ -1,6 +1,6 @@
-"""What a manifest of ours beside, or above, a file tells a reader of it.
+"""Reads from the manifest beside or above a file what its reader needs.
 
-Only what a reader needs is kept of it: a manifest lists every frame and every file of its export.
+The rest is not kept: a manifest lists every frame and every file of its export.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class ManifestFacts:
         self.videos = videos
 
     def entry(self, video: DatasetVideo) -> JsonMapping | None:
-        """What it says of a video: the one with its hash, else the only one of its name; None: nothing."""
+        """The entry of a video: the one with its hash, else the only one of its name; None: there is none."""
         for same in (
             [entry for entry in self.videos if video.sha256 and entry.get("sha256") == video.sha256],
             [entry for entry in self.videos if entry.get("name") == video.name],
@@ -76,13 +76,13 @@ def manifest_beside(folder: Path) -> ManifestFacts | None:
 
 
 def stated_by_manifest(folder: Path, key: str) -> str:
-    """What our manifest beside a file says of its format; empty: there is none, or it says nothing."""
+    """The facts about the format in our manifest beside a file; empty: there is no manifest, or it has none."""
     reported = manifest_beside(folder)
     return "" if reported is None else str(reported.format.get(key, ""))
 
 
 def prefix_in_export(folder: Path, video: DatasetVideo) -> str:
-    """What names of the video's pictures begin with, if a manifest tells of several videos; else empty."""
+    """The prefix of the names of the video's pictures, if a manifest lists several videos; else empty."""
     reported = manifest_beside(folder)
     name = reported.name_of(video) if reported is not None and len(reported.videos) > 1 else ""
     return f"{name}_" if name else ""
@@ -96,14 +96,14 @@ def is_called(folder: Path, video: DatasetVideo, name: str) -> bool:
 
 
 def seen_in(path: Path) -> list[Path]:
-    """What is in a folder, but for hidden files and what a system leaves behind; nothing in a file."""
+    """The content of a folder without hidden files and files of the system; empty for a file."""
     if not path.is_dir():
         return []
     return [entry for entry in path.iterdir() if not entry.name.startswith(".") and not is_rubbish(entry.name)]
 
 
 def is_wrapper(path: Path) -> bool:
-    """Whether a folder has nothing but one more folder, as archives often do; what counts begins there."""
+    """Whether a folder holds only one other folder, as archives often do; the import begins in the inner one."""
     inside = seen_in(path)
     return len(inside) == 1 and inside[0].is_dir() and inside[0].name not in ("train", "val", "valid", "test")
 

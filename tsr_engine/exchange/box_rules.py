@@ -1,4 +1,4 @@
-"""What counts as a box in a file: four finite numbers with an area, cut at the edge of the picture."""
+"""The rules for a box in a file: four finite numbers with an area, cut at the edge of the picture."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ROUNDED = 0.011
 
 
 class BoxRules:
-    """Refuses or leaves out what is no box, and remembers how many.
+    """Refuses boxes that break the rules or leaves them out, and counts those.
 
     Args:
         target: the picture, and whether boxes without area are left out.

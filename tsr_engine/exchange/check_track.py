@@ -1,4 +1,4 @@
-"""The promises of a ``Track``, which guard the writers."""
+"""Checks that a track keeps what ``Track`` promises to the writers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["check_track"]
 
 
 def check_track(track: Track, video: DatasetVideo, labels: Collection[int]) -> None:
-    """The promises of ``Track``, for the writers; ``labels`` are the ids of the set.
+    """Check the promises of ``Track``; ``labels`` are the ids of the set.
 
     Raises:
         ExportError: one is broken; names video, track and frame.

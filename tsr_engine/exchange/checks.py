@@ -37,8 +37,8 @@ class ImportValidator:
     unless the switch ``bad_boxes`` says ``skip``, boxes without area or without four finite numbers. Repaired, each
     kind with one sentence: boxes that reach over the picture's edge are cut there, the same row twice is taken once.
     Skipped: boxes wholly outside of the picture.
-    Names that no label has are refused with a list of all, once the file is read, unless ``ImportTarget.unknown`` says
-    what becomes of them.
+    Names that no label has are refused in one list after the whole file is read, unless ``ImportTarget.unknown`` says
+    what to do with them.
     """
 
     def __init__(self, target: ImportTarget) -> None:
@@ -71,23 +71,23 @@ class ImportValidator:
         return self._names.label(name, file, line, number)
 
     def declare(self, name: str, declared: Declared) -> None:
-        """What the file says of a label, or by an empty name of every label.
+        """Take the declaration of a label, or with an empty name one that holds for every label.
 
-        It counts where the label, or attributes of it that tracks have, are added to the set.
+        It is used if the label, or an attribute of it that tracks have, is added to the set.
         """
         self._names.declared[name] = declared
 
     def repair(self, sentence: str) -> None:
-        """Tell what was put right."""
+        """Report a repair."""
         self._repaired.append(sentence)
 
     def count(self, what: str, file: str, line: int | str | None = None) -> None:
-        """Tell of one more repair of a kind: ``what`` is said once, with the number and the first place."""
+        """Count a repair of a kind: ``what`` is reported once, with the number and the first place."""
         count, at, place = self._counts.get(what, (0, file, line))
         self._counts[what] = (count + 1, at, place)
 
     def skip(self, what: str, reason: str) -> None:
-        """Tell what was left out and why."""
+        """Report what was left out and why."""
         self._skipped.append(Skipped(what, reason))
 
     def unique(self, uid: str, file: str, line: int | str | None = None) -> str:
@@ -132,7 +132,7 @@ class ImportValidator:
         until: int = -1,
         said: JsonMapping | None = None,
     ) -> None:
-        """What is known of a track besides its boxes; makes the track if it is new.
+        """Set what is known of a track besides its boxes; makes the track if it is new.
 
         Args:
             uid: the track.

@@ -1,4 +1,4 @@
-"""Python's cycle collector, asked to look less often while very many small things are made."""
+"""Makes Python's cycle collector run less often while very many small objects are created."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _SELDOM: Final = 100_000
 
 @contextmanager
 def seldom_collected() -> Iterator[None]:
-    """While inside, the collector looks after 100,000 new objects instead of 700.
+    """In this block the collector runs after 100,000 new objects instead of 700.
 
-    A data set of 100,000 pictures is as many objects that stay until the end, and the collector looks at them again and
-    again: a seventh of the time of a large export. Reference counts free almost all else at once.
+    A data set of 100,000 pictures is as many objects that live until the end. The collector visits them again and
+    again, which takes a seventh of the time of a large export. Reference counts free almost all other objects at once.
     """
     before = gc.get_threshold()
     gc.set_threshold(max(before[0], _SELDOM) if before[0] else 0, *before[1:])

@@ -1,4 +1,4 @@
-"""From where a list of frame numbers counts: decided on the whole list, with a sentence, or refused."""
+"""Decides on the whole list whether frame numbers count from 0 or from 1, reports it, or refuses the list."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ FIRST_FRAME_SWITCH: Final = Switch(
 
 @dataclass(frozen=True, slots=True)
 class Custom:
-    """How a tool counts, and by which names it is known.
+    """How a tool counts frames, and which names it writes.
 
     Attributes:
         origin: number of its first frame.
-        why: the end of the sentence that tells it; empty: nothing is reported.
+        why: the end of the sentence that reports it; empty: nothing is reported.
         before: the whole text before the number, as a pattern.
         digits: how many digits numbers are filled up to with zeros; 1: not at all.
     """
@@ -52,7 +52,7 @@ class Counted:
 
     Attributes:
         origin: number of the first frame.
-        reported: the sentence that says so, without the file; empty: there is nothing to tell.
+        reported: the sentence that says so, without the file; empty: there is nothing to report.
     """
 
     origin: int

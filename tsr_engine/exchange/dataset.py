@@ -1,4 +1,4 @@
-"""What every format writes and reads: videos with tracks, free of any file format.
+"""The data set that every format writes and reads: videos with tracks, independent of any file format.
 
 Frames are ordinals in presentation order from 0; boxes are edges ``x1, y1, x2, y2`` in px of the upright picture,
 from 0, the right and lower edge exclusive.
@@ -29,19 +29,20 @@ REJECTED = "rejected"
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """One physical sign in one video.
+    """A physical sign in a video.
 
     Attributes:
         uid: stable name of the track within its video (the review tool's key: ``m7``, ``h3f2...``).
         label: id of a label of the data set; -1: none of them, or not known.
         frames: frames that show it, strictly ascending, shape (n,).
         boxes: shape (n, 4), px edges; finite, ``x1 < x2`` and ``y1 < y2``.
-        key: frames that hold a statement of their own; the others can be interpolated, shape (n,).
+        key: frames whose box was stated; the others can be interpolated, shape (n,).
         occluded: shape (n,).
         score: 0 to 1, NaN where there is none, shape (n,).
         labels: label of each frame where it differs from ``label``; None: it does not, else shape (n,).
         ignore: neither right nor wrong in an evaluation (a don't-care region), shape (n,); None: nowhere.
-        silent: where an imported file says nothing about the class, shape (n,); None: nowhere. The label is -1 there.
+        silent: frames in which an imported file says nothing about the class, shape (n,); None: nowhere. The label is
+            -1 there.
         state: how far review is: ``open``, ``accepted``, ``rejected``, ``needs_work`` or, of a truth, ``truth``.
         source: ``engine``, ``corrected``, ``human``, ``truth`` or ``imported``.
         notes: what people wrote: frame and text.
@@ -68,7 +69,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class DatasetVideo:
-    """One video and what it shows.
+    """A video and its tracks.
 
     Attributes:
         name: file name, for people.
@@ -112,7 +113,7 @@ class DatasetVideo:
 
 @dataclass(frozen=True, slots=True)
 class Skipped:
-    """Something that did not go out or come in, and why."""
+    """Something that was not exported or imported, and why."""
 
     what: str
     reason: str

@@ -1,4 +1,4 @@
-"""A data set out in one format: checked, written, described, then shown under its name in one step."""
+"""Exports a data set in one format: checks, writes and describes it, then gives it its name in one step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fewest frames of a track between which straight lines stay close to its boxes, compiled."""
+"""Finds the fewest frames of a track between which straight lines stay close to its boxes; compiled."""
 
 from __future__ import annotations
 

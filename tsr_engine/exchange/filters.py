@@ -1,4 +1,4 @@
-"""Which part of a data set goes out: review states, labels, sizes, frames."""
+"""Selects the part of a data set that is exported: review states, labels, sizes, frames."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Filters:
-    """What goes out; a track must pass all.
+    """The filters of an export; a track must pass all of them.
 
     Attributes:
         states: review states, and ``edited`` for open tracks that a person has edited; None: all.
@@ -89,7 +89,7 @@ def part_of(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
 
 
 def filtered(dataset: Dataset, filters: Filters) -> Dataset:
-    """The data set as the filters let it through, with the number of what they held back.
+    """The part of the data set that passes the filters, with the number of what they left out.
 
     Tracks are filtered anew in each pass; one pass is made here to count.
 
@@ -113,7 +113,7 @@ def filtered(dataset: Dataset, filters: Filters) -> Dataset:
 
 
 def open_left(dataset: Dataset, filters: Filters) -> int:
-    """How many tracks stay behind because they are open: nobody has judged or edited them yet."""
+    """Number of tracks that are left out because they are open: nobody has judged or edited them yet."""
     if filters.states is None or "open" in filters.states:
         return 0
     states = replace(filters, labels=None, not_in_set="class")
@@ -192,7 +192,7 @@ def _passes(video: DatasetVideo, filters: Filters, first: int, stop: int) -> Cal
 
 
 def _held(track: Track, filters: Filters) -> str | None:
-    """Why a whole track is held back; None: it is not."""
+    """Why a whole track is left out; None: it is not."""
     if filters.states is not None and track.state not in filters.states:
         edited = track.state == "open" and track.source in EDITED
         if not (edited and "edited" in filters.states):

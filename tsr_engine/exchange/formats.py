@@ -1,7 +1,7 @@
-"""The formats, as plug-ins in one registry.
+"""The interface that every format implements.
 
-A format is a module with one ``Format`` object; the registry is the one place that lists them, for the command line,
-the HTTP API and the page alike.
+A format is a module with one ``Format`` object. Only the registry lists them, for the command line, the HTTP API and
+the page.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class ImportLimits:
 
 @dataclass(frozen=True, slots=True)
 class ImportTarget:
-    """The video that an import is laid onto; the reader checks against it.
+    """The video that an import belongs to; the reader checks the file against it.
 
     Attributes:
         video: its ``tracks`` are not read.
@@ -108,10 +108,10 @@ class ImportTarget:
         unknown: what becomes of names that no label has: ``refuse`` the file with their list, ``add`` them to the set
             with the attributes that the file declares, or ``skip`` their boxes.
         added: names that are added to the set, whatever ``unknown`` says of the others.
-        wrapper: name of the folder in which the format begins, where that is not what a person chose; else empty.
+        wrapper: name of the folder in which the format begins, if that is not the chosen one; else empty.
         store: small files of an unpacked archive that are not on the disk; readers of such ask it.
         limits: what the import may hold.
-        tell: hears now and then how many boxes have been read.
+        tell: called now and then with the number of boxes that have been read.
     """
 
     video: DatasetVideo
@@ -158,9 +158,9 @@ class Format:
         export_switches: options of the writer.
         import_switches: options of the reader; ``BAD_BOXES`` is added to them.
         needs_pictures: an export without pictures makes no sense (crop folders).
-        key_frames: the writer marks key frames, so that ``ExportOptions.thin_px`` says how many there are.
+        key_frames: the writer marks key frames, and ``ExportOptions.thin_px`` decides how many there are.
         attributes: which attributes of labels it holds: ``all``, those of whole ``tracks``, or ``none``.
-        ignores: it has a mark for boxes that are to be ignored; without one they stay behind.
+        ignores: it has a mark for boxes to ignore; without one they are left out.
         docs: page under ``docs/formats/``.
     """
 

@@ -1,4 +1,4 @@
-"""Where frame numbers of a table begin, for tools of which nobody says it."""
+"""Finds the first frame number of a table whose tool does not state it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class FrameOrigin:
 
     Attributes:
         origin: number of the first frame.
-        settled: nothing is left to decide.
+        settled: the origin is decided.
     """
 
     def __init__(self, validator: ImportValidator, usual: int | None = None, *, sure: bool = False) -> None:
@@ -43,7 +43,7 @@ class FrameOrigin:
         self._numbers.add(number)
 
     def decide(self, file: str, *, documented: bool = False) -> None:
-        """Settle the origin by all numbers; what they leave open is reported, unless the layout is ``documented``."""
+        """Decide the origin by all numbers; an open choice is reported, unless the layout is ``documented``."""
         frames = self._validator.target.video.frames
         self.settled = True
         if not self._numbers:

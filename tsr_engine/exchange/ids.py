@@ -1,4 +1,4 @@
-"""Ids and numbers in JSON of other tools, where pandas has made ``11`` into ``11.0`` or ``"11"``."""
+"""Reads ids and numbers in other tools' JSON, in which pandas may have made ``11`` into ``11.0`` or ``"11"``."""
 
 from __future__ import annotations
 

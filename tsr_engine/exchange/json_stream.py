@@ -1,4 +1,4 @@
-"""JSON files read piece by piece: of a list, one element at a time is in memory, however long the list is."""
+"""Reads JSON files piece by piece: one element of a list is in memory at a time, however long the list is."""
 
 from __future__ import annotations
 

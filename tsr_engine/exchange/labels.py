@@ -1,4 +1,4 @@
-"""Labels in other tools' files: whose label a name in a file is, and under which name and number a label goes out."""
+"""Finds the label of a name in another tool's file, and the name and number that a label is written with."""
 
 from __future__ import annotations
 

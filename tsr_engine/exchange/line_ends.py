@@ -1,4 +1,4 @@
-"""Files of rows that were cut: the one trace of it is a last line that does not end.
+"""Detects files of rows that were cut, by a last line without a line end.
 
 A number that has lost its last digits is still a number, so no other rule can find it.
 """
@@ -22,7 +22,7 @@ def last_of(path: Path) -> bytes:
 
 
 def tell_open_ends(ends: Iterable[tuple[str, bytes]], validator: ImportValidator) -> None:
-    """Tell of files whose last line does not end, unless the tool that wrote them ends none.
+    """Report files whose last line has no line end, unless the tool that wrote them never ends it.
 
     Args:
         ends: name of each file of rows, and its content or the last byte of it.

@@ -1,8 +1,8 @@
-"""Boxes that come without a track id, linked to tracks from frame to frame where they overlap.
+"""Links boxes without a track id to tracks, from frame to frame, by overlap.
 
-Greedy: of all pairs of an open track and a box of the frame, the best is joined first; a pair of one class comes before
-a pair of two, then the larger overlap counts. A track with two boxes or more is expected where its last step leads to,
-since signs beside the road move by most of their width from frame to frame. A track that has met no box for ``GAP``
+The method is greedy: it joins the best pair of an open track and a box of the frame first. A pair of one class comes
+before a pair of two, then the larger overlap counts. A track with two boxes or more is expected to repeat its last
+step, since signs beside the road move by most of their width from frame to frame. A track without a box for ``GAP``
 frames is closed.
 """
 
@@ -49,7 +49,7 @@ class _Box:
 
 
 class LooseBoxes:
-    """Collects boxes without track id and hands them to an validator as tracks."""
+    """Collects boxes without track id and hands them to a validator as tracks."""
 
     def __init__(self, validator: ImportValidator, file: str) -> None:
         """``file`` is named in messages."""
@@ -80,7 +80,7 @@ class LooseBoxes:
         self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score, said), file))
 
     def settle(self) -> None:
-        """Hand over all boxes, linked unless the switch ``link`` says ``none``; tells how many became how many.
+        """Hand over all boxes, linked unless the switch ``link`` says ``none``; reports how many became how many.
 
         Raises:
             ImportFormatError: a box breaks a rule.

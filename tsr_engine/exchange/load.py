@@ -1,4 +1,4 @@
-"""A data set in: unpacked, recognised, read, checked."""
+"""Imports a data set: unpacks, recognises, reads and checks it."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def _of_others(name: str, reported: ManifestFacts, target: ImportTarget) -> str:
 
 
 def check_dataset(dataset: Dataset, target: ImportTarget, name: str) -> None:
-    """Nothing that breaks a promise gets past this, whatever the reader let through.
+    """Check the promises of every track, whatever the reader has checked.
 
     Args:
         dataset: as it was read.

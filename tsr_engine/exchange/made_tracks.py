@@ -1,4 +1,4 @@
-"""Tracks from the rows that a file holds of each."""
+"""Makes tracks from the rows of a file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SAME_PX = 1e-6
 
 
 class Count(Protocol):
-    """Takes note of something that was put right: what, file and line."""
+    """Counts a repair: what, file and line."""
 
     def __call__(self, what: str, file: str, line: int | str | None = None) -> None: ...
 

@@ -1,4 +1,4 @@
-"""``manifest.json``: what an export holds, where it came from, and the hash of every file."""
+"""``manifest.json``: the content of an export, its origin, and the hash of every file."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What one pass over the tracks found.
+    """The result of one pass over the tracks.
 
     Attributes:
-        tracks: number of tracks that go out as signs.
+        tracks: number of tracks that are exported as signs.
         boxes: number of their boxes.
-        negatives: per video, the rejected tracks that go out, cut at the edges of the picture.
+        negatives: per video, the rejected tracks that are exported, cut at the edges of the picture.
         annotated: per video, frames with a box of a sign.
         counts: subset -> class name -> ``{"tracks": n, "boxes": n}``.
         skipped: tracks on no side of the split, boxes outside of the picture.
@@ -75,7 +75,7 @@ class Manifest:
 
     @property
     def skipped(self) -> list[dict[str, str]]:
-        """``{"what", "reason"}`` of everything that did not go out."""
+        """``{"what", "reason"}`` of everything that was not exported."""
         return list(self.content["skipped"])
 
     @property
@@ -149,11 +149,11 @@ def describe(
     """Put the manifest together.
 
     Args:
-        dataset: what went out; its videos hold their negatives.
+        dataset: what was exported; its videos hold their negatives.
         format: in which format.
         options: with which options.
         found: counts.
-        skipped: what did not go out.
+        skipped: what was not exported.
         extra: what the writer told; its ``pictures`` are ``WrittenPicture`` and go into the frame tables.
         files: name, size and hash of each.
         about: what the caller wants to be known: what was asked for.

@@ -1,4 +1,4 @@
-"""What each video of an export is called in the names of its files, and which video such a name is about."""
+"""Names the videos of an export in its file names, and finds the video that such a name is about."""
 
 from __future__ import annotations
 

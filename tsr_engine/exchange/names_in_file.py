@@ -1,4 +1,4 @@
-"""The names of labels in one file: whose label each is, and what becomes of those that no label has."""
+"""Finds the label of each name in a file, and handles names that no label has."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ _HIDDEN, _CUT = 0.1, 0.2
 
 @dataclass(slots=True)
 class Settled:
-    """What is said about names that no label has."""
+    """The decisions about names that no label has."""
 
     skipped: list[Skipped] = field(default_factory=list)
     repaired: list[str] = field(default_factory=list)
 
 
 class NamesInFile:
-    """Gives each name of a file its label; names that no label has get stand-ins until the whole file is read."""
+    """Gives each name of a file its label. A name that no label has gets a placeholder until the whole file is read."""
 
     def __init__(self, target: ImportTarget) -> None:
         """Take what the file is read onto."""
@@ -68,7 +68,7 @@ class NamesInFile:
         return found
 
     def settle(self, tracks: Iterable[TrackRows], file: str) -> tuple[LabelSet, dict[int, int], Settled]:
-        """What becomes of names that no label has.
+        """Decide about names that no label has.
 
         Args:
             tracks: all rows of the file.
@@ -78,7 +78,7 @@ class NamesInFile:
             The set; the id, or ``LEFT_OUT``, of each stand-in; what is to be reported.
 
         Raises:
-            UnknownLabels: nobody has said what becomes of them.
+            UnknownLabels: the caller has not said what to do with them.
             ImportFormatError: a name can be that of no label.
         """
         labels, used, target = self._target.labels, self._strange_used(tracks), self._target

@@ -1,8 +1,7 @@
-"""Tracks that people have rejected: they look like signs and are none.
+"""Tracks that people have rejected, because they look like signs and are none.
 
-Retraining needs them, for nothing teaches a detector more than what has fooled it. In a data set for others they would
-be signs, whatever an attribute beside them says, so a format's writer never sees them. They go into ``manifest.json``,
-from where an import of ours takes them back.
+Retraining needs them as hard negatives. Another tool would read them as signs, whatever an attribute beside them says,
+so they are not passed to a format's writer. They are written into ``manifest.json``, from which our import reads them.
 """
 
 from __future__ import annotations
@@ -64,9 +63,9 @@ def stated(track: Track, labels: LabelSet) -> JsonObject:
 
 
 def with_negatives(dataset: Dataset, entry: JsonMapping, target: ImportTarget, file: str) -> Dataset:
-    """An import with the rejected tracks that the manifest beside it tells of.
+    """An import with the rejected tracks in the manifest beside it.
 
-    A track of the import that has the name of one of these was put there by somebody since, and counts.
+    A track of the import with the name of one of these was added after the export, and is kept.
 
     Args:
         dataset: what the format's reader gave: one video.

@@ -1,4 +1,4 @@
-"""What people wrote about a track, as one line of text a note: ``12: looks like a lamp``."""
+"""Converts people's notes about a track to text, one line a note: ``12: looks like a lamp``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def notes_to_text(notes: Sequence[tuple[int, str]]) -> str:
 
 
 def notes_from_text(value: str, frame: int) -> tuple[tuple[int, str], ...]:
-    """The inverse of ``notes_to_text``; a line of somebody else's has no number and is put at ``frame``."""
+    """The inverse of ``notes_to_text``; a line of another tool has no number and is put at ``frame``."""
     out: list[tuple[int, str]] = []
     for line in value.split("\n"):
         ours = _LINE.fullmatch(line)

@@ -1,4 +1,4 @@
-"""Whole numbers for tracks, for formats whose ids are such."""
+"""Gives tracks whole numbers, for formats whose ids are numbers."""
 
 from __future__ import annotations
 

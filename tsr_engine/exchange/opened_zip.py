@@ -1,4 +1,4 @@
-"""ZIP archives opened without trust: the list of their entries is measured before anybody takes it apart."""
+"""Opens ZIP archives that are not trusted: the list of entries is measured before it is parsed."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _DAMAGED = (
 
 @dataclass(frozen=True, slots=True)
 class ArchiveLimits:
-    """What an archive may unfold to.
+    """The limits of an unpacked archive.
 
     Attributes:
         entries: most files and folders.
@@ -99,8 +99,8 @@ def entry_names(path: Path, limits: ArchiveLimits | None = None) -> list[str]:
 class _Watched(io.BufferedReader):
     """A file whose list of entries is held to the limits while zipfile reads it.
 
-    The end of an archive says in up to two places how long the list is, and readers differ in which they believe. So
-    what is judged is what zipfile asks for (before anything is read) and what it gets.
+    The end of an archive states the length of the list in up to two places, and readers differ in which one they use.
+    So the limits apply to the bytes that zipfile asks for, before they are read, and to those that it gets.
     """
 
     def __init__(self, path: Path, limits: ArchiveLimits) -> None:

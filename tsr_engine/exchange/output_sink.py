@@ -1,7 +1,7 @@
-"""Where the files of an export go: into a folder, or straight into a ZIP archive, counted and hashed on the way.
+"""Writes the files of an export into a folder or straight into a ZIP archive, and counts and hashes them.
 
-A format can have a file for each of 100,000 pictures. In an archive such a file is never one on the disk: making,
-reading, packing and removing them took longer than all else.
+A format can have a file for each of 100,000 pictures. Such a file goes into an archive without being made on the disk:
+making, reading, packing and removing them took longer than the rest of an export.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class OutputSink(ABC):
 
 
 class FolderSink(OutputSink):
-    """Into a folder."""
+    """Writes into a folder."""
 
     def __init__(self, folder: Path) -> None:
         """Take an existing folder."""
@@ -115,7 +115,7 @@ class FolderSink(OutputSink):
 
 
 class ZipSink(OutputSink):
-    """Into a ZIP archive; the same files in the same order give the same bytes.
+    """Writes into a ZIP archive; the same files in the same order give the same bytes.
 
     A file that grows waits in an unnamed one beside the archive until it is complete, since an archive takes one entry
     after the other.

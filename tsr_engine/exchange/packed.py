@@ -1,4 +1,4 @@
-"""A data set of one video between two of our processes: plain arrays and JSON, nothing that runs when it is read."""
+"""Passes a data set of one video between two of our processes, as arrays and JSON without executable content."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ def write_packed(path: Path, dataset: Dataset) -> int:
 
 
 def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
-    """Read it again, and hold it to all promises once more: whoever wrote it has read a stranger's file.
+    """Read it again, and check all promises again, because the process that wrote it has read a foreign file.
 
     Args:
         path: the file.
         target: what it was read onto.
-        name: of the stranger's file, for messages.
+        name: of the foreign file, for messages.
 
     Raises:
         ImportFormatError: it breaks a promise.

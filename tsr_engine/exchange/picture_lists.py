@@ -1,4 +1,4 @@
-"""What the formats that list pictures have in common: which frames, which subset, which names, and the files."""
+"""Frames, subsets, names and files of pictures, for all formats that list pictures."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class PictureList:
         video: the video.
         place: of the video in the data set.
         rows: its boxes.
-        frames: listed frames, ascending: those with a box, and those whose pictures go out.
+        frames: listed frames, ascending: those with a box, and those whose pictures are exported.
         subset: name of the subset of each listed frame.
         prefix: what the names of its pictures begin with.
         first_track: tracks of the videos before; added to a number in ``rows.track`` it is unique in the data set.
@@ -108,7 +108,7 @@ def write_files(
     Args:
         lists: of all videos.
         out: the export.
-        options: tells whether, and is informed the progress.
+        options: decide whether, and take the progress.
         name: file of a frame in a subset.
     """
     if options.pictures == "none":

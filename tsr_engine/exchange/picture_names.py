@@ -1,6 +1,6 @@
-"""The grammar of picture names: what stands before a frame number and behind it, as tools write them.
+"""Parses picture names of other tools: the text before the frame number, the number, and the text after it.
 
-A name is understood as a whole or has no number: the last digits of a hash, of a date or of a size are no frame.
+A name must match as a whole, else it has no number: the last digits of a hash, a date or a size are no frame.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _NUMBERED = re.compile(rf"(?:(?:{_GENERIC})[-_. ]*)?\d+", re.IGNORECASE | re.ASC
 
 @dataclass(frozen=True, slots=True)
 class PictureName:
-    """What a name says.
+    """The parts of a picture's name.
 
     Attributes:
         stem: what stands before the number, without words such as ``frame``; empty: nothing.

@@ -1,4 +1,4 @@
-"""Rows of pictures: those of an import with the same folder and the same text before the frame number."""
+"""Groups the pictures of an import into rows: same folder, same text before the frame number."""
 
 from __future__ import annotations
 

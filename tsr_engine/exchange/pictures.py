@@ -1,4 +1,4 @@
-"""Frames of a video out as picture files, one in memory at a time."""
+"""Writes frames of a video as picture files, one in memory at a time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ JPEG_QUALITY = 95
 
 @dataclass(frozen=True, slots=True)
 class WrittenPicture:
-    """One frame that went out; a row of the manifest.
+    """A frame that was exported; a row of the manifest.
 
     Attributes:
         video: place of the video in the data set.
@@ -46,7 +46,7 @@ class WrittenPicture:
 
 
 def wanted_frames(video: DatasetVideo, annotated: NDArray[np.int64], pictures: str) -> NDArray[np.int64]:
-    """Ordinals of the frames whose pictures go out, ascending.
+    """Ordinals of the frames whose pictures are exported, ascending.
 
     Args:
         video: the video; what people have rejected in it counts as annotated: its pictures teach what is no sign.

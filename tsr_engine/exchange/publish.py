@@ -1,6 +1,6 @@
-"""A folder or file that takes its name only when it is whole, and leaves nothing behind when its maker is killed.
+"""Gives a folder or file its name only when it is whole, and leaves nothing behind if the process is killed.
 
-Everything is made in a hidden sibling folder that its maker holds locked; see ``tsr_engine.io.unfinished``.
+The output is made in a hidden, locked folder beside its place; see ``tsr_engine.io.unfinished``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _RENAME_EXCHANGE = 2
 
 @contextmanager
 def workshop(out: Path) -> Iterator[Path]:
-    """A locked, empty folder beside ``out``; removed at the end. Removes those of dead makers first.
+    """A locked, empty folder beside ``out``; removed at the end. Removes those of processes that have ended first.
 
     Raises:
         StorageError: the folder of ``out`` cannot be written.

@@ -1,4 +1,4 @@
-"""Text and JSON files of other tools, and the sentence for a rule that one of them breaks."""
+"""Reads text and JSON files of other tools, and words the error for a broken rule."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def format_named(name: str) -> Format:
 
 
 def switches_of(format: Format, given: dict[str, str], *, reading: bool) -> dict[str, str]:
-    """The options of a format with what a person said; defaults for what nobody said.
+    """The options of a format as given, with defaults for the others.
 
     Args:
         format: the format.

@@ -1,4 +1,4 @@
-"""Tracks under other numbers: after labels were merged, and where videos of several label sets go out as one."""
+"""Gives tracks other label numbers, after labels were merged or for an export of several label sets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Roboflow says that it has done to the pictures of a data set: boxes of changed ones are not those of a video."""
+"""Detects data sets whose pictures Roboflow has changed, since their boxes do not fit the video."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Coordinates with few decimals, or none, that are still boxes inside of the picture."""
+"""Rounds coordinates so that they stay boxes inside of the picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tracks turned into rows of frames, for formats that list pictures and the boxes in them."""
+"""Turns tracks into rows of frames, for formats that list pictures and their boxes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 @dataclass(frozen=True, slots=True)
 class TrackInfo:
-    """What rows say about their track."""
+    """The facts about a track that its rows share."""
 
     uid: str
     label: int

@@ -1,4 +1,4 @@
-"""A CSV beside files that cannot say which track a box belongs to: one row a box."""
+"""The CSV beside files that have no place for tracks: one row a box names its track."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ATTRIBUTES = "attributes"
 
 @dataclass(frozen=True, slots=True)
 class SideRow:
-    """What the side file says about one box."""
+    """The side file's row for one box."""
 
     line: int
     own: Mapping[str, str]

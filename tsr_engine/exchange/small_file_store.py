@@ -1,8 +1,8 @@
-"""The small files of an unpacked archive, all in one file on the disk.
+"""Keeps the small files of an unpacked archive in one file on the disk.
 
-A data set can have a text file for each of 100,000 pictures. To make, open and remove as many files takes longer than
-to read what is in them; so those that only a number tells apart wait in one file until somebody asks for them. Where
-there are few, every file is one on the disk.
+A data set can have a text file for each of 100,000 pictures. Making, opening and removing so many files takes longer
+than reading them. So files whose names differ only in a number are kept in one file until they are asked for. If there
+are few, each one is a file on the disk.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which spellings of a video's name are the video's own: tools change case, spaces, punctuation and the suffix."""
+"""Recognises a video's name in other spellings: tools change case, spaces, punctuation and the suffix."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Signs divided among training, validation and test such that nothing is on two sides.
+"""Divides signs among training, validation and test so that no sign or frame is on two sides.
 
-The same sign in thirty frames is thirty near copies, and a frame is one picture: both stay whole. Signs that share a
+The same sign in thirty frames is thirty near copies, so signs stay whole, and so do frames. Signs that share a
 frame of a video form a group, and a group goes to one side as a whole.
 """
 

@@ -1,8 +1,9 @@
-"""Which video a file speaks of: names and addresses of videos in other tools' files, and the choice among several.
+"""Finds the video that a file of another tool is about, by the names and addresses in it, and chooses among several.
 
 Label Studio has addresses (``/data/upload/3/1a2b3c4d-drive.mp4``, ``/data/local-files/?d=dir/drive.mp4``, signed ones
-of a cloud), CVAT the name of the file, tables a column with either. Uploads to Label Studio get eight hexadecimal
-digits of a UUID and a dash before their name, and lose what Django's ``get_valid_filename`` takes out of names.
+of a cloud), CVAT has the name of the file, and tables have a column with either. Uploads to Label Studio get eight
+hexadecimal digits of a UUID and a dash before their name, and lose what Django's ``get_valid_filename`` takes out of
+names.
 """
 
 from __future__ import annotations
@@ -108,7 +109,7 @@ def choose(
 
     Args:
         parts: of the file.
-        validator: is reported, and has the video and the switch ``task``.
+        validator: takes the reports, and has the video and the switch ``task``.
         file: for messages.
         kind: what a part is called: ``task``.
         merge: several parts may be about one video.

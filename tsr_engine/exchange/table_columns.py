@@ -1,7 +1,8 @@
-"""What other tools call the columns of their tables, and the keys of their JSON rows.
+"""The names that other tools give to the columns of their tables and the keys of their JSON rows.
 
-Known are supervision's ``CSVSink`` and ``JSONSink``, Ultralytics' ``to_csv``, ``to_json`` and ``to_df``, MOTChallenge's
-names, and what people write. Names are compared without case, with ``_`` for spaces, dots and dashes.
+The table has the names of supervision's ``CSVSink`` and ``JSONSink``, Ultralytics' ``to_csv``, ``to_json`` and
+``to_df``, MOTChallenge's, and names that people write. Names are compared without case, with ``_`` for spaces, dots and
+dashes.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ _EDGES = frozenset({*_FOUR, "x", "y", "cx", "cy", "w", "h"})
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Which column of a table means what.
+    """The meaning of each column of a table.
 
     Attributes:
         named: meaning -> column. A box has ``x1`` to ``y2``, or ``x``, ``y``, ``w``, ``h``, with ``cx``, ``cy`` for the

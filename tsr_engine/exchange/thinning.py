@@ -1,4 +1,4 @@
-"""Dense tracks down to key frames, and back by linear interpolation.
+"""Reduces dense tracks to key frames, and restores them by linear interpolation.
 
 Labelling tools interpolate linearly between key frames. ``key_frames`` picks the fewest frames of a track between
 which a straight line stays close to every edge of every box; ``between`` draws that line.
@@ -28,10 +28,10 @@ def runs_of(frames: NDArray[np.int64]) -> NDArray[np.int64]:
 def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArray[np.bool_]:
     """Which frames of a track to write so that interpolation gives the others back.
 
-    Kept always: frames that hold a statement of their own, the first and last frame of each run without gap, and
-    frames where label, attributes, occlusion or ignoring change, since tools hold these until the next key frame.
-    Between those, the fewest frames such that each edge of each box is met within ``thin_px`` (and at most ``SPAN``
-    frames apart).
+    The function always keeps key frames of the track, the first and last frame of each run without gap, and frames in
+    which label, attributes, occlusion or ignoring change, since tools hold these until the next key frame. Between
+    those it keeps the fewest frames such that each edge of each box is met within ``thin_px``, at most ``SPAN`` frames
+    apart.
 
     Args:
         track: dense or not.

@@ -1,4 +1,4 @@
-"""Rows of one track as a reader finds them, and the straight lines between them."""
+"""Collects the rows of one track as a reader finds them, and interpolates between them."""
 
 from __future__ import annotations
 

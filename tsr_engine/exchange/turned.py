@@ -1,4 +1,4 @@
-"""Boxes that are turned about their centre, in formats whose readers have upright ones only."""
+"""Converts boxes that are rotated about their centre to upright ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def upright(edges: Edges, degrees: float, validator: ImportValidator, file: str,
     Args:
         edges: of the box before it is turned, px.
         degrees: clockwise, about its centre.
-        validator: is reported.
+        validator: takes the reports.
         file: for messages.
         line: place in the file.
 

@@ -1,8 +1,8 @@
-"""Of all pictures that an import lists: which are of the video at hand, and which frame each shows.
+"""Finds the pictures of an import that belong to the video at hand, and the frame that each one shows.
 
 The names are judged together. Pictures fall into rows: those with the same folder, and the same text before the number.
-Rows that name the video are its own; the others are left out and told. Where no row names it, a single one is taken,
-with a sentence if it names another video; several are refused. Each row counts from 0 or from 1 as a whole.
+Rows that name the video are its own; the others are left out and reported. If no row names it, a single row is taken,
+with a sentence if it names another video, and several are refused. Each row counts from 0 or from 1 as a whole.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def frames_of_pictures(
 
     Args:
         listed: all pictures of the import.
-        validator: is reported, and has the video and the switches.
+        validator: takes the reports, and has the video and the switches.
         folder: of the import; a manifest of ours beside it settles what names are about.
         more: names of pictures without boxes that a list beside the boxes has; they help to tell where numbers begin.
 

@@ -1,4 +1,4 @@
-"""XML in and out: streaming, with line numbers, and without document types, entities or external references."""
+"""Reads and writes XML as a stream, with line numbers, without document types, entities or external references."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Node:
 
 
 class _Builder:
-    """Keeps the elements asked for, whole; of the others only that they are open."""
+    """Keeps the wanted elements whole; of the others it only knows whether they are open."""
 
     def __init__(self, wanted: frozenset[str], bare: frozenset[str], file: str) -> None:
         self._wanted = wanted

@@ -1,4 +1,4 @@
-"""ZIP archives with fixed dates and permissions, so that the same files give the same bytes."""
+"""Writes ZIP archives with fixed dates and permissions, so that the same files give the same bytes."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ class ZipWriter:
 class _Tail(io.RawIOBase):
     """The last megabyte of a file, in memory.
 
-    The archive goes back to the head of every entry to write its size down, which in a file takes two system calls and
-    empties the buffer; with 100,000 small entries that is a tenth of all the time.
+    The archive returns to the head of every entry to write its size. In a file this takes two system calls and empties
+    the buffer; with 100,000 small entries it is a tenth of all the time.
     """
 
     def __init__(self, target: BinaryIO) -> None:

@@ -1,1 +1,1 @@
-"""Label sets: what signs can be called, in any country. See docs/labels.md."""
+"""Label sets: the labels that signs can have, in any country. See docs/labels.md."""

@@ -1,4 +1,4 @@
-"""Labels of another set or file, brought into a set: those that are missing are added with new ids."""
+"""Adds the labels that a set lacks from another set or file, with new ids."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Adopted", "adopt_labels"]
 
 @dataclass(frozen=True, slots=True)
 class Adopted:
-    """What came of a set that was brought in.
+    """The result of adding another set.
 
     Attributes:
         changed: the next version, and the sentence about it.

@@ -1,4 +1,4 @@
-"""Changes of a label set: each gives the next version of the set, and says in one sentence what it did."""
+"""Changes of a label set: each returns the next version and a sentence about the change."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _NO_WORD = re.compile(r"[^\w]+|_+")
 
 @dataclass(frozen=True, slots=True)
 class Changed:
-    """What a change gives.
+    """The result of a change.
 
     Attributes:
         labels: the next version; the version that was there where the change changes nothing.

@@ -1,4 +1,4 @@
-"""What the class numbers of a model, or of a run's evidence, mean in a label set."""
+"""Maps the class numbers of a model, or of a run's evidence, to the labels of a set."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ __all__ = [
 class RunClasses:
     """Class numbers of one model or run, and the labels of a set that stand for them.
 
-    Numbers without a label of the set keep the model's own word. Labels that were merged answer with the one that
-    stands for them.
+    Numbers without a label of the set keep the model's own word. A merged label gives the label that it was merged
+    into.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
-"""Makes the shipped set ``vienna`` out of its table: ``python -m tsr_engine.labels.make_vienna``.
+"""Makes the shipped set ``vienna`` from its table: ``python -m tsr_engine.labels.make_vienna``.
 
 The table, ``sets/vienna.csv``, holds what people know about each sign, one sign a row. Rows of the 43 signs of
-``gtsrb-43`` give only what the set adds to them: aliases, and mirror images that ``gtsrb-43`` does not have.
+``gtsrb-43`` only add to them: aliases, and mirror images that ``gtsrb-43`` does not have.
 """
 
 from __future__ import annotations

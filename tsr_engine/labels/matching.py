@@ -20,7 +20,7 @@ _LIKE = 0.6
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """A label, and what in it has matched."""
+    """A label, and the part of it that matched."""
 
     label: Label
     how: How
@@ -29,9 +29,9 @@ class Match:
 class LabelFinder:
     """Finds labels of one set by word; made once, asked often.
 
-    In this order: key; name; alias; short name, unless that is a number; id, such as ``14``, ``00014``, ``class 14``,
-    ``#14``. Spaces, case and punctuation do not matter. A label that was merged answers with the one that it was
-    merged into; hidden labels are found.
+    It looks in this order: key; name; alias; short name, unless that is a number; id, such as ``14``, ``00014``,
+    ``class 14``, ``#14``. Spaces, case and punctuation do not matter. A merged label gives the one that it was merged
+    into; hidden labels are found.
     """
 
     def __init__(self, labels: LabelSet) -> None:

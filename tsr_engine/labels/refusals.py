@@ -1,4 +1,4 @@
-"""What a change of a label set is refused for, and which label has a word already."""
+"""Errors about changes of a label set, and the check whether another label has a word already."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ __all__ = ["schema_text"]
 
 
 def schema_text() -> str:
-    """The schema as it lies in ``docs/``."""
+    """The schema, as stored in ``docs/``."""
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **LabelSet.model_json_schema(by_alias=True)}
     return json.dumps(schema, ensure_ascii=False, indent=2) + "\n"
 

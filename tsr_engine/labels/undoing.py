@@ -1,4 +1,4 @@
-"""Takes a change of a label set back, and leaves later ones alone."""
+"""Undoes a change of a label set without touching later ones."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ __all__ = ["undo_change"]
 def undo_change(
     labels: LabelSet, before: LabelSet, after: LabelSet, sentence: str, used: Callable[[int], bool]
 ) -> Changed:
-    """Take the change between two versions back; what was changed in other labels since then stays.
+    """Undo the change between two versions; later changes of other labels stay.
 
-    A label that the change had added goes, unless something uses it: then it is hidden. Its id is not given out again.
+    A label that the change had added is removed, or hidden if something uses it. Its id is not given out again.
 
     Args:
         labels: the newest version.
         before: the version before the change.
         after: the version that the change made.
-        sentence: what the change says of itself.
+        sentence: the sentence about the change.
         used: whether something that is stored names a label by its id.
 
     Raises:

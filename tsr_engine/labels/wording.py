@@ -1,4 +1,4 @@
-"""When two names of labels are one name to people: the one comparison that dialogs, imports and comparisons share."""
+"""Compares names of labels as people do, for dialogs, imports and comparisons."""
 
 from __future__ import annotations
 

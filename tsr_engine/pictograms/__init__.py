@@ -1,4 +1,4 @@
-"""Drawings of traffic signs, made of vectors: at any size, with their silhouettes."""
+"""Vector drawings of traffic signs, at any size, with their silhouettes."""
 
 from tsr_engine.pictograms.drawn import draw, names, svg
 

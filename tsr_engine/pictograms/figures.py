@@ -1,4 +1,4 @@
-"""What the signs show: vehicles, arrows, people, animals, as polygons and strokes in unit coordinates."""
+"""Figures of the signs: vehicles, arrows, people, animals, as polygons and strokes in unit coordinates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outlines out of short texts, in the manner of SVG paths, in hundredths of the canvas's unit."""
+"""Outlines from short texts that resemble SVG paths, in hundredths of the canvas's unit."""
 
 from __future__ import annotations
 

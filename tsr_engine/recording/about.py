@@ -1,4 +1,4 @@
-"""The page "About" of a recording: what it shows and what it was made of."""
+"""The page "About" of a recording: its content and its sources."""
 
 from __future__ import annotations
 

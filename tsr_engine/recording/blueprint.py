@@ -1,4 +1,4 @@
-"""What a viewer shows when it opens a recording."""
+"""The views that a viewer shows when it opens a recording."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _MOST_TRACKS = 12
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """What the blueprint needs to know.
+    """The facts that the blueprint depends on.
 
     Attributes:
         width: of the picture, px.

@@ -1,4 +1,4 @@
-"""The labels of a recording: a number, a name and a colour for each, and what the run's class numbers become."""
+"""The labels of a recording: number, name and colour of each, and their mapping from the run's class numbers."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The picture of a recording: the video's own packets from a key frame on, in a small MP4 file of their own.
+"""Cuts the picture of a recording: the video's own packets from a key frame on, in a small MP4 file.
 
-Pictures are encoded anew only where the packets take more bytes than a recording may, or where a viewer could not show
-them at the right place: another codec, a rotated picture, a file without presentation times. Then the clip says why.
+Pictures are encoded anew only if the packets take more bytes than a recording may, or if a viewer could not show them
+at the right place: another codec, a rotated picture, a file without presentation times. The clip then says why.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What goes into a recording, as plain columns."""
+"""The content of a recording, as plain columns."""
 
 from __future__ import annotations
 

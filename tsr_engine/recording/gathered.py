@@ -1,4 +1,4 @@
-"""What a recording shows, as it was read from the evidence."""
+"""The content of a recording, as it was read from the evidence."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Gathered"]
 
 @dataclass(frozen=True, slots=True)
 class Gathered:
-    """What a recording shows, but for the picture."""
+    """The content of a recording without its picture."""
 
     request: RecordingRequest
     reader: EvidenceReader

@@ -1,7 +1,7 @@
-"""H.264 of a given size with little work: groups of pictures, each at one quantiser that the pictures before it decide.
+"""Encodes H.264 of a given size fast: each group of pictures has one quantiser, chosen from the groups before it.
 
-An encoder that steers its rate from picture to picture estimates each of them first, which takes a quarter of its time
-where everything else is as fast as it can be. Here a few pictures are tried, and each group corrects the next one.
+An encoder that controls its rate from picture to picture estimates each picture first, which takes a quarter of its
+time at the fastest settings. Here a few pictures are tried, and each group corrects the next one.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where things lie in a recording and how they look: one table for writer, blueprint, tests and documentation."""
+"""Paths and appearance of the layers of a recording: one table for writer, blueprint, tests and documentation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is recorded, and what came of it."""
+"""The request for a recording, and the report on it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["RecordingReport", "RecordingRequest"]
 
 @dataclass(frozen=True, slots=True)
 class RecordingRequest:
-    """What to record.
+    """The request for a recording.
 
     Attributes:
         evidence: folder of the run.
@@ -61,7 +61,7 @@ class RecordingRequest:
 
 @dataclass(frozen=True, slots=True)
 class RecordingReport:
-    """What was recorded.
+    """The report on a recording.
 
     Attributes:
         path: the file.

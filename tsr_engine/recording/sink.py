@@ -1,4 +1,4 @@
-"""The one place that talks to the Rerun SDK: columns in, the bytes of a ``.rrd`` file out.
+"""Turns columns into the bytes of a ``.rrd`` file; only this module uses the Rerun SDK for writing.
 
 The SDK takes more than a second to import, so this module is imported when a recording is made.
 """

@@ -1,4 +1,4 @@
-"""From evidence to the columns of a recording, for one range of frames."""
+"""Reads the columns of a recording from evidence, for one range of frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures encoded anew, for videos whose packets a viewer cannot show, or that would make a recording too large."""
+"""Encodes pictures anew, for videos whose packets a viewer cannot show or that would make a recording too large."""
 
 from __future__ import annotations
 
@@ -85,11 +85,11 @@ def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted:
 def _decoded(context: av.VideoCodecContext, packets: Sequence[av.Packet], threads: int) -> Iterator[av.VideoFrame]:
     """All pictures of some packets, in the order in which they are shown.
 
-    They are decoded beside whoever takes them. The decoder's own threads alone run dry whenever the taker is slow for
-    a moment: on two cores both then stand still for a fifth of the time.
+    They are decoded in parallel with their consumer. The decoder's own threads alone run out of work whenever the
+    consumer is slow for a moment: on two cores both are then idle for a fifth of the time.
 
-    The loop filter is left out: a quarter of the decoder's time, for edges of blocks that the encoder mostly takes away
-    again. Only H.264, H.265 and VP9 know the option.
+    The loop filter is off: it takes a quarter of the decoder's time, and the encoder mostly removes the edges of blocks
+    as well. Only H.264, H.265 and VP9 know the option.
     """
     decoder = av.CodecContext.create(context.codec.name, "r")
     decoder.extradata, decoder.thread_type, decoder.thread_count = context.extradata, "AUTO", threads

@@ -1,4 +1,4 @@
-"""What a recording shows, put into the file that the Rerun viewer reads. Imports the SDK: see ``write.load_sdk``."""
+"""Writes the content of a recording into the Rerun viewer's file. Imports the SDK: see ``write.load_sdk``."""
 
 from __future__ import annotations
 

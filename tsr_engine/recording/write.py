@@ -1,4 +1,4 @@
-"""One recording of one range of frames, from stored evidence, for the Rerun viewer."""
+"""Writes a recording of a range of frames for the Rerun viewer, from stored evidence."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ __all__ = ["load_sdk", "write_recording"]
 
 
 def load_sdk() -> None:
-    """Import the SDK now, which takes more than a second; where that fails, whoever needs it next is informed why."""
+    """Import the SDK now, which takes more than a second; if that fails, its next user gets the error."""
     with suppress(ImportError):
         import tsr_engine.recording.viewer_file  # noqa: F401
 

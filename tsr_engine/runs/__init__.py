@@ -1,1 +1,1 @@
-"""Runs: a video through the engine, live or replayed from evidence, with what it writes and reports."""
+"""Runs of the engine over a video, live or replayed from evidence, with their outputs and reports."""

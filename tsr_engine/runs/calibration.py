@@ -1,4 +1,4 @@
-"""What a drive tells of the camera that filmed it."""
+"""Estimates the camera of a drive from its video."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def calibrate(
         cancelled: asked before each frame; true ends the search with what is known by then.
 
     Returns:
-        None where the car drives too little for an answer.
+        None if the car drives too little for an answer.
 
     Raises:
         VideoError: the video cannot be opened or decoded.
@@ -82,7 +82,7 @@ def aimed(
 ) -> tuple[Params, Focus | None]:
     """Parameters of a run over a drive whose camera is estimated from the drive, unless they name its focus themselves.
 
-    The beginning of the drive is looked at, whichever frames are to be tracked: every run over it has the same camera.
+    The estimate uses the beginning of the drive, whichever frames are tracked, so that every run has the same camera.
 
     Args:
         params: of the run.
@@ -92,7 +92,7 @@ def aimed(
         progress: called after each frame that is looked at, as by :func:`calibrate`.
 
     Returns:
-        The parameters with ``coast_foe_y`` set where it was asked for and could be reported, and what was reported.
+        The parameters, with ``coast_foe_y`` set if it was asked for and could be estimated, and the estimate.
     """
     tracking = params.tracking
     if tracking.coast_foe_y is not None or tracking.motion != "looming":

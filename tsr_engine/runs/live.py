@@ -1,7 +1,7 @@
-"""A live run: video in; evidence, result rows and an annotated video out, frame by frame in flat memory.
+"""Tracks a video frame by frame in flat memory, and writes evidence, result rows and an annotated video.
 
-A run with an evidence folder survives a kill: the next call with the same folder replays the stored frames since
-the last one without tracks, which rebuilds the tracker, and goes on where the store ends.
+A run with an evidence folder survives a kill. The next call with the same folder replays the stored frames since the
+last one without tracks, which rebuilds the tracker, and resumes at the end of the store.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _aim(
 ) -> tuple[Params, Focus | None]:
     """Parameters with the camera's focus, and what the drive told of it in this call.
 
-    It is the one that they name, else that of the run which is gone on with, else what the drive tells.
+    It is the focus in the parameters, else that of the resumed run, else the estimate from the drive.
     """
     params, folder = request.params, request.evidence
     if params.tracking.coast_foe_y is not None or request.restart or folder is None or not (folder / RUN_FILE).exists():

@@ -1,7 +1,7 @@
-"""What a live run writes besides its evidence: result rows as CSV, and the annotated video.
+"""The outputs of a live run besides its evidence: result rows as CSV, and the annotated video.
 
-They are opened before anything is computed and hold what was computed however the run ends. What becomes of one of
-them is no matter to the other.
+They are opened before anything is computed, and hold what was computed however the run ends. The failure of one does
+not affect the other.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Replay: a run's evidence once more through the core, with other parameters, without decoding or detecting.
+"""Replays a run: takes its evidence through the core with other parameters, without decoding or detecting.
 
-With the run's own parameters every record comes out bit by bit as it is stored. With others the report says which
-tracks differ, and how many pixels were asked for that the evidence does not hold.
+With the run's own parameters every record equals the stored one bit by bit. With others the report lists the tracks
+that differ, and counts the requested pixels that the evidence does not hold.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class TrackDiff:
 
 @dataclass(slots=True)
 class ReplayReport:
-    """What a replay has found."""
+    """The result of a replay."""
 
     frames: int = 0
     identical: int = 0
@@ -101,7 +101,7 @@ def changed_parameters(before: Params, now: Params) -> list[str]:
 def check_models(reader: EvidenceReader, components: Components, params: Params) -> None:
     """Refuse to replay with other models than those of the run.
 
-    What detects is not asked again, unless it also rescores windows.
+    The prior's hash is not checked. The detector's is checked only if it also rescores windows.
 
     Raises:
         ModelError: a component that the replay uses has another hash.
@@ -131,7 +131,7 @@ def replay(
     on_frame: Callable[[FrameEvidence, int, int], None] | None = None,
     report: ReplayReport | None = None,
 ) -> Iterator[FrameEvidence]:
-    """Take the frames of a run once more and yield what comes out.
+    """Take the frames of a run through the core and yield the results.
 
     Args:
         folder: the run's evidence.

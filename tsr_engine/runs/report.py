@@ -1,4 +1,4 @@
-"""What a live run is asked to do, how far it is, and what it has done."""
+"""Request, progress and report of a live run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["Progress", "RunReport", "RunRequest"]
 
 @dataclass(frozen=True, slots=True)
 class RunRequest:
-    """What to track, and where the results go.
+    """The request: what to track, and where the results go.
 
     Attributes:
         video: the file.
@@ -55,7 +55,7 @@ class RunRequest:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a run is."""
+    """The progress of a run."""
 
     done: int
     """Frames done, those of an earlier part of the run included."""
@@ -69,7 +69,7 @@ class Progress:
 
 @dataclass(slots=True)
 class RunReport:
-    """What a run has done."""
+    """The report on a run."""
 
     video: str
     width: int

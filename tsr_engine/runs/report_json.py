@@ -1,4 +1,4 @@
-"""Reports of runs in JSON's own types: what ``tsr track --json``, replays and batches write."""
+"""Reports of runs in JSON's own types, for ``tsr track --json``, replays and batches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The evidence folder of a live run: what an earlier call has stored, and the writer of the rest."""
+"""The evidence folder of a live run: the frames that an earlier call has stored, and the writer of the others."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["RunEvidence"]
 
 
 class RunEvidence:
-    """A folder that is being written, and that a run may go on with.
+    """A folder that is being written, and that a later call may resume.
 
     Attributes:
         writer: appends frames.

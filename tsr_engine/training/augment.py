@@ -1,6 +1,6 @@
-"""What light, optics, cameras and compression do to a picture: random changes for training patches.
+"""Random changes of training patches, as light, optics, cameras and compression cause them.
 
-Low sun, glare, deep shade and blur decide on real roads; scenes of a benchmark hardly hold them.
+Low sun, glare, deep shade and blur matter on real roads and are rare in the scenes of a benchmark.
 """
 
 from __future__ import annotations

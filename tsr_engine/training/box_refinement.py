@@ -1,8 +1,8 @@
-"""Training of the box refinement: boxes a little off their sign, and the steps that lead back.
+"""Trains the box refinement on boxes a little off their sign, and the steps that lead back.
 
-GTSRB shows about a tenth of a sign's side around it and nothing beyond. A border that is replicated from there would
-tell where the edge of the sign is, so pictures are cut a second time, at random within that border; signs of scenes,
-which have all of their surroundings, only half of the time.
+A GTSRB picture ends about a tenth of the sign's side beyond the sign. A border that is replicated from there would
+reveal the edge of the sign, so pictures are cut a second time, at random within that border. Signs of scenes have all
+of their surroundings; they are cut only half of the time.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _ROOMY = 0.2
 
 @dataclass(frozen=True, slots=True)
 class BoxRefinementPlan:
-    """How the box refinement is trained.
+    """The settings of the training.
 
     Attributes:
         steps: gradient steps.

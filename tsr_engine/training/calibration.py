@@ -1,4 +1,4 @@
-"""From scores to log-odds of being a sign."""
+"""Fits the mapping from scores to log-odds of being a sign."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model makes of scenes that did not train it: candidates with their scores, to calibrate and to judge it."""
+"""Collects a model's candidates with their scores on scenes that did not train it, to calibrate and to judge it."""
 
 from __future__ import annotations
 
@@ -83,8 +83,8 @@ def log_odds_of(found: Sequence[Candidates]) -> LogOdds:
     """Log-odds from candidates on scenes that did not train the model.
 
     Verifier and sign verifier score alone decide. The weight of the cascade's score differed from one half of 150
-    scenes to the other, and with it fewer signs were found at few false detections. Where all candidates are signs, or
-    none is, nothing can be informed of the weights: they are :data:`UNFITTED` then.
+    scenes to the other, and with it fewer signs were found at few false detections. If all candidates are signs, or
+    none is, the weights cannot be fitted: they are :data:`UNFITTED` then.
     """
     scored, labels = [], []
     for one in found:

@@ -1,4 +1,4 @@
-"""What a classifier makes of crops that its weights have not seen: its temperature, accuracy and likelihood."""
+"""Temperature, accuracy and likelihood of a classifier on crops that its weights have not seen."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""Gradient descent for a feature map and what answers from it, in plain NumPy.
+"""Gradient descent for a feature map and its outputs, in plain NumPy.
 
 The loss is the squared hinge of the one-vs-rest support vector machine (Tang 2013), cross-entropy, or, for the four
-numbers that move a box, Huber's; the optimiser
-is Adam with decoupled weight decay (Loshchilov & Hutter 2019), a cosine schedule and an average of the weights over
-the last steps, which is what is kept.
+numbers that move a box, Huber's. The optimiser is Adam with decoupled weight decay (Loshchilov & Hutter 2019) and a
+cosine schedule. The result is the average of the weights over the last steps.
 """
 
 from __future__ import annotations

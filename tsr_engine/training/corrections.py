@@ -1,13 +1,13 @@
-"""Corrected tracks as training data: a few frames of each sign, and what a reviewed video shows besides.
+"""Turns corrected tracks into training data: a few frames of each sign, and background of the reviewed videos.
 
-What a person has said decides what a track is worth:
+The review decides how a track is used:
 
 * accepted, corrected, drawn or imported as truth: a sign;
-* rejected: no sign, and a place that fooled the engine;
+* rejected: a false positive of the engine;
 * open, in need of work, ignored, occluded, too small, or of no known class: nothing is learned from there.
 
-What no track covers in a reviewed video counts as background: whoever reviewed it has seen the engine's tracks and
-drawn the missing ones.
+A place without a track in a reviewed video counts as background: the reviewer has seen the engine's tracks and drawn
+the missing ones.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ def corrected_scenes(
 
 @dataclass(slots=True)
 class _Frame:
-    """What is known of one frame."""
+    """The signs and rejected boxes of one frame."""
 
     boxes: list[FloatArray] = field(default_factory=list)
     classes: list[int] = field(default_factory=list)

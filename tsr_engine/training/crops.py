@@ -1,6 +1,6 @@
-"""GTSRB crops as training windows of the detector.
+"""Turns GTSRB crops into training windows of the detector.
 
-A crop carries a border of a tenth of the sign, the detector's filters want more. The crop is merged into a random piece
+A crop has a border of a tenth of the sign, and the detector's filters need more. The crop is merged into a random piece
 of a scene of matching brightness, with a soft edge across its border.
 """
 

@@ -1,6 +1,6 @@
-"""Training of the offline detector: cascade in rounds with hard negatives, refine-and-verify stage.
+"""Trains the offline detector: cascade in rounds with hard negatives, refine-and-verify stage.
 
-Sign verifier score, outline.
+It also trains the sign verifier and the box refinement.
 """
 
 from __future__ import annotations

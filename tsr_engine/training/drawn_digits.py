@@ -1,7 +1,7 @@
-"""Digits drawn by strokes whose proportions are random, for limits in type faces that no font file here has.
+"""Draws digits by strokes with random proportions, for limits in type faces that no font file here has.
 
 Road authorities draw their own digits: narrow or wide, round or squared like a rounded rectangle, with long or short
-arms. A stroke along superellipses ``|x / rx|^n + |y / ry|^n = 1`` reaches all of these by a handful of numbers: n = 2
+arms. A stroke along superellipses ``|x / rx|^n + |y / ry|^n = 1`` gives all of these from a few numbers: n = 2
 is the round face, n = 5 nearly the box.
 """
 

@@ -1,7 +1,7 @@
-"""Scenes with drawn signs pasted in: what signs look like that no annotated scene shows.
+"""Pastes drawn signs into scenes, to show signs that no annotated scene has.
 
-Drawings of the label set ``vienna`` are turned, faded and lit like the place where they are put. They teach what a sign
-is and never take part in figures.
+Drawings of the label set ``vienna`` are turned, faded and lit like the place where they are put. They are
+used for training only, never for figures.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Signs as other countries draw them, for the classifier's training: other type faces, other arrows.
+"""Draws signs in other countries' styles, for the classifier's training: other type faces, other arrows.
 
 GTSRB holds German signs only. The Vienna Convention (1968, annex 1, C14 and D1) leaves the type face of a limit and the
 form of an arrow to each country: thin or wide digits, a bare arrow to the right where Germany bends it. Drawn crops
-join the real ones in training and never in figures.
+are used for training only, never for figures.
 """
 
 from __future__ import annotations

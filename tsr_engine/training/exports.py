@@ -1,7 +1,7 @@
-"""Exports of this tool as training data: tracks through the format's own reader, pictures from the video or the export.
+"""Opens exports of this tool as training data: tracks by the format's reader, pictures from the video or the export.
 
-The video is preferred, by its SHA-256: it has every frame, so that frames without signs can be drawn as background.
-Without it the pictures that the export carries are used.
+The video is preferred, by its SHA-256: it has every frame, so frames without signs can be drawn as background. Without
+the video, the pictures in the export are used.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ def _pictures(folder: Path, entry: JsonMapping) -> dict[int, Path]:
 def _reviewed(tracks: Iterator[Track], content: JsonMapping) -> Iterator[Track]:
     """Tracks with their review states.
 
-    Formats that carry none give back open tracks. Where the export was limited to accepted ones, that is what they are.
+    Formats without review states give open tracks. If the export was limited to accepted tracks, they are accepted.
     """
     asked = content.get("asked", {}).get("states")
     # Exports that tell rejected tracks apart have none among the others, whatever state these came back with.

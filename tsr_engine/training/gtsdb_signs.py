@@ -1,4 +1,4 @@
-"""Annotations of what ``gt.txt`` of GTSDB does not name: signs outside the 43 classes, and places to ignore."""
+"""Reads annotations that ``gt.txt`` of GTSDB lacks: signs outside the 43 classes, and places to ignore."""
 
 from __future__ import annotations
 

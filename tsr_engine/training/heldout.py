@@ -1,4 +1,4 @@
-"""What is kept away from a refinement, and figures of two versions on it, side by side."""
+"""Holds out corrected frames from a refinement, and compares two versions on them."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Limits whose digits are smaller than Germany's, made out of real crops, for the classifier's training.
+"""Makes limits with smaller digits than Germany's from real crops, for the classifier's training.
 
 The Vienna Convention (1968, annex 1, C14) leaves the height of a limit's digits to each country. Germany fills the
-field with them; elsewhere they take little more than half of it, and look to a classifier that has seen German ones
-alone like digits far away, or like others. A real crop keeps what no drawing has, the light, noise and blur of a
-camera: its middle is shrunk, the field between digits and ring is widened, and the ring stays where it is.
+field with them; elsewhere they take little more than half of it. A classifier that has seen only German ones takes
+these for digits far away, or for others. A real crop keeps the light, noise and blur of a camera, which drawings lack:
+its middle is shrunk, the field between digits and ring is widened, and the ring stays in place.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What a refinement remembers of the data that the models were trained on: the component ``memory``.
+"""The component ``memory``: samples of the data that the models were trained on, for refinements.
 
-A refinement sees a few corrected signs only. So that it does not unlearn the others, samples of the earlier training go
-along with the models: windows of signs and of background that the detector's refine-and-verify stage has judged, and
+A refinement sees only a few corrected signs. To keep it from forgetting the others, the models contain samples of the
+earlier training: windows of signs and of background that the detector's refine-and-verify stage has judged, and
 the second moment of the classifier's features. The component is made from GTSDB and GTSRB for a given detector and
 classifier, and serves all versions that descend from them.
 """

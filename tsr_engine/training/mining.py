@@ -1,4 +1,4 @@
-"""Windows for the cascade's training, taken from the very pyramid that it will scan."""
+"""Takes windows for the cascade's training from the same pyramid that it will scan."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Training of the network that reads signs; needs PyTorch, which only this does.
+"""Trains the network that classifies signs; needs PyTorch.
 
 A teacher of twice the width and more layers learns to tell the 43 signs of GTSRB and the drawn signs of ``vienna``
-apart. The network then learns from the same views, and most of all from what the teacher answers to each. Its last
+apart. The network then learns from the same views, mostly from the teacher's output for each. Its last
 layer becomes the classifier's machines: moved and scaled so that a sign has a margin of 1 and the others have -1 on
 average, which a softmax with its own temperature does not notice and a retraining needs.
 """

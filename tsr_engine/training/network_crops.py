@@ -1,4 +1,4 @@
-"""The crops that the network learns from: GTSRB's, and drawings of every sign of ``vienna`` in other manners."""
+"""The crops for the network's training: GTSRB's, and drawings of every sign of ``vienna`` in other styles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Training views of many crops at once, for the network: what :mod:`~.classifier_jitter` does to one crop, in PyTorch.
+"""Makes training views of many crops at once in PyTorch; :mod:`~.classifier_jitter` makes them of one crop.
 
 Box errors, perspective, other drawings, light, focus, distance and compression. The same generator gives the same views
 on the same device.

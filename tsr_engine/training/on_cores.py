@@ -1,4 +1,4 @@
-"""Work on many items by all cores, with the same result whatever their number."""
+"""Works on many items with all cores; the result does not depend on their number."""
 
 from __future__ import annotations
 

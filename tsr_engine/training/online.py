@@ -1,4 +1,4 @@
-"""Offline samples of the online detector: what it knows before the first frame of a track (section III-D.1)."""
+"""Draws the offline samples of the online detector, its data before a track's first frame (section III-D.1)."""
 
 from __future__ import annotations
 

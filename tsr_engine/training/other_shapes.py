@@ -1,6 +1,6 @@
 """Training of the detector of other shapes: signs that the 43 classes lack, from annotated scenes and drawn signs.
 
-It is an ACF model as the detector of the 43 is, on the same pyramid, so that one pyramid a picture serves both.
+It is an ACF model like the detector of the 43 classes and uses the same pyramid, which is computed once a picture.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Training windows of signs: cut with much surrounding, jittered, relit, and seen through the detector's channels.
+"""Cuts training windows of signs with wide surroundings, jitters and relights them, and computes the channels.
 
 Channels are computed on a patch of 96 px around a sign of 24 px and cropped afterwards: normalisation at the window's
 border needs what lies beyond it.

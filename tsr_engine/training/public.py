@@ -1,4 +1,4 @@
-"""Figures of two versions on public data and on what the models remember of it."""
+"""Figures of two versions on public data and on the remembered samples of it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FRAMES = 3
 
 
 def remembered_figures(parts: Mapping[str, Component]) -> JsonObject:
-    """How much of the remembered training data a version still gets right; that part of it which refinements spare.
+    """Shares of the remembered training data that a version gets right, in the part that refinements do not use.
 
     Returns:
         Shares of signs above and of background below log-odds 0, and of crops read right; empty without a memory.

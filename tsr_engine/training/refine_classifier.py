@@ -1,9 +1,9 @@
-"""Refinement of the classifier by corrected crops: its hyperplanes move as little as the corrections need.
+"""Refines the classifier by corrected crops, with the smallest change of its hyperplanes.
 
-The feature map stays. The hyperplanes are fitted to views of the corrected crops under the squared hinge loss that
-they were trained with, while the earlier data holds them: a change ``D`` costs the mean square of the margins that it
+The feature map stays. The hyperplanes are fitted to views of the corrected crops with the squared hinge loss of their
+training, and a penalty on changes for the earlier data: a change ``D`` costs the mean square of the margins that it
 moves on the earlier crops, ``tr(D^T M D)`` with ``M`` their second moment, times the number of tracks that these were.
-A look that the earlier data knows well resists; one that it never held gives way.
+The penalty is high for appearances that are frequent in the earlier data, and low for those that it lacks.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _ROOM = 0.6
 
 @dataclass(frozen=True, slots=True)
 class ClassifierRefinement:
-    """How strongly corrections change the classifier.
+    """The settings of a refinement of the classifier.
 
     Attributes:
         views: views of each crop, the first as it stands.

@@ -1,4 +1,4 @@
-"""Refinement of a detector by corrections: minutes instead of the hour of a whole training.
+"""Refines a detector by corrections, in minutes instead of the hour of a whole training.
 
 The cascade's trees stay. The verifier of the refine-and-verify stage, which decides, gets further trees: boosting goes
 on from the log-odds that the detector gives already, on corrected signs, on what the reviewed videos show besides, on
@@ -42,7 +42,7 @@ _LEAST_SLOPE: Final = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class DetectorRefinement:
-    """How strongly corrections change a detector.
+    """The settings of a refinement of a detector.
 
     The defaults were chosen by leaving out one of three clips in turn, none of which any figure is taken from.
 
@@ -79,7 +79,7 @@ class DetectorRefinement:
 
 @dataclass(frozen=True, slots=True)
 class RefinementNotes:
-    """What a refinement was made of, for the lineage."""
+    """The data of a refinement, for the lineage."""
 
     signs: int
     windows: int

@@ -1,4 +1,4 @@
-"""Warm start of the online detector from corrected signs: some of the offline samples are exchanged (III-D.1)."""
+"""Warm-starts the online detector from corrected signs: exchanges some of the offline samples (III-D.1)."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def blended_table(
 
 
 def detect_scenes(model: AcfModel, scenes: Sequence[CorrectedScene], progress: Progress) -> SceneDetections:
-    """What a detector that has not been trained on the frames says of them; ignored places are left out."""
+    """Detections of a detector that has not been trained on the frames; ignored places are left out."""
     detector = AcfDetector(model, params=DetectorParams(second_core=False, keep_score=-8.0))
     centres, scores, labels = [np.zeros((0, 2))], [np.zeros(0)], [np.zeros(0)]
     for done, scene in enumerate(scenes):

@@ -1,9 +1,9 @@
-"""What a refinement cuts out of corrected frames.
+"""Cuts training windows out of corrected frames.
 
 Windows as the refine-and-verify stage sees them, of signs and of the rest.
 
-Corrected boxes touch their sign; the detector's training scenes leave a margin, which the detector takes off in use.
-So the margin is put on before anything is cut.
+Corrected boxes touch their sign. The detector's training scenes leave a margin, which the detector removes in use. So
+the margin is added before anything is cut.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Cutting:
 
 @dataclass(slots=True)
 class Material:
-    """Everything that is cut out of the scenes once, with the earlier model.
+    """The windows that are cut out of the scenes once, with the earlier model.
 
     Attributes:
         signs: windows of signs, n.

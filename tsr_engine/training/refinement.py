@@ -1,4 +1,4 @@
-"""Training of the refine-and-verify stage: two steps of supervised descent, then a verifier on what they leave."""
+"""Trains the refine-and-verify stage: two steps of supervised descent, then a verifier on their results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A new model version from corrections: an earlier one refined part by part, with figures beside the old ones.
+"""Makes a new model version from corrections: refines an earlier one part by part, and compares the figures.
 
 First a share of the corrected signs is held out; a trial version learns from the rest, and both versions are measured
 on what was held out. Then the version that is kept learns from all corrections; its figures on corrections stay those
@@ -56,7 +56,7 @@ _SCENE: Final = (1360, 800)
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """What to do; together with data and parent it decides every byte.
+    """The settings of a retraining; with data and parent they decide every byte.
 
     Attributes:
         parts: of ``PARTS``.
@@ -82,7 +82,7 @@ class Recipe:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What came of it.
+    """The result of a retraining.
 
     Attributes:
         figures: of the new version and its parent on the same data; ``regressions`` says in sentences what got worse.

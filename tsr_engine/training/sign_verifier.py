@@ -1,4 +1,4 @@
-"""Training of the sign verifier score: crops of signs against what the cascade takes for signs.
+"""Trains the sign verifier: crops of signs against background that the cascade takes for signs.
 
 Signs are GTSRB crops, those of the scenes, and drawn ones in the manner of other countries
 (:mod:`~tsr_engine.training.drawn_signs`): a machine that knows one drawing of a class alone refuses the others.
@@ -156,7 +156,7 @@ def background_crops(
     rng: np.random.Generator,
     progress: Progress,
 ) -> list[LoadedCrop]:
-    """What the cascade lets through and is no sign, where the refine-and-verify stage has moved it.
+    """Windows that pass the cascade and are no signs, as the refine-and-verify stage has moved them.
 
     Raises:
         InputError: a picture cannot be decoded.

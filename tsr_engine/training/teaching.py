@@ -1,9 +1,9 @@
-"""What corrections teach a model whose labels need not be those of the corrections' label set.
+"""Maps corrections to the classes of a model, whose labels may differ from the corrections' label set.
 
-Labels say what a retraining makes of them (``teach``): a sign, background, or nothing. Labels that the model lacks are
-added to it, where its classifier is trained. Tracks of no label of the set, of a region to ignore, and those that
-contradict each other teach nothing: neither a sign nor background. Nor do labels that the model lacks and is not given.
-These, and contradictions, are reported by name.
+A label's ``teach`` says how a retraining uses it: as a sign, as background, or not at all. Labels that the model lacks
+are added to it if its classifier is trained. A retraining does not use tracks without a label of the set, tracks of a
+region to ignore, tracks that contradict each other, or labels that the model lacks and is not given. The last two are
+reported by name.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Whole trainings on public data, part by part, into one folder; what is there already is not made again."""
+"""Trains models on public data part by part into one folder; parts that exist already are not trained again."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def train_parts(
 ) -> Report:
     """Train parts on public data; the others are taken over from a parent.
 
-    What an earlier, interrupted call has finished in ``out`` stays. The memory is made anew where detector or
+    What an earlier, interrupted call has finished in ``out`` stays. The memory is made anew if detector or
     classifier are, as far as the data for it is named.
 
     Args:

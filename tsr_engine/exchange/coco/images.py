@@ -48,7 +48,7 @@ class Image:
 
 @dataclass(slots=True)
 class Head:
-    """What stands in a file besides its annotations.
+    """The content of a file besides its annotations.
 
     Attributes:
         file: its name.
@@ -135,7 +135,7 @@ def take_images(heads: Sequence[Head], validator: ImportValidator, folder: Path)
 
     Args:
         heads: of the files; their ``images`` are filled, their ``listed`` emptied.
-        validator: is reported.
+        validator: takes the reports.
         folder: of the import.
 
     Raises:
@@ -184,7 +184,7 @@ def _listed(image: JsonObject, where: str, head: Head, hashes: set[str], video: 
 
 
 def _spoken(file: str) -> str:
-    """What the name of one of several files may say of a video, as a folder does."""
+    """The part of a file's name that may name a video, as a folder does, if there are several files."""
     folder, _, name = file.rpartition("/")
     stem = name.removesuffix(".json").removesuffix(".coco").strip("_")
     for start in ("instances_", "person_keypoints_", "captions_", "image_info_", "labels_", "annotations_"):

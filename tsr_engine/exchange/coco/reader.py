@@ -59,7 +59,7 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
 
 
 def _called(file: Path, folder: Path) -> str:
-    """What to call a file in messages: Roboflow's have one name, in the folder of each subset."""
+    """The name of a file in messages: Roboflow gives one name to the files in all subsets' folders."""
     return file.name if file.parent in (folder, folder / "annotations") else f"{file.parent.name}/{file.name}"
 
 

@@ -64,7 +64,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
 
 
 def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
-    """An image; its id follows from video and frame, so that results of a detector find back without this file.
+    """An image; its id follows from video and frame, so that results of a detector can be matched without this file.
 
     ``about`` is the text of the video's name, and of the keys behind it.
     """

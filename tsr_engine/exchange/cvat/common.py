@@ -102,7 +102,7 @@ def _declaration(attribute: Attribute, name: str, mutable: bool) -> str:
 
 
 def declare_labels(meta: Node, validator: ImportValidator) -> None:
-    """Tell an validator what the ``<meta>`` of a file says of its labels."""
+    """Declare to a validator the labels in the ``<meta>`` of a file."""
     for place in (meta, *meta.children, *(task for node in meta.children for task in _tasks_in(node))):
         listed = place.child("labels")
         for node in () if listed is None else listed.all("label"):
@@ -161,7 +161,7 @@ def written_attributes(values: Mapping[str, AttributeValue]) -> str:
 def header(
     *, name: str, size: int, mode: str, subset: str, labels: Iterable[str], video: DatasetVideo | None
 ) -> Iterator[str]:
-    """Everything before the annotations, line by line.
+    """All lines before the annotations.
 
     Args:
         name: of the task.
@@ -193,7 +193,7 @@ def attribute_line(name: str, value: str) -> str:
 
 
 def source_of(track: Track) -> str:
-    """CVAT's ``source`` of a track: ``auto`` for the engine's, ``manual`` where a person had a hand in it."""
+    """CVAT's ``source`` of a track: ``auto`` for the engine's, ``manual`` if a person made or changed it."""
     return "auto" if track.source == "engine" else "manual"
 
 

@@ -1,7 +1,7 @@
 """CVAT for images 1.1: boxes by picture in one XML file.
 
-CVAT's pictures know no tracks, so a track is the boxes that share the attribute ``uid``. Described in
-``format-cvat.md`` of CVAT's documentation.
+CVAT has no tracks in pictures, so a track is the boxes that share the attribute ``uid``. ``format-cvat.md`` of CVAT's
+documentation describes the format.
 """
 
 from __future__ import annotations

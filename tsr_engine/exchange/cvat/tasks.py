@@ -1,7 +1,7 @@
-"""The tasks that a file of CVAT tells of in its ``<meta>``: one, a job of one, or all of a project.
+"""The tasks in the ``<meta>`` of a CVAT file: one, a job of one, or all of a project.
 
-A project's file numbers the frames of its tasks one after the other. Each task begins where those before it end, and at
-0 again where the next subset begins (``_init_task_frame_offsets`` in CVAT's ``dataset_manager/bindings.py``).
+A project's file numbers the frames of its tasks one after the other. Each task begins after the end of those before it,
+and each subset begins at 0 again (``_init_task_frame_offsets`` in CVAT's ``dataset_manager/bindings.py``).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Task:
         source: file name of its video; empty: not told.
         step: every so many frames of the video are in the task, >= 1.
         stop: its last frame in the video; None: not told.
-        offset: what the file adds to the frames of its video.
+        offset: the number that the file adds to the frames of its video.
         size: ``<original_size>``; None: there is none.
         project: whether the file is one of a project, where tracks name their task.
     """
@@ -109,7 +109,7 @@ class TaskOfVideo:
 
     @property
     def offset(self) -> int:
-        """What the file adds to the frames of the video."""
+        """The number that the file adds to the frames of the video."""
         return 0 if self._task is None else self._task.offset
 
     @property

@@ -6,7 +6,7 @@
     00014/GT-00014.csv        Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId
     crops.csv                 where each crop was cut out, and of which track
 
-The border is 10 % of the sign, at least 5 px; where it leaves the picture, the picture's last pixels go on. ``X2`` and
-``Y2`` are exclusive. Source: Readme of the benchmark (Stallkamp et al. 2012). The benchmark's own folders do not say
-where a crop was cut out; only folders with ``crops.csv`` are read.
+The border is 10 % of the sign, at least 5 px. Outside of the picture it repeats the last pixels. ``X2`` and ``Y2`` are
+exclusive. Source: Readme of the benchmark (Stallkamp et al. 2012). The benchmark's own folders do not say
+where a crop was cut out; the reader takes only folders with ``crops.csv``.
 """

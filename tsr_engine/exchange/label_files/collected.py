@@ -1,4 +1,4 @@
-"""What a file says about labels, as a label set of its own."""
+"""Collects the labels of a file as a label set of its own."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Collector:
         self._digits: set[int] = set()
 
     def tell(self, sentence: str) -> None:
-        """Say once what is left out."""
+        """Report once what is left out."""
         if sentence not in self._reported:
             self._reported.append(sentence)
 

@@ -1,4 +1,4 @@
-"""The formats of label sets: which there are, which one a file is, reading and writing."""
+"""Lists, recognises, reads and writes the file formats of label sets."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class LabelFormat:
         id: its name in commands and addresses.
         file: usual name of such a file.
         media: media type.
-        loses: what does not fit into it, as a sentence; empty: nothing.
+        loses: what the format cannot hold, as a sentence; empty: nothing.
         read: path, key and name of the set -> labels.
         write: set -> text.
     """

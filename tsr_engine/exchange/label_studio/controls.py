@@ -94,7 +94,7 @@ def _answer(kind: str, value: JsonMapping) -> AttributeValue | None:
 
 
 def declare_controls(folder: Path, validator: ImportValidator) -> None:
-    """Tell an validator what the labelling configuration beside the tasks asks about every label; it may be missing."""
+    """Declare to a validator the questions in the labelling configuration beside the tasks; it may be missing."""
     path = folder / CONFIG
     if not path.is_file():
         return

@@ -1,4 +1,4 @@
-"""Reads Label Studio's video JSON: which task is about the video, and its regions."""
+"""Reads Label Studio's video JSON: finds the task of the video and reads its regions."""
 
 from __future__ import annotations
 

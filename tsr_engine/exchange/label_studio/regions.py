@@ -1,4 +1,4 @@
-"""Reads the regions of a task: boxes at key frames, with times and numbers that must go together."""
+"""Reads the regions of a task: boxes at key frames, whose times must agree with their numbers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def as_list(value: object) -> list[object]:
 
 
 class Times:
-    """Holds the times of key frames against their numbers, which Label Studio makes of them at its own rate."""
+    """Compares the times of key frames with their numbers, which Label Studio computes from them at its own rate."""
 
     def __init__(self, validator: ImportValidator, file: str, where: str) -> None:
         self._validator = validator
@@ -45,7 +45,7 @@ class Times:
         self._early = 0
 
     def look(self, frame: int, time: object, spot: str) -> None:
-        """One key frame: its time is that of its number from 1, or of its ordinal."""
+        """Take a key frame: its time is that of its number from 1, or of its ordinal."""
         if not is_number(time):
             return
         self._seen += 1
@@ -56,7 +56,7 @@ class Times:
             self._first = self._first or f"frame {frame + 1} is at {time:g} s"
 
     def settle(self, fps: object) -> None:
-        """Tell of what contradicts.
+        """Report the times that disagree.
 
         Raises:
             ImportFormatError: most times are those of other frames.

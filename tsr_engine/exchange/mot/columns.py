@@ -1,6 +1,6 @@
-"""What the columns behind the box mean in a file of MOT's rows.
+"""Finds the meaning of the columns after the box in a file of MOT's rows.
 
-All such files begin with frame, id, x, y, width and height. Behind these stand, by tool:
+All such files begin with frame, id, x, y, width and height. The columns after these depend on the tool:
 
 =========== ===== ================================================================
 ``truth``   9     1 or 0 to ignore, class from 1, visibility (MOTChallenge, CVAT)
@@ -9,7 +9,7 @@ All such files begin with frame, id, x, y, width and height. Behind these stand,
 ``visdrone`` 10   1 or 0 to ignore, or a score; VisDrone's category, truncation, occlusion (-1 in results)
 =========== ===== ================================================================
 
-Nothing in a file says which; the values and the files beside it do, and the import says what it took.
+The file does not name the tool. The values and the files beside it decide, and the import reports its choice.
 """
 
 from __future__ import annotations
@@ -63,8 +63,8 @@ class Columns:
         label: number of the class.
         visibility: share of the sign that is seen.
         occlusion: VisDrone's, 0 to 2.
-        names: of the classes, from 0; None: the file beside has them, or nobody.
-        first_class: number of the first class where nobody says it.
+        names: of the classes, from 0; None: they are in the file beside, or unknown.
+        first_class: number of the first class, if it is not given.
         reported: what to say about it; empty: nothing, since there is no uncertainty.
     """
 

@@ -30,7 +30,7 @@ class Extras:
             names: lines of ``labels.txt``; None: there is none.
             first: number of the first class as a person said it; None: nobody did.
             file: for messages.
-            validator: is reported.
+            validator: takes the reports.
         """
         self._columns = columns
         self._listed = names is not None

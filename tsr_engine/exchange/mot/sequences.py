@@ -1,4 +1,4 @@
-"""Which files of a folder are the sequence of a video, what it is called, and what is said about it beside the rows."""
+"""Finds the files of a video's sequence in a folder, and reads its name and size from them."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles
 
 
 def _tell_name(name: str, folder: Path, file: str, validator: ImportValidator) -> None:
-    """Tell of a sequence that is called after another video."""
+    """Report a sequence that has another video's name."""
     video = validator.target.video
     if name and not name_similarity(name, video) and not is_called(folder, video, name):
         validator.repair(f"{file}: speaks of {name[:80]}. It was taken to be about {video.name}.")
@@ -100,7 +100,7 @@ def class_names(sequence: SequenceFiles) -> list[str] | None:
 def picture_scale(sequence: SequenceFiles, folder: Path, validator: ImportValidator) -> tuple[float, float]:
     """Factors from the sequence's pictures to those of the video, by ``seqinfo.ini`` if there is one.
 
-    Where its name, length or rate are not those of the video, that is reported.
+    A name, length or rate that is not the video's is reported.
 
     Raises:
         ImportFormatError: the file cannot be read, or the pictures have another size.

@@ -1,4 +1,4 @@
-"""What the cells of a row say: numbers, flags, a box, the name of a track, a score."""
+"""Reads the cells of a row: numbers, flags, a box, the name of a track, a score."""
 
 from __future__ import annotations
 

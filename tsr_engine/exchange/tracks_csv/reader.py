@@ -135,7 +135,7 @@ class _Table:
         return columns
 
     def _look(self) -> None:
-        """Look through the file for where frames begin, and which video is meant."""
+        """Find the first frame number of the file, and the video that it is about."""
         named = self._columns.named
         usual = 1 if self._columns.mot else 0 if self._columns.own else None
         self._origin = FrameOrigin(self._validator, usual, sure=self._columns.own)
@@ -210,7 +210,7 @@ class _Table:
             )
 
     def _check_size(self, cells: Mapping[str, str], line: int) -> None:
-        """Tell of pictures of another size, as tables that have corners put it beside them."""
+        """Report a picture size that is not the video's, in tables that have it beside corners."""
         video = self._validator.target.video
         size = (cells.get("width", ""), cells.get("height", ""))
         with suppress(ValueError):

@@ -1,4 +1,4 @@
-"""Plain JSON of tracks or detections, for somebody else's detector or tracker and for lossless copies.
+"""Plain JSON of tracks or detections, for other detectors and trackers and for lossless copies.
 
 ::
 
@@ -9,6 +9,6 @@
      "detections": [{"frame": 10, "box": [x1, y1, x2, y2], "class": "stop", "score": 0.9}],
      "negatives": [{"id": "m9", ...}]}
 
-``negatives`` are as ``tracks``, but what people have rejected: they look like signs and are none.
+``negatives`` have the form of ``tracks`` and are those that people have rejected.
 Edges are px from 0, frames count from 0. A bare list of tracks or of detections is read too.
 """

@@ -85,7 +85,7 @@ class _File:
             self._validator.repair(f"{self._name}: {reported}.")
 
     def _settle(self) -> None:
-        """Find out which video is meant, where the entries say it, and where its frames begin."""
+        """Find the video that the entries name, if they do, and its first frame number."""
         documented = False
         videos = dict.fromkeys(_video_of(entry.value) for entry in entries(self._path) if entry is not None)
         if videos.keys() - {""}:

@@ -1,6 +1,6 @@
-"""The entries of a JSON file of tracks or detections, whatever lists they stand in.
+"""Yields the entries of a JSON file of tracks or detections, whichever lists they are in.
 
-Read are ``tracks``, ``detections``, ``negatives`` and ``frames`` of an object, a list of entries, an object whose keys
+It reads ``tracks``, ``detections``, ``negatives`` and ``frames`` of an object, a list of entries, an object whose keys
 are frames (``{"10": [...]}``), and a list with a list for each frame, or with the text of one, as Ultralytics'
 ``results.to_json()`` gives it.
 """

@@ -1,4 +1,4 @@
-"""Reads Pascal VOC; which pixel a corner means is decided once for all files."""
+"""Reads Pascal VOC; the reading of corners is decided once for all files."""
 
 from __future__ import annotations
 

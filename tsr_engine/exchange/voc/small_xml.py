@@ -1,7 +1,7 @@
-"""XML files of a few kilobytes, read in one go: a data set can have one for each of 100,000 pictures.
+"""Reads XML files of a few kilobytes at once: a data set can have one for each of 100,000 pictures.
 
-The tree is built by Python's C code instead of a function call an element, in a quarter of the time. It holds no line
-numbers, so whoever has to refuse something reads the file again with ``tsr_engine.exchange.xml.elements``.
+Python's C code builds the tree, without a function call for each element, in a quarter of the time. The tree has no
+line numbers, so a reader that refuses something reads the file again with ``tsr_engine.exchange.xml.elements``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SMALL: Final = 1 << 16
 
 
 class XmlNode(Protocol):
-    """What readers of small files use of an element, whichever way it was read."""
+    """The part of an element's interface that readers of small files use."""
 
     @property
     def tag(self) -> str:

@@ -1,4 +1,4 @@
-"""The one thing that a ``data.yaml`` of YOLO says that is needed here: the class names."""
+"""Reads and writes the class names in YOLO's ``data.yaml``."""
 
 from __future__ import annotations
 

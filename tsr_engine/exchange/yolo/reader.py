@@ -1,8 +1,8 @@
 """Reads YOLO: label files, class names, tracks from ``tracks.csv`` or from a sixth column.
 
-What a sixth column is, is decided once for all files: a confidence if a number has a fraction, or if a picture has the
-same number twice; else a track id. Rows with both (``class cx cy w h confidence id``) and polygons are read too; see
-:mod:`~.yolo_shapes`.
+The meaning of a sixth column is decided once for all files: a confidence if a number has a fraction, or if a picture
+has the same number twice; else a track id. Rows with both (``class cx cy w h confidence id``) and polygons are read
+too; see :mod:`~.shapes`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Rows of YOLO label files as boxes: what the numbers behind the class are.
+"""Turns rows of YOLO label files into boxes, by the numbers after the class.
 
-Four are a box, five a box with a sixth column, more than six a polygon. Six may be a triangle or a box with confidence
-and track id; which, is decided once for all files: annotations are the one or the other throughout.
+Four numbers are a box, five a box with a sixth column, more than six a polygon. Six may be a triangle or a box with
+confidence and track id. This is decided once for all files, since annotations do not mix the two.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _EITHER = 6
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Where a row stands, and what needs no telling of it.
+    """The place of a row, its text and its class.
 
     Attributes:
         file: label file, relative to the folder.

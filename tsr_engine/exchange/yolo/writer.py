@@ -63,7 +63,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
 
 
 def _write_yaml(out: OutputSink, subsets: list[str], labels: list[str]) -> None:
-    """No ``path``: without it Ultralytics starts at the file's own folder, a dot would be the current one."""
+    """Write no ``path``: without it Ultralytics starts at the file's folder; a dot would be the current folder."""
     val = "val" if "val" in subsets else subsets[-1]
     lines = [f"train: images/{'train' if 'train' in subsets else subsets[0]}\n"]
     if val == "train":
