@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from tsr_engine.channels.scratch import Scratch
+from tsr_engine.channels.smooth import replicate
 
 TOGETHER = 4
 """Most channels side by side."""
@@ -58,8 +59,7 @@ def unpack(packed, planes, border):  # type: ignore[no-untyped-def]
         for y in range(rows):
             start = first * rows * columns + y * columns * count
             row = packed[start : start + columns * count]
-            whole = planes[first : first + count, y + border]
-            target = whole[:, border : width - border]
+            target = planes[first : first + count, y + border, border : width - border]
             if count == 4:
                 _four(row, target[0], target[1], target[2], target[3])
             elif count == 2:
@@ -68,14 +68,7 @@ def unpack(packed, planes, border):  # type: ignore[no-untyped-def]
                 for c in range(count):
                     for x in range(columns):
                         target[c, x] = row[count * x + c]
-            for c in range(count):
-                for x in range(border):
-                    whole[c, x] = target[c, 0]
-                    whole[c, width - 1 - x] = target[c, columns - 1]
-    for c in range(channels):
-        for y in range(border):
-            planes[c, y] = planes[c, border]
-            planes[c, height - 1 - y] = planes[c, height - 1 - border]
+    replicate(planes, border)
 
 
 # With a fixed number of channels the loops become shuffles of whole vectors.

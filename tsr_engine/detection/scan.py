@@ -126,6 +126,15 @@ def _highest(totals):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _leaf(flat, at, o, v):  # type: ignore[no-untyped-def]
+    """Number of the leaf that the window at ``at`` reaches in a tree with offsets ``o`` and thresholds ``v``."""
+    k = np.uint32(2) if flat[at + o[0]] >= v[0] else np.uint32(1)
+    k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
+    k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
+    return k - np.uint32(7)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _next_tree(flat, o, v, leaf, least, places, totals, count):  # type: ignore[no-untyped-def]
     """Adds one tree to the surviving windows and closes ranks over those that drop out; returns how many are left.
 
@@ -135,10 +144,7 @@ def _next_tree(flat, o, v, leaf, least, places, totals, count):  # type: ignore[
     left = 0
     for i in range(count):
         at = places[i]
-        k = np.uint32(2) if flat[at + o[0]] >= v[0] else np.uint32(1)
-        k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
-        k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
-        total = totals[i] + leaf[k - np.uint32(7)]
+        total = totals[i] + leaf[_leaf(flat, at, o, v)]
         places[left] = at
         totals[left] = total
         left += 1 if total >= least else 0
@@ -155,11 +161,7 @@ def _other_trees(flat, offsets, thresholds, leaves, rejection, places, totals, c
     for i in range(count):
         at, total, alive = places[i], totals[i], True
         for t in range(offsets.shape[0]):
-            o, v = offsets[t], thresholds[t]
-            k = np.uint32(2) if flat[at + o[0]] >= v[0] else np.uint32(1)
-            k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
-            k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
-            total += leaves[t, k - np.uint32(7)]
+            total += leaves[t, _leaf(flat, at, offsets[t], thresholds[t])]
             if total < rejection[t]:
                 alive = False
                 break

@@ -1,4 +1,4 @@
-"""One thread for the linear algebra of training, so sums have one order on any number of cores.
+"""One thread for the linear algebra of training, so sums have one order on any number of cores; one for OpenCV.
 
 A run needs no such block: it multiplies with :mod:`tsr_engine.products`.
 """
