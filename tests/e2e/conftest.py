@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 PATIENCE = 30_000
 """How long an expectation waits at most, ms."""
 LONGEST = 600
-"""After how long a walk is ended that says nothing else, s."""
+"""Time limit of a walk without a limit of its own, s."""
 STEP = 0.05
 """How long a server that is slowed down runs at a time, s."""
 
@@ -43,9 +43,9 @@ FAILED = pytest.StashKey[bool]()
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """What every walk is: slow, ended after a while, and nothing without a browser.
+    """Mark each walk as slow, limit its time, and skip it where there is no browser.
 
-    One that fails runs once more, and the summary names it: on a busy machine a browser may be late once.
+    A walk that fails runs once more, and the summary names it: on a busy machine a browser may be late once.
     """
     item.add_marker(pytest.mark.slow)
     item.add_marker(pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"))

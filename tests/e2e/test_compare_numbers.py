@@ -15,7 +15,7 @@ from playwright.sync_api import Page, Route, expect
 from sample_videos import SHIPPED
 from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
-from tests.e2e.review_desk import PATIENCE, Desk, back, fresh_page, go, imported
+from tests.e2e.review_desk import Desk, back, fresh_page, go, imported
 
 
 def worse() -> bytes:
@@ -53,7 +53,6 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 
 def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
     page = fresh_page(desk.window, desk.server)
-    page.set_default_timeout(1000 * PATIENCE)
     page.goto(desk.server.link())
     truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
     go(page, f"#/compare?a=truth:{truth}&b=run:{desk.run}")
@@ -80,7 +79,6 @@ def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
 def opened(desk: Desk, run: str, truth: str) -> Page:
     """The comparison of a run's corrections with a ground truth, in a window of its own."""
     page = fresh_page(desk.window, desk.server)
-    page.set_default_timeout(1000 * PATIENCE)
     page.goto(desk.server.link())
     go(page, f"#/compare?a=truth:{truth}&b=annotation:{run}")
     page.locator(".figures-table tbody tr").first.wait_for()

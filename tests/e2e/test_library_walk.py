@@ -19,7 +19,6 @@ from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import back, faultless, fresh_page, go
-from tests.e2e.screenshots import PATIENCE
 
 DRIVE = SHIPPED[0]
 FRAMES = 130
@@ -58,7 +57,6 @@ def _sample_runs(server: LiveServer) -> dict[str, str]:
 @pytest.fixture
 def page(server: LiveServer, window: BrowserContext) -> Iterator[Page]:
     with faultless(fresh_page(window, server)) as page:
-        page.set_default_timeout(PATIENCE)
         page.goto(server.link())
         yield page
 

@@ -15,7 +15,7 @@ from playwright.sync_api import BrowserContext, Page, Route, expect
 from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import PATIENCE, fresh_page
+from tests.e2e.review_desk import fresh_page
 
 UPLOADS = re.compile(r"/api/uploads/")
 DROP = """files => {
@@ -37,7 +37,6 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
 @pytest.fixture
 def page(server: LiveServer, window: BrowserContext) -> Page:
     page = fresh_page(window, server)
-    page.set_default_timeout(1000 * PATIENCE)
     page.goto(server.link())
     page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null")
     return page

@@ -18,7 +18,6 @@ from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import faultless, fresh_page
-from tests.e2e.screenshots import PATIENCE
 
 NAMES = ("a.mp4", "b.mp4", "c.mp4", "d.mp4")
 
@@ -52,7 +51,6 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
 @pytest.fixture
 def page(server: LiveServer, window: BrowserContext) -> Iterator[Page]:
     with faultless(fresh_page(window, server)) as page:
-        page.set_default_timeout(PATIENCE)
         page.goto(server.link())
         expect(page.get_by_role("heading", name="a.mp4")).to_be_visible()
         yield page

@@ -10,14 +10,13 @@ pytest.importorskip("playwright")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import PATIENCE, Desk, back, faultless, fresh_page, go, no_dialog
+from tests.e2e.review_desk import Desk, back, faultless, fresh_page, go, no_dialog
 
 
 @pytest.fixture
 def found(desk: Desk) -> Iterator[Page]:
     """The search, with all tracks of the desk's run."""
     page = fresh_page(desk.window, desk.server)
-    page.set_default_timeout(1000 * PATIENCE)
     with faultless(page):
         page.goto(desk.server.link())
         page.get_by_role("link", name="Search", exact=True).click()
