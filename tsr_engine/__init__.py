@@ -17,7 +17,7 @@ __all__ = ["IncrementalSVC", "__version__"]
 
 
 def __getattr__(name: str) -> object:
-    # Looked up on first use: importing it compiles nothing, but costs Numba's import.
+    # Imported on first use, because importing Numba takes long.
     if name == "IncrementalSVC":
         from tsr_engine.online.incremental_svm import IncrementalSVC
 

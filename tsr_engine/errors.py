@@ -6,10 +6,11 @@
     │   └── VideoError    3   a video that cannot be opened or decoded
     ├── ModelError        4   a model that is missing, of another version, or with a wrong hash
     ├── EvidenceError     5   an evidence folder that is damaged or belongs to something else
-    └── StorageError      6   a full disk or an unwritable folder
+    ├── StorageError      6   a full disk or an unwritable folder
+    └── ExportError       7   content that a format cannot hold
 
-The number is the exit code of the command line. A message is one sentence: what was expected,
-what was got and where, then what to do. 1 is left to unexpected failures, 130 to Ctrl-C.
+The number is the exit code of the command line; 1 means an unexpected failure, 130 Ctrl-C. A message is one sentence:
+it says what was expected, what was got and where, and what to do.
 """
 
 from __future__ import annotations
@@ -17,11 +18,11 @@ from __future__ import annotations
 from typing import Literal
 
 ImportProblem = Literal["broken", "too_large", "unsafe"]
-"""What is wrong with a file of another tool: it breaks a rule of its format; there is or unfolds more of it than is
-read; or it asks for what no annotations need and attacks do (names that lead out of an archive, a DOCTYPE)."""
+"""Problem of a file of another tool: it breaks a rule of its format; it is larger than the limit, packed or unpacked;
+or it contains what attacks use and annotations do not need (names that lead out of an archive, a DOCTYPE)."""
 
 StorageProblem = Literal["full", "limit", "failed"]
-"""Why something cannot be written: no room is left, a file would be larger than it may be, or anything else."""
+"""Why a file cannot be written: the disk is full, the file would exceed its limit, or another reason."""
 
 
 class TsrError(Exception):
@@ -62,7 +63,7 @@ class StorageError(TsrError):
     """A full disk or a folder that cannot be written.
 
     Attributes:
-        kind: what is in the way; the same to a person, but not to a server that is asked.
+        kind: the reason; the server chooses its HTTP status by it.
     """
 
     exit_code = 6
@@ -73,16 +74,16 @@ class StorageError(TsrError):
 
 
 class ExportError(TsrError):
-    """What was asked for cannot be written in this format."""
+    """Content that cannot be written in the chosen format."""
 
     exit_code = 7
 
 
 class ImportFormatError(InputError):
-    """A file of another tool that breaks a rule; says file, line and rule.
+    """A file of another tool that breaks a rule; the message names file, line and rule.
 
     Attributes:
-        kind: of rule; the same to a person, but not to a server that is asked.
+        kind: kind of the broken rule; the server chooses its HTTP status by it.
     """
 
     def __init__(self, message: str, kind: ImportProblem = "broken") -> None:

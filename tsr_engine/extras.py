@@ -34,7 +34,7 @@ EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
         "s3": ("fsspec", "s3fs"),
     }
 )
-"""Extra -> the packages that it brings, by the names that they are imported by."""
+"""Import names of the packages that each extra installs."""
 _PURPOSES: Final[Mapping[str, str]] = MappingProxyType(
     {
         "review": "The review tool needs",
@@ -50,11 +50,11 @@ _PURPOSES: Final[Mapping[str, str]] = MappingProxyType(
 
 
 class MissingExtra(UsageError):
-    """An optional part that was asked for is not installed."""
+    """A package of an extra is needed and not installed."""
 
 
 def missing_extra(error: ImportError) -> MissingExtra | None:
-    """The error for people where a package of an extra is missing; None: the import failed for another reason."""
+    """The error that explains a missing package of an extra; None if the import failed for another reason."""
     name = (error.name or "").split(".")[0]
     if not isinstance(error, ModuleNotFoundError):
         return None
@@ -65,7 +65,7 @@ def missing_extra(error: ImportError) -> MissingExtra | None:
 
 
 def require_extra(package: str) -> None:
-    """Refuse to go on without a package of an extra; it is not imported.
+    """Check that a package of an extra is installed, without importing it.
 
     Raises:
         MissingExtra: it is not installed.
@@ -77,10 +77,10 @@ def require_extra(package: str) -> None:
 
 @contextmanager
 def explained() -> Iterator[None]:
-    """Tell a missing package of an extra in one sentence.
+    """Explain a missing package of an extra in one sentence.
 
     Raises:
-        MissingExtra: in place of the ``ModuleNotFoundError``.
+        MissingExtra: replaces the ``ModuleNotFoundError``.
     """
     try:
         yield

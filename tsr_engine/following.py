@@ -17,10 +17,10 @@ __all__ = ["follow_video", "load_follower"]
 
 
 def load_follower(folder: Path | None = None) -> FollowerModels:
-    """The trained parts that following rests on.
+    """Load the models that following needs.
 
     Args:
-        folder: of models; unset: those shipped with the package.
+        folder: model folder; unset: the models of the package.
 
     Raises:
         ModelError: a component is missing, damaged, or of another version.
@@ -44,28 +44,28 @@ def follow_video(
     limits: VideoLimits | None = None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Iterator[Event]:
-    """Follow one sign through a video file; see :func:`tsr_engine.follow.follow` for what comes out.
+    """Follow one sign through a video file with :func:`tsr_engine.follow.follow`.
 
-    At most about 150 MB of pictures are held, however long the video is. Closing the iterator closes the file.
+    Holds at most about 150 MB of pictures, whatever the length of the video. Closing the iterator closes the file.
 
     Args:
-        path: the video, or whoever opens it.
-        anchors: one or more boxes of the sign, of different frames.
-        parts: of :func:`load_follower`; one call at a time may use them.
-        direction: the only one to follow beyond the anchors; unset: both.
-        first: no frame before this one is looked at.
-        last: no frame after this one is looked at; unset: to the end of the video.
-        between: only the frames between the outermost anchors.
-        table: the file's frame table from an earlier pass: makes random access fast at once.
-        limits: what the file may demand; unset: ``VideoLimits()``.
-        cancelled: asked before each frame; true ends it.
+        path: path of the video, or an object that opens it.
+        anchors: one or more boxes of the sign, in different frames.
+        parts: result of :func:`load_follower`; not to be shared by concurrent calls.
+        direction: direction to follow beyond the anchors; unset: both.
+        first: first frame to read.
+        last: last frame to read; unset: the end of the video.
+        between: read only the frames between the outermost anchors.
+        table: frame table of the file from an earlier pass; random access is then fast from the start.
+        limits: limits on the file; unset: ``VideoLimits()``.
+        cancelled: called before each frame; stops the iteration if it returns true.
 
     Yields:
         Proposals and endings.
 
     Raises:
         UsageError: an anchor cannot be followed; raised before any proposal.
-        VideoError: the file cannot be opened or decoded, or is not that of its table.
+        VideoError: the file cannot be opened or decoded, or does not match its table.
     """
     with open_video(path, limits=limits, table=table) as video, BothWays(video) as pictures, one_blas_thread():
         yield from follow(

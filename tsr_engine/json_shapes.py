@@ -8,7 +8,7 @@ from typing import Any
 __all__ = ["JsonMapping", "JsonObject"]
 
 JsonObject = dict[str, Any]
-"""An object of JSON whose shape is that of its writer, of this version or an older one: columns, messages, figures."""
+"""A JSON object whose keys depend on the version that wrote it: columns, messages, figures."""
 
 JsonMapping = Mapping[str, Any]
-"""The same where it is only read."""
+"""A ``JsonObject`` that is only read."""

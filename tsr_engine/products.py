@@ -1,4 +1,4 @@
-"""Matrix products and linear systems whose bits depend on nothing but their operands.
+"""Matrix products and linear systems whose bits depend only on their operands.
 
 The order of sums in a BLAS depends on the number of threads, the processor and the release. A replay must give the same
 bits as the run, so all code between pixels and records multiplies with these functions.
@@ -14,25 +14,25 @@ from tsr_engine.records import FloatArray
 
 __all__ = ["dot", "product", "solve"]
 
-# None of these kernels may reorder sums (fastmath), or fuse a product with a sum.
+# These kernels must not reorder sums (fastmath) or fuse a product with a sum.
 
 
 @njit(cache=True, nogil=True)
 def product(a: NDArray[np.generic], b: NDArray[np.generic]) -> NDArray[np.generic]:
-    """``a @ b``, every sum taken from its first term to its last.
+    """``a @ b``; every sum runs from its first term to its last.
 
     Args:
         a: shape (n, k).
-        b: shape (k, m), of the same type; quickest where rows are contiguous.
+        b: shape (k, m), of the same type; fastest if its rows are contiguous.
 
     Returns:
-        Shape (n, m), of the type of ``a``, in which the sums are taken. A row does not depend on the other rows.
+        Shape (n, m), of the type of ``a``; sums use this type as well. A row does not depend on the other rows.
     """
     n, length = a.shape
     columns = b.shape[1]
     out = np.zeros((n, columns), a.dtype)
     whole = length - length % 4
-    # Four terms a pass, so that the sums are loaded and stored less often; rows of b stay in the cache for all of a.
+    # Each pass adds four terms, so that sums are loaded and stored less often. Rows of b stay cached for all of a.
     for k in range(0, whole, 4):
         b0, b1, b2, b3 = b[k], b[k + 1], b[k + 2], b[k + 3]
         for i in range(n):
@@ -51,7 +51,7 @@ def product(a: NDArray[np.generic], b: NDArray[np.generic]) -> NDArray[np.generi
 
 @njit(cache=True, nogil=True)
 def dot(a: FloatArray, b: FloatArray) -> float:
-    """``a @ b`` of two vectors of one length, the sum taken from its first term to its last."""
+    """``a @ b`` of two vectors (n,); the sum runs from its first term to its last."""
     total = 0.0
     for k in range(len(a)):
         total += a[k] * b[k]
@@ -60,7 +60,7 @@ def dot(a: FloatArray, b: FloatArray) -> float:
 
 @njit(cache=True, nogil=True)
 def solve(a: FloatArray, b: FloatArray) -> FloatArray:
-    """``x`` with ``a @ x = b``, by elimination with row pivots; for a handful of unknowns.
+    """Solve ``a @ x = b`` by elimination with row pivots; meant for a handful of unknowns.
 
     Args:
         a: shape (n, n).

@@ -15,9 +15,9 @@ from tsr_engine.records import Detections, FloatArray, Picture
 
 @runtime_checkable
 class OfflineDetector(Protocol):
-    """``M_off``: finds signs in one picture, without memory.
+    """``M_off``: finds signs in one picture, without state.
 
-    ACF is the default; any other detector (an ONNX network, imported boxes) is a drop-in.
+    ACF is the default; an ONNX network or imported boxes can replace it.
     """
 
     name: str
@@ -26,24 +26,24 @@ class OfflineDetector(Protocol):
         """Detections of one BGR picture of any size, best first, after non-maximum suppression.
 
         Raises:
-            ValueError: not uint8 of shape (h, w, 3), or without a pixel.
+            ValueError: the picture is not uint8 of shape (h, w, 3), or has no pixel.
         """
         ...
 
 
 class PixelSource(Protocol):
-    """Read access to one frame's pixels: the frame itself, or the rectangles kept in evidence."""
+    """Read access to one frame's pixels: the frame itself, or its regions in the evidence."""
 
     width: int
     height: int
 
     def crop(self, x1: int, y1: int, x2: int, y2: int) -> Picture:
-        """The BGR pixels of ``[x1, x2) x [y1, y2)``; beyond the frame the border is replicated."""
+        """The BGR pixels of ``[x1, x2) x [y1, y2)``; the frame's border is replicated beyond its edges."""
         ...
 
 
 class TrainedPart(Protocol):
-    """A trained part as it is read from a model folder: arrays, and the settings that inference needs."""
+    """A component of a model folder: arrays, and the settings that inference needs."""
 
     @property
     def arrays(self) -> Mapping[str, NDArray[np.generic]]:
@@ -58,11 +58,11 @@ class TrainedPart(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ScoredBox:
-    """What window rescoring at one place saw.
+    """The result of window rescoring at one place.
 
     Attributes:
-        box: on the sign's edges, drawn as a detection is; shape (4,).
-        score: log-odds that there is a sign, as a detection's raw score.
+        box: shape (4,), on the sign's edges, with the same box inset as a detection.
+        score: log-odds of being a sign, like a detection's raw score.
     """
 
     box: FloatArray
@@ -85,12 +85,12 @@ WHOLE: Edges = (False, False, False, False)
 
 @dataclass(frozen=True, slots=True)
 class MeasurementQuality:
-    """How well a box was measured, beside a detection that lies wholly in the picture.
+    """Quality of a measured box, relative to a detection that lies wholly in the picture.
 
     Attributes:
-        centre: factor on the standard deviations of a detection's centre, > 0.
-        size: factor on those of its width and height, > 0.
-        cut: edges that were not seen.
+        centre: factor on the standard deviations of the centre, > 0.
+        size: factor on the standard deviations of width and height, > 0.
+        cut: edges that the picture cuts off.
     """
 
     centre: float = 1.0
@@ -98,7 +98,7 @@ class MeasurementQuality:
     cut: Edges = WHOLE
 
     def times(self, factor: float) -> MeasurementQuality:
-        """The same edges, with ``factor`` times the standard deviations."""
+        """The same cut edges, with standard deviations multiplied by ``factor``."""
         return MeasurementQuality(self.centre * factor, self.size * factor, self.cut)
 
 
@@ -109,26 +109,33 @@ FULL_QUALITY = MeasurementQuality()
 class MotionModel(Protocol):
     """A stateless filter over ``(cx, cy, w, h)`` measurements: arrays in, arrays out.
 
-    Measurements and ``box_of`` use centre and size in px; ``dt`` counts nominal frame intervals (1.0 at
-    constant rate); ``shift`` is the global camera shift (dx, dy) of the picture since the last frame, in px.
+    Measurements and ``box_of`` use centre and size in px. ``dt`` is a number of nominal frame intervals (1.0 at a
+    constant rate). ``shift`` is the global camera shift (dx, dy) of the picture since the last frame, in px.
     """
 
     name: str
 
     def initiate(self, measurement: FloatArray, width: int, height: int) -> MotionState:
-        """The state of a track born from one measurement in a frame of width x height px."""
+        """The state after the first measurement of a track, in a frame of width x height px."""
         ...
 
     def predict(
         self, state: MotionState, dt: float, shift: tuple[float, float], focus_y: float | None = None
     ) -> MotionState:
-        """Time update; ``focus_y``: height of the camera's focus of expansion if known, px, for a model with one."""
+        """Time update.
+
+        Args:
+            state: state of the last frame.
+            dt: time since then, nominal frame intervals.
+            shift: global camera shift since then, px.
+            focus_y: row of the camera's focus of expansion, px; None: unknown. Not every model uses it.
+        """
         ...
 
     def update(
         self, state: MotionState, measurement: FloatArray, quality: MeasurementQuality = FULL_QUALITY
     ) -> MotionState:
-        """Measurement update by a box that was seen as ``quality`` says."""
+        """Measurement update by ``(cx, cy, w, h)``; ``quality`` scales its noise."""
         ...
 
     def box_of(self, state: MotionState) -> FloatArray:
@@ -144,10 +151,10 @@ class CropClassifier(Protocol):
     """Class probabilities of sign crops."""
 
     def probabilities(self, crops: list[Picture]) -> NDArray[np.float32]:
-        """Shape (n, c), rows sum to 1. Each crop is the sign's box plus the border that ``margin`` names."""
+        """Shape (n, c), rows sum to 1. A crop holds the sign's box and a border of ``margin`` around it."""
         ...
 
     @property
     def margin(self) -> float:
-        """Border on each side of the box that a crop must carry, as a share of the box's side."""
+        """Border that a crop must have on each side of the box, as a share of the box's side."""
         ...

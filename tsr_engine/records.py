@@ -30,7 +30,7 @@ class Detections:
 
     Attributes:
         boxes: shape (n, 4), float64, ``x1, y1, x2, y2`` in pixels, finite.
-        raw_scores: shape (n,), the detector's score before the spatial prior; NaN: an imported file says none.
+        raw_scores: shape (n,), the detector's score before the spatial prior; NaN: an imported file has no score.
         prior: shape (n,), ``P_spatial`` at the box centre, in [0, 1] (Eq. 2).
         scores: shape (n,), the final score ``raw + (P - 1/2) * lambda`` (Eq. 2); NaN as for ``raw_scores``.
 
@@ -50,7 +50,7 @@ class Detections:
         for name in ("raw_scores", "prior", "scores"):
             if getattr(self, name).shape != (n,):
                 raise ValueError(f"Detections.{name} must have shape ({n},). Got {getattr(self, name).shape} instead.")
-        # One of these in a filter spreads over its whole track, and from there into every later frame.
+        # One such value would spread through the track's filter into every later frame.
         finite = np.isfinite(self.boxes)
         if not finite.all():
             row = int(np.flatnonzero(~finite.all(axis=1))[0])
@@ -77,14 +77,14 @@ class Detections:
         return Detections(self.boxes[index], self.raw_scores[index], self.prior[index], self.scores[index])
 
     def joined(self, more: Detections) -> Detections:
-        """These and then those of ``more``."""
+        """These detections, followed by those of ``more``."""
         names = ("boxes", "raw_scores", "prior", "scores")
         return Detections(*(np.concatenate([getattr(self, name), getattr(more, name)]) for name in names))
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """A motion model's view of one track in one frame before it sees the frame's measurement.
+    """A motion model's estimate of one track in one frame, before the frame's measurement.
 
     Attributes:
         box: shape (4,), the predicted box.
@@ -115,10 +115,10 @@ class GateVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Relocalisation:
-    """The online detector's answer around a prediction (Algorithm 2)."""
+    """The result of the online detector's search around a prediction (Algorithm 2)."""
 
     search_box: FloatArray
-    """Shape (4,): the outer edge of everything that was searched."""
+    """Shape (4,): the smallest box around all windows that were scored."""
     box: FloatArray
     """Shape (4,): the window with the highest response."""
     decision: float
@@ -126,7 +126,7 @@ class Relocalisation:
     probability: float
     """Logistic of the decision value, P(y = 1)."""
     runner_up_box: FloatArray
-    """Shape (4,): the best window outside the peak's own neighbourhood."""
+    """Shape (4,): the best window outside the neighbourhood of ``box``."""
     runner_up_decision: float
     """SVM decision value of the runner-up."""
     windows: int
@@ -175,9 +175,9 @@ class TrackFrame:
     box: FloatArray
     """Shape (4,): the frame's result."""
     score: float
-    """Final score of the associated detection; otherwise the last one, decayed by the track."""
+    """Final score of the associated detection; without one, the track's last score after decay."""
     prediction: Prediction | None
-    """None in the frame of birth."""
+    """None in the track's first frame."""
     detection: int | None
     """Row of the associated detection in the frame's ``Detections``."""
     gate: GateVerdict | None
@@ -191,7 +191,7 @@ EventKind = Literal["born", "confirmed", "rejected", "relocalised", "missed", "d
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened to a track, with the values behind its sentence."""
+    """An event of a track, with the values that its sentence shows."""
 
     kind: EventKind
     track_id: int
@@ -201,7 +201,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """A rectangle of the frame's own pixels, kept so that the run can be replayed.
+    """A rectangle of the frame's pixels, stored for replay.
 
     ``x, y`` is the top-left pixel in the frame; the rectangle lies wholly inside the frame.
     """
@@ -213,7 +213,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class FrameEvidence:
-    """Everything that one step of the engine decided about one frame."""
+    """All decisions of the engine about one frame."""
 
     ordinal: int
     seconds: float

@@ -1,7 +1,7 @@
 """Boxes of tracks over the frames of a video, in one table for all sources.
 
-Evidence, ground truth, result files, imported and corrected annotations become a ``TrackTable`` when they are read.
-Code that measures, compares and writes takes nothing else.
+Readers turn evidence, ground truth, result files, imported and corrected annotations into a ``TrackTable``. Code that
+measures, compares and writes takes only this type.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 NO_CLASS: Final = -1
-"""Class of a sign that is none of the classes, or that nobody has recognised."""
+"""Class of a sign that has no class of the set, or that was not recognised."""
 SOURCES: Final[tuple[Source, ...]] = ("detected", "predicted", "relocalised")
-"""Where the engine's boxes come from."""
+"""Sources of the engine's boxes."""
 NO_SOURCE: Final = -1
 """Source of a box that the engine did not make."""
 
 _UNSET: Any = None
-"""A column that is not given: every row has the value of ``_UNKNOWN``."""
+"""Default of an optional column: every row gets its value of ``_UNKNOWN``."""
 _UNKNOWN: Final[JsonObject] = {
     "class_id": NO_CLASS,
     "score": np.nan,
@@ -49,21 +49,21 @@ _TYPES: Final[dict[str, type[np.generic]]] = {
 
 @dataclass(frozen=True, slots=True)
 class TrackTable:
-    """Boxes of the tracks of one video, a row a track and frame. Columns are read only.
+    """Boxes of the tracks of one video, one row for each track and frame. Columns are read only.
 
     Attributes:
         frame: shape (n,), int64, ordinals from 0.
-        track: shape (n,), int64, number of the track; its place in ``names`` where tracks have names.
+        track: shape (n,), int64, number of the track; its index in ``names`` if tracks have names.
         boxes: shape (n, 4), float64, ``x1, y1, x2, y2``, px.
         class_id: shape (n,), int64; unset: ``NO_CLASS``.
-        score: shape (n,), float64; unset: NaN, there is none.
+        score: shape (n,), float64; NaN: no score; unset: NaN.
         visibility: shape (n,), float64, visible share in [0, 1]; unset: 1.
-        source: shape (n,), int64, place in ``sources``; unset: ``NO_SOURCE``.
-        ignore: shape (n,), bool: counts neither as a miss nor as false; unset: no.
-        occluded: shape (n,), bool: marked as hidden; unset: no.
-        key: shape (n,), bool: a statement of its own, not interpolated; unset: no.
-        names: name of each track, in the order of their numbers; empty: tracks have numbers alone.
-        sources: what the numbers of ``source`` stand for: ``SOURCES``, behind them words of other trackers.
+        source: shape (n,), int64, index in ``sources``; unset: ``NO_SOURCE``.
+        ignore: shape (n,), bool: counts neither as a miss nor as a false positive; unset: False.
+        occluded: shape (n,), bool: marked as occluded; unset: False.
+        key: shape (n,), bool: a keyframe, not interpolated; unset: False.
+        names: name of each track, in the order of their numbers; empty: tracks have only numbers.
+        sources: words that ``source`` refers to: ``SOURCES``, then words of other trackers.
 
     Raises:
         ValueError: a column has another shape, or a type that cannot become its type without loss.
@@ -109,14 +109,14 @@ class TrackTable:
 
     @classmethod
     def joined(cls, tables: Iterable[TrackTable], names: tuple[str, ...] = ()) -> TrackTable:
-        """The rows of some tables one after the other.
+        """The rows of several tables, one table after another.
 
         Args:
-            tables: their tracks are numbered alike.
-            names: of the tracks.
+            tables: tables with the same numbering of tracks.
+            names: names of the tracks.
 
         Raises:
-            ValueError: their sources are numbered differently.
+            ValueError: the tables have different ``sources``.
         """
         parts = list(tables) or [cls.empty()]
         if any(part.sources != parts[0].sources for part in parts):
@@ -138,13 +138,13 @@ class TrackTable:
         ).with_sources(words)
 
     def with_sources(self, words: Sequence[str]) -> TrackTable:
-        """The same rows with their sources, a word a row."""
+        """The same rows with new sources, one word for each row."""
         known = tuple(dict.fromkeys((*SOURCES, *words)))
         place = {word: number for number, word in enumerate(known)}
         return replace(self, source=np.array([place[word] for word in words], np.int64), sources=known)
 
     def source_words(self) -> list[str]:
-        """The source of each row; empty: ``NO_SOURCE``."""
+        """The source of each row as a word; an empty word for ``NO_SOURCE``."""
         return ["" if number == NO_SOURCE else self.sources[number] for number in self.source.tolist()]
 
     def rows(self, index: slice | IntArray | BoolArray) -> TrackTable:
@@ -152,27 +152,27 @@ class TrackTable:
         return replace(self, **{name: getattr(self, name)[index] for name in _TYPES})
 
     def ordered(self) -> TrackTable:
-        """The rows by frame, in a frame by track."""
+        """The rows sorted by frame, then by track."""
         return self.rows(np.lexsort((self.track, self.frame)))
 
     def within(self, start: int, stop: int) -> TrackTable:
-        """The rows of ``start <= frame < stop``; the table is ordered by frame."""
+        """The rows with ``start <= frame < stop``; the table must be sorted by frame."""
         return self.rows(slice(*np.searchsorted(self.frame, [start, stop])))
 
     def inside(self, width: int, height: int) -> TrackTable:
-        """What lies in a picture of that size, px: boxes are cut at its edges, those beyond are left out."""
+        """The boxes clipped to a picture of width x height px, without those wholly outside."""
         cut = self.cut(width, height)
         return cut.rows(area(cut.boxes) > 0)
 
     def cut(self, width: int, height: int) -> TrackTable:
-        """The boxes cut at the edges of a picture, px; those wholly beyond keep their row, without area.
+        """The boxes clipped to a picture of width x height px; those wholly outside keep a row without area.
 
-        Annotators of real drives stop at the edge of the picture, exact truth and a tracker's boxes do not.
+        Annotations of real drives end at the picture's edge; exact ground truth and a tracker's boxes do not.
         """
         return replace(self, boxes=clip(self.boxes, width, height))
 
     def by_frame(self) -> Iterator[tuple[int, slice]]:
-        """Each frame with a box, and where its rows lie; the table is ordered by frame."""
+        """Each frame that has boxes, with the slice of its rows; the table must be sorted by frame."""
         if len(self):
             bounds = np.concatenate(([0], np.flatnonzero(np.diff(self.frame)) + 1, [len(self)])).tolist()
             for start, stop in pairwise(bounds):
