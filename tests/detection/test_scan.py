@@ -68,16 +68,6 @@ def test_scores_equal_those_of_gathered_windows() -> None:
     assert np.array_equal(ensemble.partial_sums(windows)[:, -1], score)
 
 
-def test_a_band_of_rows_is_a_part_of_the_whole() -> None:
-    rng = np.random.default_rng(4)
-    ensemble, cells = random_ensemble(rng), random_cells(rng)
-    y, x, score = scan_level(cells, ensemble, 4)
-    inside = (y >= 5) & (y < 9)
-    band = scan_level(cells, ensemble, 4, rows=(5, 9))
-    for part, whole in zip(band, (y, x, score), strict=True):
-        assert np.array_equal(part, whole[inside])
-
-
 def test_more_survivors_than_the_first_buffer_holds() -> None:
     rng = np.random.default_rng(5)
     ensemble = random_ensemble(rng).with_rejection(np.full(20, NEVER))

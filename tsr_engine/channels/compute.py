@@ -9,8 +9,8 @@ Definition (after Dollar et al., "Fast Feature Pyramids for Object Detection", P
    linear interpolation does, and needs neither an arc tangent nor a division;
 4. every channel is averaged over cells of ``shrink x shrink`` pixels;
 5. magnitude and orientations are divided by the local mean magnitude (triangle filter, radius of about
-   ``NORM_RADIUS`` px) plus ``NORM_CONST``. Dividing cells instead of pixels costs a quarter and is smooth enough,
-   since the divisor hardly varies within a cell.
+   ``NORM_RADIUS`` px) plus ``NORM_CONST``. The division of cells takes a quarter of the time that pixels would take;
+   the divisor hardly varies within a cell.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ NORM_CONST: Final = 0.005
 _C60 = np.float32(0.5)
 _S60 = np.float32(np.sqrt(3) / 2)
 
-# Y^(1/3) = t^(4/3) with t = Y^(1/4) on ((6/29)^3, 1], Chebyshev fit of degree 4, error below 2.5e-5: two square roots
-# and a polynomial run in vector registers, a table of 1024 entries does not.
+# Y^(1/3) = t^(4/3) with t = Y^(1/4) on ((6/29)^3, 1], Chebyshev fit of degree 4, error below 2.5e-5. Two square roots
+# and a polynomial run in vector registers; a table of 1024 entries does not.
 _Q0, _Q1, _Q2, _Q3, _Q4 = (
     np.float32(v) for v in (-0.01931906727, 0.54913543960, 0.69969924731, -0.30396922431, 0.07447097096)
 )
@@ -43,7 +43,7 @@ _Q0, _Q1, _Q2, _Q3, _Q4 = (
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _luv_row(blue, green, red, out_l, out_u, out_v):  # type: ignore[no-untyped-def]
-    """Three uint8 rows (w,) to three LUV rows (w + 2,) with one replicated pixel on each side."""
+    """Converts three uint8 rows (w,) to three LUV rows (w + 2,) with one replicated pixel on each side."""
     w = blue.shape[0]
     unit = np.float32(1.0 / 255.0)
     for x in range(w):
@@ -70,7 +70,7 @@ def _luv_row(blue, green, red, out_l, out_u, out_v):  # type: ignore[no-untyped-
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _smooth_row(above, here, below, column, out):  # type: ignore[no-untyped-def]
-    """[1 2 1]/4 along both axes of three rows (w + 2) to one row (w + 2), borders replicated."""
+    """Smooths three rows (w + 2,) by [1 2 1]/4 along both axes to one row (w + 2,), borders replicated."""
     n = here.shape[0]
     for x in range(n):
         column[x] = np.float32(0.0625) * (above[x] + below[x]) + np.float32(0.125) * here[x]
@@ -105,7 +105,7 @@ def _gradient_row(a0, a1, a2, h0, h1, h2, b0, b1, b2, m, o0, o1, o2, o3, o4, o5)
         e = e2 if second else e
         inv = np.float32(1.0) / np.sqrt(e + np.float32(1e-18))
         mag = e * inv
-        # twice the double-angle vector, of length 2 * mag; bins are 60 degrees apart in double angle
+        # The double-angle vector times 2 / mag, of length 2 * mag. Bins are 60 degrees apart in double angle.
         c = np.float32(2.0) * (gx * gx - gy * gy) * inv
         s = np.float32(4.0) * gx * gy * inv
         p1 = _C60 * c + _S60 * s
@@ -161,9 +161,9 @@ def start_rows(blue, green, red):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def cell_row(blue, green, red, row, shrink, buffers, out, at):  # type: ignore[no-untyped-def]
-    """Steps 1 to 4 for one row of cells, into ``out[:, at]`` of (10, rows, w // shrink); rows come in order.
+    """Steps 1 to 4 for one row of cells, into ``out[:, at]`` of (10, rows, w // shrink); call it row by row, in order.
 
-    Only three rows of LUV and of smoothed LUV live at a time, so the work stays in the first-level cache.
+    The buffers hold only three rows of LUV and of smoothed LUV, so that they stay in the first-level cache.
     """
     raw, smooth, column, acc = buffers
     h = blue.shape[0]
@@ -201,10 +201,10 @@ def _cells(blue, green, red, shrink):  # type: ignore[no-untyped-def]
 
 
 def check_picture(picture: Picture, shrink: int = 1) -> None:
-    """Refuse what is not a picture of at least one cell.
+    """Check that a picture has the right type and shape and at least one cell of ``shrink`` px.
 
     Raises:
-        ValueError: not BGR uint8, or smaller than one cell.
+        ValueError: the picture is not BGR uint8, or is smaller than one cell.
     """
     if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
         raise ValueError(f"A picture must be uint8 of shape (h, w, 3). Got {picture.dtype} {picture.shape} instead.")
@@ -214,7 +214,7 @@ def check_picture(picture: Picture, shrink: int = 1) -> None:
 
 @lru_cache
 def triangle(radius: int) -> NDArray[np.float32]:
-    """Taps of a triangle filter of 2 * radius + 1, summing to 1."""
+    """Taps of a triangle filter, shape (2 * radius + 1,), with sum 1."""
     taps = np.concatenate([np.arange(1, radius + 2), np.arange(radius, 0, -1)]).astype(np.float32)
     return np.asarray(taps / taps.sum(), dtype=np.float32)
 
@@ -236,7 +236,7 @@ def compute_channels(picture: Picture, shrink: int = 2) -> NDArray[np.float32]:
         orientations >= 0 with a local mean of about 1 for the magnitude.
 
     Raises:
-        ValueError: not a BGR uint8 picture, or smaller than one cell.
+        ValueError: the picture is not BGR uint8, or is smaller than one cell.
     """
     check_picture(picture, shrink)
     blue, green, red = cv2.split(picture)

@@ -1,8 +1,8 @@
-"""Planes enlarged from two to three pixels: the first step of every search with the default settings.
+"""Enlarges planes from two to three pixels: the first step of every search with the default settings.
 
-The weights of such an enlargement come again every three pixels, so that whole vectors of pixels share them. OpenCV,
-which takes any ratio, looks up weights and neighbours pixel by pixel. The arithmetic is that of ``cv2.resize`` with
-bilinear interpolation, in whole numbers, to the bit.
+The weights of this ratio repeat every three pixels, so that whole vectors of pixels share them. OpenCV takes any ratio
+and looks up weights and neighbours for each pixel. The result equals ``cv2.resize`` with bilinear interpolation in
+whole numbers, to the bit.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ from numpy.typing import NDArray
 
 __all__ = ["enlarge", "fits"]
 
-# Weights in 1/2048: a new pixel lies in the middle of two old ones, or a sixth of a pixel beside one.
+# Weights in 1/2048. A new pixel lies in the middle of two old ones, or a sixth of a pixel beside one.
 _NEAR, _FAR, _HALF = 1707, 341, 1024
 
 
 def fits(source: NDArray[np.uint8], size: tuple[int, int]) -> bool:
-    """Whether planes (n, h, w) become ``size`` (width, height) by exactly two to three."""
+    """Whether ``size`` (width, height) is exactly 3/2 of the planes (n, h, w)."""
     height, width = source.shape[1:]
     return min(height, width) > 0 and (2 * size[0], 2 * size[1]) == (3 * width, 3 * height)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _along(left, here, beside, right, out):  # type: ignore[no-untyped-def]
-    """One row (w,) to (3 w / 2,) of 128ths: of two pixels and their neighbours three new ones."""
+    """Enlarges a row (w,) to (3 w / 2,), in 1/128: two pixels and their neighbours give three new ones."""
     for k in range(out.shape[0] // 3):
         a, b = np.uint32(left[2 * k]), np.uint32(here[2 * k])
         c, d = np.uint32(beside[2 * k]), np.uint32(right[2 * k])
-        # cast after each step, or it is done in 64 bits
+        # Without a cast after each step, Numba computes in 64 bits.
         first = np.uint32(np.uint32(a * np.uint32(_FAR)) + np.uint32(b * np.uint32(_NEAR)))
         third = np.uint32(np.uint32(c * np.uint32(_NEAR)) + np.uint32(d * np.uint32(_FAR)))
         out[3 * k] = np.uint16(first >> np.uint32(4))
@@ -39,8 +39,8 @@ def _along(left, here, beside, right, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _down(one, other, first, second, out):  # type: ignore[no-untyped-def]
-    """Two rows of 128ths with their weights in 1/2048 to a row of bytes."""
-    # weights known to have 16 bits, or the products are taken in 32
+    """Combines two rows in 1/128, with their weights in 1/2048, to a row of bytes."""
+    # 16-bit weights let the compiler use 16-bit products; otherwise it uses 32 bits.
     p, q = np.uint32(np.uint16(first)), np.uint32(np.uint16(second))
     for x in range(out.shape[0]):
         a = np.uint16(np.uint32(p * np.uint32(one[x])) >> np.uint32(16))
@@ -50,7 +50,7 @@ def _down(one, other, first, second, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def enlarge(source, target):  # type: ignore[no-untyped-def]
-    """Fills planes (n, 3 h / 2, 3 w / 2), uint8, from planes (n, h, w), uint8, h and w even, borders replicated."""
+    """Fills planes (n, 3 h / 2, 3 w / 2), uint8, from planes (n, h, w), uint8; h and w even, borders replicated."""
     planes, h, w = source.shape
     padded = np.empty(w + 2, np.uint8)
     rows = np.empty((2, 3 * w // 2), np.uint16)

@@ -1,7 +1,7 @@
-"""Planes of channels laid side by side, cell by cell, and back.
+"""Interleaves planes of channels, cell by cell, and separates them again.
 
-OpenCV resamples four interleaved channels in two thirds of the time of four planes, to the same bits. More than four at
-once take a slow path. The scan needs planes.
+OpenCV resamples four interleaved channels in two thirds of the time of four planes, with the same bits. It is slow for
+more than four. The scan needs planes.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ from tsr_engine.channels.scratch import Scratch
 from tsr_engine.channels.smooth import replicate
 
 TOGETHER = 4
-"""Most channels side by side."""
+"""Largest number of interleaved channels."""
 
 
 def pack(cells: NDArray[np.uint8], border: int = 0, scratch: Scratch | None = None) -> list[NDArray[np.uint8]]:
-    """Channels interleaved, ``TOGETHER`` at a time.
+    """Interleave channels in groups of ``TOGETHER``.
 
     Args:
         cells: shape (channels, h + 2 border, w + 2 border), uint8.
-        border: cells that are left out on each side.
-        scratch: memory of the result; unset: new.
+        border: number of cells to leave out on each side.
+        scratch: memory for the result; unset: new memory.
 
     Returns:
-        Arrays of shape (h, w, up to 4), which hold the channels in order.
+        Arrays of shape (h, w, up to 4) with the channels in order.
     """
     scratch, (channels, height, width) = scratch or Scratch(), cells.shape
     packed = []
     for first in range(0, channels, TOGETHER):
         planes = list(cells[first : first + TOGETHER])
         room = scratch.array(f"packed from {first}", (height, width, len(planes)), np.uint8)
-        # the border as well: whole planes lie without gaps, which makes this four times as fast
+        # This includes the border: planes without gaps between their rows make it four times as fast.
         cv2.merge(planes, dst=room)
         packed.append(room[border : height - border, border : width - border])
     return packed
@@ -42,15 +42,15 @@ def pack(cells: NDArray[np.uint8], border: int = 0, scratch: Scratch | None = No
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def unpack(packed, planes, border):  # type: ignore[no-untyped-def]
-    """Lays interleaved channels into planes and replicates them ``border`` cells beyond each side.
+    """Separates interleaved channels into planes and replicates ``border`` cells on each side.
 
-    ``cv2.split`` does the first, but for planes with gaps between their rows it takes, at some widths, eight times as
-    long.
+    ``cv2.split`` can do the first step. For planes with gaps between their rows it takes eight times as long at some
+    widths.
 
     Args:
-        packed: the arrays of :func:`pack`, (h, w, up to 4) each, behind each other in one, (channels * h * w,), uint8.
-        planes: shape (channels, h + 2 border, w + 2 border), uint8: where to write.
-        border: cells.
+        packed: shape (channels * h * w,), uint8: the arrays of :func:`pack`, (h, w, up to 4) each, one after another.
+        planes: shape (channels, h + 2 border, w + 2 border), uint8; receives the result.
+        border: number of cells.
     """
     channels, height, width = planes.shape
     rows, columns = height - 2 * border, width - 2 * border
@@ -71,7 +71,7 @@ def unpack(packed, planes, border):  # type: ignore[no-untyped-def]
     replicate(planes, border)
 
 
-# With a fixed number of channels the loops become shuffles of whole vectors.
+# With a fixed number of channels, the compiler turns these loops into vector shuffles.
 @njit(cache=True, nogil=True, error_model="numpy")
 def _four(row, a, b, c, d):  # type: ignore[no-untyped-def]
     for x in range(a.shape[0]):

@@ -3,12 +3,12 @@
 A channel resampled from scale ``s_r`` to ``s`` keeps its statistics when it is multiplied by ``(s / s_r) ** -lambda``
 (Dollar et al. 2014, section 4). ``lambda`` is about 0 for colour and measured for gradients
 (:func:`tsr_engine.training.lambdas.measure_lambdas`). Approximated levels come from the nearest computed one, on a
-logarithmic axis. Two departures from the toolbox save most of the work and are part of the trained detector. Channels
+logarithmic axis. Two differences from the toolbox save most of the work and are part of the trained detector. Channels
 are smoothed once, before the approximation. The power law's factor does not multiply millions of cells; the scan
 divides the trees' thresholds by ``Level.gains`` instead.
 
-Pictures are only ever halved (2 x 2 means) or resampled bilinearly by less than a factor of two: each computed level
-below the first octave is the half of the one an octave above.
+Pictures are halved (2 x 2 means) or resampled bilinearly by less than a factor of two. Each computed level below the
+first octave is half as large as the level an octave above.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Band = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class PyramidPlan:
-    """Scales to search, and those of them to compute.
+    """Scales of a pyramid, and which of them are computed.
 
     Attributes:
         shrink: cell size in px.
@@ -56,9 +56,12 @@ class PyramidPlan:
             )
 
     def families(self, count: int) -> Iterator[tuple[int, list[int]]]:
-        """Of ``count`` scales each computed one, with all that are nearest to it; ties go to the finer one.
+        """Index of each computed scale, with the indices of all scales nearest to it.
 
-        The finer one holds more detail.
+        Ties go to the finer computed scale, which holds more detail.
+
+        Args:
+            count: number of scales.
         """
         step = self.per_octave // self.computed_per_octave
         last = (count - 1) // step * step
@@ -70,26 +73,26 @@ class PyramidPlan:
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """One scale of a pyramid: smoothed bytes of ten channels and how to get back to picture coordinates."""
+    """One scale of a pyramid: smoothed bytes of ten channels, and their place in the picture."""
 
     index: int
     """Scale = first scale * 2 ** (-index / per_octave)."""
     cells: NDArray[np.uint8]
-    """Shape (10, rows + 2 border, columns + 2 border), the border replicated."""
+    """Shape (10, rows + 2 border, columns + 2 border), borders replicated."""
     scale_x: float
-    """Cells times shrink per picture px, along x."""
+    """Level px (cells times ``shrink``) per picture px, along x."""
     scale_y: float
     top: float
-    """Picture row, px, of the cells' upper edge: greater than 0 when only a band of the picture was asked for."""
+    """Picture row of the cells' upper edge, px; greater than 0 if the level covers only a band of the picture."""
     computed: bool
-    """Computed from the picture; otherwise approximated."""
+    """Whether the level is computed from the picture; otherwise it is approximated."""
     gains: NDArray[np.float64]
     """Shape (10,): factor by which the power law corrects each channel; 1 for computed levels."""
 
     def corrected(self, cells: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Cells, shape (10, ...), with the gains applied, rounded down and clipped.
+        """Cells, shape (10, ...), multiplied by the gains, rounded down and clipped.
 
-        Comparing these with a whole threshold ``t`` equals comparing the cells with ``ceil(t / gain)``.
+        A comparison of these with a whole threshold ``t`` equals one of ``cells`` with ``ceil(t / gain)``.
         """
         shape = (-1,) + (1,) * (cells.ndim - 1)
         return np.asarray(np.minimum(np.floor(cells * self.gains.reshape(shape) + 1e-9), 255), dtype=np.uint8)
@@ -111,21 +114,20 @@ def build_pyramid(
     border: int = 0,
     scratch: Scratch | None = None,
 ) -> Iterator[Level]:
-    """The levels of a picture's pyramid, largest first; each is made when it is asked for.
+    """Yield the levels of a picture's pyramid, largest first, each made on demand.
 
     Args:
         picture: BGR uint8.
-        scales: descending scales as of :func:`level_scales`; every ``per_octave // computed_per_octave``-th is
-            computed, from the first on.
-        plan: see :class:`PyramidPlan`.
-        bands: per scale the first and last picture row, px, that is needed, or None if the level is not; unset: all
-            rows of all levels. A computed level covers the bands of all levels that are approximated from it.
-        chain: which part of the work is wanted when several cores share it.
-        chains: number of parts: each of the largest computed levels is one, with the levels approximated from it; the
-            last part is all the others.
+        scales: descending scales of :func:`level_scales`; the first and every ``per_octave // computed_per_octave``-th
+            after it are computed.
+        plan: the pyramid's scales.
+        bands: rows that each scale needs, or None to leave out the level; unset: all rows of all levels. A computed
+            level covers the bands of all levels that are approximated from it.
+        chain: part of the work to do, in ``range(chains)``.
+        chains: number of parts, for several cores. Each of the largest computed levels is one part, with the levels
+            approximated from it; all others are the last part.
         border: replicated cells around each level.
-        scratch: memory to work in; a level's cells then hold until the next level is asked for. Unset: each level
-            owns its cells.
+        scratch: working memory; the next level then overwrites a level's cells. Unset: each level owns its cells.
     """
     lambdas = np.asarray(plan.lambdas)
     pictures = _Halves(picture, float(scales[0]) if len(scales) else 1.0, scratch or Scratch())
@@ -148,7 +150,7 @@ def build_pyramid(
             rows, columns = int(height * ratio), int(width * ratio)
             if min(rows, columns) < 1:
                 continue
-            # the exact ratio of the two grids, not the wanted one, leads back to the picture
+            # Coordinates need the exact ratio of the two grids, not that of the scales.
             yield Level(
                 index,
                 resample(packed, rows, columns, border, scratch),
@@ -161,10 +163,10 @@ def build_pyramid(
 
 
 class _Halves:
-    """A picture's planes (3, h, w), resized; below the first octave each size is the half of the one an octave above.
+    """A picture's planes (3, h, w), resized; below the first octave each size is half of the size an octave above.
 
-    Every part of the work does so, also one that makes a larger size only to halve it: all parts see the
-    same pictures.
+    Every part of the work does the same, even if it needs a larger size only to halve it. So all parts get the same
+    pictures.
     """
 
     def __init__(self, picture: Picture, top: float, scratch: Scratch) -> None:
@@ -226,7 +228,7 @@ def _computed(
     planes = pictures.at(scale)
     rows, columns = planes.shape[1:]
     scale_x, scale_y = columns / pictures.width, rows / pictures.height
-    # whole cells, with room for the filters' support
+    # Whole cells, with a margin of four for the filters.
     first = max(0, int(band[0] * scale_y) // cell * cell - 4 * cell)
     last = min(rows, int(np.ceil(band[1] * scale_y / cell)) * cell + 4 * cell)
     if last - first < cell:
@@ -241,18 +243,17 @@ def _computed(
 def resample(
     packed: Sequence[NDArray[np.uint8]], rows: int, columns: int, border: int = 0, scratch: Scratch | None = None
 ) -> NDArray[np.uint8]:
-    """Channels resampled bilinearly.
+    """Resample channels bilinearly.
 
     Args:
-        packed: of :func:`packing.pack`.
-        rows: wanted.
-        columns: wanted.
-        border: replicated cells to lay around the result.
-        scratch: memory of the result; unset: new.
+        packed: arrays of :func:`packing.pack`.
+        rows: number of rows of the result.
+        columns: number of columns of the result.
+        border: replicated cells around the result.
+        scratch: memory for the result; unset: new memory.
 
     Returns:
-        Shape (channels, rows + 2 border, columns + 2 border), uint8, to the bit as if each
-        channel were resampled alone.
+        Shape (channels, rows + 2 border, columns + 2 border), uint8, with the bits of each channel resampled alone.
     """
     scratch = scratch or Scratch()
     shape = (sum(part.shape[2] for part in packed), rows + 2 * border, columns + 2 * border)

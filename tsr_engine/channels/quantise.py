@@ -26,7 +26,7 @@ from tsr_engine.channels.compute import (
 from tsr_engine.records import Picture
 
 OFFSET: Final = (0.0, 0.15, 0.15, *([0.0] * 7))
-"""Channel value that becomes 0; below it is clipped."""
+"""Channel value that becomes 0; lower values are clipped."""
 GAIN: Final = (680.0, 425.0, 425.0, *([120.0] * 7))
 """Bytes per unit: L reaches 255 at 0.375, U and V at 0.75, gradients at 2.1 times the local mean."""
 
@@ -44,10 +44,10 @@ def quantise(channels: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 def channel_bytes(picture: Picture, shrink: int = 2) -> NDArray[np.uint8]:
-    """``quantise(compute_channels(picture, shrink))`` in one pass, equal to within one step of a byte.
+    """``quantise(compute_channels(picture, shrink))`` in one pass; values differ by at most 1.
 
-    The cells never exist as a whole: five rows of them live at a time, are normalised and leave as bytes. That saves
-    most of the memory traffic, which costs as much as the arithmetic.
+    Only the rows of cells that the normalising filter spans are in memory as floats; each is normalised and written as
+    bytes. This saves most of the memory traffic, which costs as much as the arithmetic.
 
     Args:
         picture: BGR, uint8, shape (h, w, 3), at least ``shrink`` px on each side.
@@ -57,7 +57,7 @@ def channel_bytes(picture: Picture, shrink: int = 2) -> NDArray[np.uint8]:
         Shape (10, h // shrink, w // shrink), uint8.
 
     Raises:
-        ValueError: not a BGR uint8 picture, or smaller than one cell.
+        ValueError: the picture is not BGR uint8, or is smaller than one cell.
     """
     check_picture(picture, shrink)
     return plane_bytes(cv2.split(picture), shrink)
@@ -66,12 +66,12 @@ def channel_bytes(picture: Picture, shrink: int = 2) -> NDArray[np.uint8]:
 def plane_bytes(
     planes: Sequence[NDArray[np.uint8]] | NDArray[np.uint8], shrink: int = 2, out: NDArray[np.uint8] | None = None
 ) -> NDArray[np.uint8]:
-    """:func:`channel_bytes` of a picture that lies in planes.
+    """:func:`channel_bytes` of a picture that is given as planes.
 
     Args:
         planes: blue, green and red, uint8, shape (h, w) each, at least ``shrink`` px on each side; rows contiguous.
         shrink: cell size in px.
-        out: where to write; unset: a new array.
+        out: array for the result; unset: a new one.
 
     Returns:
         Shape (10, h // shrink, w // shrink), uint8.
@@ -114,7 +114,7 @@ def _add_scaled(source, tap, target):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _blur_row(source, taps, padded, target):  # type: ignore[no-untyped-def]
-    """Filter along a row (n,), borders replicated; ``padded`` is scratch of (n + 2 * radius,)."""
+    """Filters a row (n,), borders replicated; ``padded`` is working memory of (n + 2 * radius,)."""
     n, radius = source.shape[0], taps.shape[0] // 2
     padded[:radius] = source[0]
     padded[radius : radius + n] = source

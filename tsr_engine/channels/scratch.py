@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 T = TypeVar("T", bound=np.generic)
 
 VIEWS_LIMIT: Final = 1000
-"""Names and shapes that are remembered: enough for a dozen picture sizes."""
+"""Number of cached views: enough for a dozen picture sizes."""
 
 
 class Scratch:
-    """Named arrays, made when first asked for; not to be shared by threads."""
+    """Named arrays, made on first use. Threads must not share a ``Scratch``."""
 
     def __init__(self) -> None:
         self._made: dict[str, NDArray[np.uint8]] = {}
         self._views: dict[tuple[str, tuple[int, ...], type], NDArray[Any]] = {}
 
     def array(self, name: str, shape: tuple[int, ...], dtype: type[T]) -> NDArray[T]:
-        """An uninitialised contiguous array; what was asked for under this name before is overwritten."""
+        """An uninitialised contiguous array; it shares memory with earlier arrays of the same name."""
         key = (name, shape, dtype)
         view = self._views.get(key)
         if view is None:

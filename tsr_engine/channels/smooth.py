@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 
 def smooth(cells: NDArray[np.uint8], border: int = 0, out: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
-    """Channels smoothed by [1 2 1]/4 along both axes, halves rounded up, borders replicated.
+    """Smooth channels by [1 2 1]/4 along both axes, halves rounded up, borders replicated.
 
     Args:
         cells: shape (channels, h, w), uint8.
-        border: replicated cells to lay around the result.
-        out: where to write; unset: a new array.
+        border: replicated cells around the result.
+        out: array for the result; unset: a new one.
 
     Returns:
         Shape (channels, h + 2 border, w + 2 border), uint8.
@@ -27,7 +27,7 @@ def smooth(cells: NDArray[np.uint8], border: int = 0, out: NDArray[np.uint8] | N
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def replicate(cells, border):  # type: ignore[no-untyped-def]
-    """Fills ``border`` cells on each side of (channels, rows, columns) from the inner ones, in place."""
+    """Fills ``border`` cells on each side of (channels, rows, columns) with the nearest inner cell, in place."""
     channels, rows, columns = cells.shape
     for c in range(channels):
         for y in range(border, rows - border):
@@ -42,17 +42,17 @@ def replicate(cells, border):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _down(above, here, below, out):  # type: ignore[no-untyped-def]
-    """[1 2 1] of three rows (w,) of bytes; sums up to 1020."""
+    """Adds three rows (w,) of bytes with weights [1 2 1], to sums of at most 1020."""
     for x in range(out.shape[0]):
         out[x] = np.uint16(above[x]) + np.uint16(2) * np.uint16(here[x]) + np.uint16(below[x])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _along(padded, out):  # type: ignore[no-untyped-def]
-    """[1 2 1] along a row of sums (w + 2,), back to bytes (w,)."""
+    """Filters a row of sums (w + 2,) by [1 2 1]/16, to bytes (w,)."""
     left, here, right = padded[:-2], padded[1:-1], padded[2:]
     for x in range(out.shape[0]):
-        # cast before the shift, or it is done in 64 bits
+        # Without a cast before the shift, Numba computes in 64 bits.
         out[x] = np.uint16(left[x] + np.uint16(2) * here[x] + right[x] + np.uint16(8)) >> np.uint16(4)
 
 

@@ -36,13 +36,13 @@ from tsr_engine.protocols import TrainedPart
 from tsr_engine.records import Detections, FloatArray, Picture
 
 LEVEL_LIMIT = 2000
-"""Most candidates that one level hands on."""
+"""Largest number of candidates of one level."""
 NODES_LIMIT = 400
-"""Prepared levels that are remembered: enough for several picture sizes."""
+"""Number of cached levels: enough for several picture sizes."""
 _SAME_PLACE = 0.5
-"""A detection that overlaps an expected box by this IoU is the expected one."""
+"""IoU from which a detection counts as the sign that was expected there."""
 _OVERLAP = 0.75
-"""Strips of a scan in turn overlap by this share of the window on each side: half a window and the filters' reach."""
+"""Overlap of the strips of a scan in turn, on each side, in windows: half a window and the filters' reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +54,9 @@ class AcfModel:
         plan: the pyramid that it was trained on.
         cascade: trees with rejection thresholds.
         refine_stage: refinement and verification.
-        sign_verifier: what tells signs from things of a sign's outline.
-        box_refinement: where exactly a sign's edges lie.
-        calibration: from the three scores to log-odds of being a sign.
+        sign_verifier: separates signs from objects of the same shape.
+        box_refinement: moves boxes onto the edges of signs.
+        calibration: turns the three scores into log-odds of being a sign.
     """
 
     window: Window
@@ -69,7 +69,7 @@ class AcfModel:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], settings: JsonMapping) -> AcfModel:
-        """From the arrays and settings of a model component (see :func:`to_arrays`).
+        """Make a model from the arrays and settings of a model component (see :meth:`to_arrays`).
 
         Raises:
             KeyError: an array or setting is missing.
@@ -83,17 +83,26 @@ class AcfModel:
             lambdas=tuple(float(v) for v in settings["lambdas"]),
         )
         calibration = LogOdds(*(float(v) for v in settings["calibration"]))
-        look = RefineStage(
+        refine_stage = RefineStage(
             arrays["step_weights"].astype(np.float32),
             arrays["step_biases"].astype(np.float32),
             _ensemble(arrays, "verifier", int(settings["verifier_window"])),
         )
         cascade = _ensemble(arrays, "cascade", window.cells)
         sign_verifier, box_refinement = SignVerifier.from_arrays(arrays), BoxRefinement.from_arrays(arrays)
-        return cls(window, plan, cascade, look, sign_verifier, box_refinement, calibration)
+        return cls(window, plan, cascade, refine_stage, sign_verifier, box_refinement, calibration)
 
     def look(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Candidates (n, 4) and their cascade scores (n,) -> refined boxes (n, 4) and log-odds of being a sign (n,)."""
+        """Refine and score candidates.
+
+        Args:
+            picture: BGR, uint8.
+            boxes: candidates, shape (n, 4), px.
+            cascade: their cascade scores, shape (n,).
+
+        Returns:
+            Refined boxes (n, 4), and log-odds of being a sign (n,).
+        """
         refined, verified = self.refine_stage.look(picture, boxes)
         return refined, self.calibration.of(verified, cascade, self.sign_verifier.scores(picture, refined))
 
@@ -140,12 +149,12 @@ class AcfDetector:
     """Finds signs in one picture, without state; implements :class:`tsr_engine.protocols.OfflineDetector`.
 
     Args:
-        model: everything trained.
-        prior: where signs appear; None: anywhere.
-        params: of the scan.
-        prior_params: of the prior.
-        nested: windows of which the smaller has less than this share of the larger one's area are candidates both, even
-            if one holds the other; 0: the better one alone is.
+        model: the trained parts.
+        prior: spatial prior of signs; None: no prior.
+        params: parameters of the detector.
+        prior_params: parameters of the prior.
+        nested: ratio of areas, smaller to larger, below which two overlapping windows both stay candidates. In [0, 1];
+            0: only the better one stays.
     """
 
     name = "acf"
@@ -173,10 +182,10 @@ class AcfDetector:
     def from_components(
         cls, detector: TrainedPart, prior: TrainedPart | None, params: DetectorParams, prior_params: PriorParams
     ) -> AcfDetector:
-        """From loaded model components.
+        """Make a detector from loaded model components.
 
         Raises:
-            ValueError: the component's arrays or settings are not those of an ACF detector.
+            ValueError: an array or setting of an ACF detector is missing or has a wrong shape.
         """
         try:
             model = AcfModel.from_arrays(detector.arrays, detector.params)
@@ -189,41 +198,44 @@ class AcfDetector:
 
     @property
     def prior_weight(self) -> float:
-        """``lambda`` in force: the parameter's, or the learned one."""
+        """``lambda`` of Eq. 2: the parameter's value, or the learned one; 0 if the prior is off."""
         return weight_in_force(self.prior, self.prior_params)
 
     def detect(self, picture: Picture) -> Detections:
         """Detections of one BGR picture, best final score first.
 
-        ``raw_scores`` are log-odds of being a sign; those below ``keep_score`` are left out. A picture smaller than a
-        sign has none.
+        ``raw_scores`` are log-odds of being a sign; boxes below ``keep_score`` are left out. A picture smaller than a
+        sign has no detections.
 
         Raises:
-            ValueError: not uint8 of shape (h, w, 3), or without a pixel.
+            ValueError: the picture is not uint8 of shape (h, w, 3), or has no pixel.
         """
         return self._detected(picture, self._pool)
 
     def detect_alone(self, picture: Picture) -> Detections:
-        """The same on the calling thread alone, for callers that have a picture for each core."""
+        """:meth:`detect` on the calling thread alone, for callers that have a picture for each core."""
         return self._detected(picture, None)
 
     def detect_in_turn(self, picture: Picture, frame: int) -> Detections:
-        """Detections in the part of a video's picture that is searched in frame number ``frame``.
+        """Detections in the part of a picture that the schedule searches in frame number ``frame``.
 
-        In ``scan_turns`` frames everything is searched once; :meth:`revisit` adds the signs that are known already.
+        ``scan_turns`` frames cover all scales and rows once; :meth:`revisit` adds the signs that are known already.
         Runs on the calling thread alone.
+
+        Raises:
+            ValueError: the picture is not uint8 of shape (h, w, 3), or has no pixel.
         """
         return self._detected(picture, None, frame)
 
     def revisit(self, picture: Picture, found: Detections, expected: FloatArray) -> Detections:
-        """Detections, and those of signs that are expected at places where nothing was found.
+        """Detections of :meth:`detect_in_turn`, and of expected signs that it did not find.
 
-        Such a place gets the steps after the scan, so that its score and box are those of a scanned window there.
+        Each expected box without a detection goes through the steps after the scan, as if the scan had found it.
 
         Args:
             picture: BGR, uint8.
-            found: in this picture, of :meth:`detect_in_turn`.
-            expected: boxes as detections are drawn, shape (n, 4).
+            found: result of :meth:`detect_in_turn` for this picture.
+            expected: expected boxes, shape (n, 4), px, with the box inset applied.
         """
         size = np.tile(expected[:, 2:] - expected[:, :2], 2)
         outside = np.concatenate([-expected[:, :2], expected[:, 2:] - picture.shape[1::-1]], axis=1)
@@ -239,7 +251,7 @@ class AcfDetector:
         return self._best(self._judged(picture, *self._candidates(picture, pool, frame)))
 
     def _judged(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> Detections:
-        """What candidates (n, 4) with cascade scores (n,) are, in their order; several may lie on one sign."""
+        """Detections of candidates (n, 4) with cascade scores (n,), in their order, before suppression."""
         height, width = picture.shape[:2]
         refined, raw = self.model.look(picture, boxes, cascade)
         likely = raw >= self.params.keep_score
@@ -252,11 +264,11 @@ class AcfDetector:
         return Detections(refined, raw, prior, with_prior(raw, prior, self.prior_weight))
 
     def _best(self, found: Detections) -> Detections:
-        """One detection a sign, best final score first."""
+        """The detections after suppression, best final score first."""
         return found.select(suppress(found.boxes, found.scores, self.params.final_overlap))
 
     def candidates(self, picture: Picture) -> tuple[FloatArray, FloatArray]:
-        """Boxes (n, 4) and scores (n,) that the cascade leaves, best first; see :func:`merging.merge`."""
+        """Merged candidates of the cascade: boxes (n, 4) and scores (n,), best first; see :func:`merging.merge`."""
         return self._candidates(picture, self._pool)
 
     def _candidates(
@@ -288,9 +300,9 @@ class AcfDetector:
         return boxes + np.array([0, first, 0, first]), scores
 
     def search(self, width: int, height: int) -> tuple[FloatArray, list[Band]]:
-        """Scales that are searched in a picture of width x height px, and for each the band of rows in px.
+        """Scales to search in a picture of width x height px, and the band of rows in px for each.
 
-        A small sign is far away, and what is far away is near the horizon.
+        Small signs are far away and therefore near the horizon, so their scales have a narrower band.
         """
         window = self.model.window
         top = window.sign / self.params.min_width
@@ -303,7 +315,7 @@ class AcfDetector:
         return scales, bands
 
     def prepared(self, level: Level) -> ScanNodes:
-        """The cascade's nodes for a level; the same levels come with every picture of a video."""
+        """The cascade's nodes for a level, cached, because every picture of a video has the same levels."""
         key = (level.index, level.cells.shape[1], level.cells.shape[2])
         nodes = self._prepared.get(key)
         if nodes is None:
@@ -314,7 +326,7 @@ class AcfDetector:
         return nodes
 
     def _scratch(self) -> Scratch:
-        """This thread's memory: several may detect at a time."""
+        """Working memory of the calling thread."""
         if not hasattr(self._own, "scratch"):
             self._own.scratch = Scratch()
         scratch: Scratch = self._own.scratch

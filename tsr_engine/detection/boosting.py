@@ -1,7 +1,7 @@
 """Real AdaBoost over decision trees on byte features.
 
-Schapire & Singer 1999, grown as in the toolbox: every tree sees a random share of the features, a node's
-split minimises ``Z = sum over children of sqrt(w+ w-)`` over all 256 thresholds, a leaf answers half the log-odds.
+Schapire & Singer 1999, grown as in the toolbox. Every tree uses a random share of the features. A node's split
+minimises ``Z = sum over children of sqrt(w+ w-)`` over all 256 thresholds. A leaf's value is half the log-odds.
 """
 
 from __future__ import annotations
@@ -18,21 +18,24 @@ from numpy.typing import NDArray
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 
 HIGHEST: Final = 240
-"""Largest threshold: leaves room for a level's correction by up to 6 % in a byte."""
+"""Largest threshold: a level can correct it by up to 6 % within a byte."""
 FEATURE_PARTS: Final = 16
-"""Parts of the features that are searched for splits beside each other."""
+"""Number of parts of the features; the parts are searched for splits in parallel."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoostingPlan:
-    """How trees are grown.
+    """Settings of boosting.
 
     Attributes:
         trees: number of trees.
-        depth: depth of every tree, at most 5.
-        feature_share: share of the features that one tree may look at.
+        depth: depth of every tree, 1 to 5.
+        feature_share: share of the features that one tree may use, in (0, 1].
         shrinkage: factor on every leaf.
         leaf_limit: leaves are clipped to +-leaf_limit before shrinkage.
+
+    Raises:
+        ValueError: the depth is out of range.
     """
 
     trees: int
@@ -47,7 +50,7 @@ class BoostingPlan:
 
 
 def training_threads() -> int:
-    """Threads that a training may use: as many as Numba does, so that ``NUMBA_NUM_THREADS`` limits both."""
+    """Number of threads of a training: that of Numba, so that ``NUMBA_NUM_THREADS`` limits both."""
     return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
@@ -64,13 +67,13 @@ def boost(
     Args:
         positives: shape (n, features), uint8.
         negatives: shape (m, features), uint8.
-        plan: see :class:`BoostingPlan`.
-        rng: source of the random feature shares.
+        plan: settings of boosting.
+        rng: random generator; chooses the features of each tree.
         window: side of the window in cells.
-        positive_weights: shape (n,), relative weights; unset: all alike. Both classes weigh the same in all.
+        positive_weights: shape (n,), relative weights; unset: equal weights. Each class has half of the total weight.
 
     Returns:
-        An ensemble without rejection.
+        An ensemble without rejection thresholds.
     """
     n, m = len(positives), len(negatives)
     columns = np.ascontiguousarray(np.concatenate([positives, negatives]).T)
@@ -89,7 +92,7 @@ def boost(
     with ThreadPoolExecutor(training_threads(), "tsr-boost") as pool:
         for t in range(plan.trees):
             candidates = rng.choice(total, picked, replace=False).astype(np.int32)
-            # samples that no longer matter are left out of the search for splits, not out of the leaves
+            # Samples of negligible weight are left out of the search for splits, but count in the leaves.
             order = np.argsort(weights)
             cut = np.searchsorted(np.cumsum(weights[order]), 0.002 * weights.sum())
             kept = np.sort(order[cut:]).astype(np.int32)
@@ -116,24 +119,24 @@ def boost_further(
     window: int,
     inertia: float,
 ) -> TreeEnsemble:
-    """More trees for scores that are there already (LogitBoost, Friedman, Hastie & Tibshirani 2000).
+    """Train more trees that add to existing scores (LogitBoost, Friedman, Hastie & Tibshirani 2000).
 
-    A leaf answers a Newton step of the logistic loss, ``1/2 sum w (y - p) / (sum w p (1 - p) + inertia)``: samples that
-    are right already ask for nothing, and a few wrong ones move little. A sample whose target is the probability that
-    it has asks for nothing but to be left alone.
+    A leaf's value is a Newton step of the logistic loss, ``1/2 sum w (y - p) / (sum w p (1 - p) + inertia)``. Samples
+    whose scores are right have almost no effect, and a few wrong ones a small effect. A sample whose target equals its
+    current probability holds its score in place.
 
     Args:
         samples: shape (n, features), uint8.
-        target: shape (n,), wanted probability of being a sign, in [0, 1].
-        weights: shape (n,), of each sample, absolute: ``inertia`` is measured in them.
-        start: shape (n,), scores that the samples have, in half log-odds.
-        plan: see :class:`BoostingPlan`.
-        rng: source of the random feature shares.
+        target: shape (n,), target probability of being a sign, in [0, 1].
+        weights: shape (n,), absolute weights, in the unit of ``inertia``.
+        start: shape (n,), current scores, in half log-odds.
+        plan: settings of boosting.
+        rng: random generator; chooses the features of each tree.
         window: side of the window in cells.
-        inertia: resistance of a leaf against change.
+        inertia: added to a leaf's denominator; larger values give smaller steps.
 
     Returns:
-        An ensemble of the new trees alone, without rejection.
+        An ensemble of the new trees alone, without rejection thresholds.
     """
     columns = np.ascontiguousarray(samples.T)
     score = start.astype(np.float64).copy()
@@ -168,7 +171,7 @@ def _grow(
     thresholds: NDArray[np.uint8],
     pool: ThreadPoolExecutor,
 ) -> None:
-    """Fills one tree's nodes level by level. What a node chooses does not hang on how features are shared out."""
+    """Fills one tree's nodes level by level. The splits do not depend on how the features are divided into parts."""
     node = np.zeros(len(kept), np.int32)
     signed = np.where(is_positive, weights, -weights)[kept].astype(np.float32)
     first = 0
@@ -191,7 +194,7 @@ def _grow(
 
 @njit(cache=True, nogil=True)
 def _best_splits(columns, kept, signed, node, candidates, width):  # type: ignore[no-untyped-def]
-    """Least ``Z`` of each node with its feature and threshold."""
+    """The smallest ``Z`` of each node, with its feature and threshold."""
     best = np.full(width, np.inf)
     features = np.zeros(width, np.int32)
     thresholds = np.zeros(width, np.uint8)

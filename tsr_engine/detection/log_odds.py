@@ -1,4 +1,4 @@
-"""Combines the scores of verifier and sign verifier (in older models the cascade's too) to log-odds of being a sign."""
+"""Combines the scores of verifier, sign verifier and (in older models) cascade into log-odds of being a sign."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from tsr_engine.records import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class LogOdds:
-    """Logistic regression on the scores, fitted on scenes that trained none of them.
+    """Logistic regression on the scores, fitted on scenes that none of their models was trained on.
 
     Attributes:
         verifier: weight of the verifier's score, >= 0.
         cascade: weight of the cascade's score, >= 0; 0 unless the model is of an earlier training.
         sign_verifier: weight of the sign verifier score, >= 0.
-        offset: log-odds where all three are 0.
+        offset: log-odds for three scores of 0.
     """
 
     verifier: float
@@ -29,18 +29,18 @@ class LogOdds:
         return self.verifier * verifier + self.cascade * cascade + self.sign_verifier * sign_verifier + self.offset
 
     def scaled(self, factor: float, shift: float) -> LogOdds:
-        """The regression whose answers are ``factor`` times these plus ``shift``."""
+        """The regression whose log-odds are multiplied by ``factor`` and then shifted by ``shift``."""
         return LogOdds(
             factor * self.verifier, factor * self.cascade, factor * self.sign_verifier, factor * self.offset + shift
         )
 
     def to_list(self) -> list[float]:
-        """The four numbers in the order of the attributes, as models store them."""
+        """The four numbers in the order of the attributes, as in a model's settings."""
         return list(astuple(self))
 
 
 UNFITTED: Final = LogOdds(1.0, 0.0, 1.0, 0.0)
-"""Sum of verifier and sign verifier score in their own units.
+"""The sum of verifier score and sign verifier score, without calibration.
 
-Where no scenes are there to fit on or they tell nothing.
+Used if the scenes do not hold both signs and other candidates, so that nothing can be fitted.
 """

@@ -1,7 +1,7 @@
-"""Merges the windows that pass the cascade to candidates: one per place, at their weighted mean.
+"""Merges the windows that pass the cascade into candidates: one per place, at their weighted mean.
 
-Dozens of windows find a sign, and none lies exactly on it, because they stand on a grid of cells and scales. Their mean
-lies nearer than the best of them. The refine-and-verify stage starts there.
+Dozens of windows find a sign, and none lies exactly on it, because windows lie on a grid of cells and scales. Their
+mean lies nearer to the sign than the best of them. The refine-and-verify stage starts from the mean.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ from tsr_engine.records import FloatArray
 __all__ = ["SPREAD", "TOGETHER", "merge"]
 
 TOGETHER: Final = 0.6
-"""Windows that overlap a kept one by more than this (IoU) count for its place."""
+"""A window counts toward a candidate if it overlaps the candidate's best window by more than this IoU."""
 SPREAD: Final = 12.0
-"""A window whose score is lower by this, in units of half log-odds, counts 1/e of the best one's."""
+"""Score difference, in half log-odds, that reduces a window's weight to 1/e."""
 
 
 def merge(
     boxes: FloatArray, scores: FloatArray, overlap: float, limit: int, nested: float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
-    """Candidates (m, 4) and their scores (m,), best first.
+    """Merge windows into candidates.
 
     Args:
         boxes: windows, shape (n, 4), corners.
-        scores: shape (n,).
-        overlap: share of the smaller of two windows from which the better one stands for both, in [0, 1].
-        limit: most candidates.
+        scores: shape (n,), half log-odds.
+        overlap: share of the smaller of two windows, in [0, 1]; above it only the better window stays.
+        limit: largest number of candidates.
         nested: see :func:`~tsr_engine.detection.nms.suppress`.
 
     Returns:
-        For each window that greedy suppression keeps its score and the mean of the windows around it, weighted by
-        ``exp(score / SPREAD)``.
+        Candidates (m, 4) and their scores (m,), best first, one for each window that suppression keeps. The box is the
+        mean of the windows around it, weighted by ``exp(score / SPREAD)``.
     """
     kept = suppress(boxes, scores, overlap, limit, nested)
     if not len(kept):

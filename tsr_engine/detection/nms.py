@@ -42,16 +42,16 @@ def suppress(
 ) -> NDArray[np.int64]:
     """Indices of the kept boxes, best first.
 
-    A box goes when a better kept one covers more than ``overlap`` of the smaller of the two (the toolbox's ``min``
-    denominator). Ties in score keep the order of the input.
+    A box is dropped if a better kept box overlaps it by more than ``overlap`` of the smaller area of the two (the
+    toolbox's ``min`` denominator). Boxes of equal score keep the order of the input.
 
     Args:
         boxes: shape (n, 4), corners.
         scores: shape (n,).
         overlap: in [0, 1].
-        limit: at most this many are kept.
-        nested: of two boxes neither goes for the other where the smaller has less than this share of the larger one's
-            area: a sign may be drawn in a sign. In [0, 1].
+        limit: largest number of boxes to keep.
+        nested: ratio of areas, smaller to larger, below which two boxes do not suppress each other, since a sign may
+            contain a sign. In [0, 1].
     """
     order = np.argsort(-scores, kind="stable")
     return np.asarray(order[_greedy(np.ascontiguousarray(boxes[order], np.float64), overlap, limit, nested)])

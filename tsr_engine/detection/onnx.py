@@ -28,7 +28,7 @@ from tsr_engine.records import Detections, FloatArray, Picture
 
 Layout = Literal["v8", "v5"]
 GREY: Final = 114
-"""What fills the part of the input that the picture does not cover."""
+"""Grey value of the input where the picture does not cover it."""
 
 
 class OnnxDetector:
@@ -50,13 +50,13 @@ class OnnxDetector:
         Args:
             network: the ONNX file's content.
             size: (width, height) of the network's input, px.
-            layout: of its output.
-            prior: spatial prior, unset: none.
-            params: ``keep_score`` and ``final_overlap`` are used.
-            prior_params: whether and how strongly the prior counts.
+            layout: layout of its output.
+            prior: spatial prior of signs; unset: no prior.
+            params: parameters of the detector; only ``keep_score`` and ``final_overlap`` are used.
+            prior_params: parameters of the prior.
 
         Raises:
-            ValueError: not a network that OpenCV can read, or one that refers to other files.
+            ValueError: OpenCV cannot read the network, or it refers to other files.
         """
         if refers_to_files(network):
             raise ValueError("Expected an ONNX network that is one file. Got one whose weights lie in other files.")
@@ -75,12 +75,13 @@ class OnnxDetector:
         """Detections of one BGR picture, best final score first.
 
         Raises:
-            ValueError: not uint8 of shape (h, w, 3), or without a pixel; or the network's output is of another layout.
+            ValueError: the picture is not uint8 of shape (h, w, 3) or has no pixel, or the network's output has another
+                layout.
         """
         check_picture(picture)
         height, width = picture.shape[:2]
         canvas, scale, offset = letterbox(picture, self._size)
-        with self._running:  # OpenCV's networks take one picture at a time
+        with self._running:  # a network of OpenCV is not thread-safe
             self._net.setInput(cv2.dnn.blobFromImage(canvas, 1 / 255.0, swapRB=True))
             boxes, confidence = decode(np.asarray(self._net.forward()), self._layout)
         boxes = (boxes - np.array([*offset, *offset])) / scale
@@ -88,7 +89,7 @@ class OnnxDetector:
         raw = np.log(clipped / (1 - clipped))
         kept = raw >= self.params.keep_score
         boxes, raw = clip(boxes[kept], width, height), raw[kept]
-        sane = shorter_side(boxes) >= LEAST_SIDE  # what lay in the grey bars has no side left
+        sane = shorter_side(boxes) >= LEAST_SIDE  # boxes in the grey bars have no area after clipping
         boxes, raw = boxes[sane], raw[sane]
         prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(boxes, width, height)
         final = with_prior(raw, prior, weight_in_force(self.prior, self.prior_params))
@@ -97,7 +98,7 @@ class OnnxDetector:
 
 
 def letterbox(picture: Picture, size: tuple[int, int]) -> tuple[Picture, float, tuple[float, float]]:
-    """The picture scaled to fit (width, height), centred on grey; with the scale and the (x, y) offset in px."""
+    """Scale a picture to fit (width, height), centred on grey; returns it with the scale and the (x, y) offset, px."""
     width, height = size
     scale = min(width / picture.shape[1], height / picture.shape[0])
     inner = (max(1, round(picture.shape[1] * scale)), max(1, round(picture.shape[0] * scale)))
@@ -113,7 +114,7 @@ def letterbox(picture: Picture, size: tuple[int, int]) -> tuple[Picture, float, 
 def decode(output: NDArray[np.float32], layout: Layout) -> tuple[FloatArray, FloatArray]:
     """Boxes (n, 4), corners in input px, and confidences (n,) of a network's output.
 
-    Rows with a number that is not finite are left out: a network of half precision overflows here and there.
+    Rows with a value that is not finite are left out, since a network of half precision may overflow.
 
     Raises:
         ValueError: the output does not have the layout's shape.
@@ -122,7 +123,7 @@ def decode(output: NDArray[np.float32], layout: Layout) -> tuple[FloatArray, Flo
     least = 5 if layout == "v8" else 6
     if output.ndim != 3 or output.shape[0] != 1 or rows.shape[1] < least:
         raise ValueError(f"Expected a '{layout}' output of one picture and at least one class. Got {output.shape}.")
-    if rows.shape[0] < rows.shape[1]:  # a grid has more cells than columns: this is the other layout, transposed
+    if rows.shape[0] < rows.shape[1]:  # a grid has more cells than columns, so this is the other layout, transposed
         raise ValueError(f"Expected more boxes than columns in a '{layout}' output. Got {output.shape}.")
     finite = np.isfinite(rows).all(axis=1)
     rows = (rows if finite.all() else rows[finite]).astype(np.float64)

@@ -1,7 +1,7 @@
 """Finds the other files that an ONNX file refers to, without loading it.
 
-A tensor may name another file, by any path, for its values. OpenCV reads that file even if the network is bytes in
-memory, so a network from somebody else could read any file of this machine as its weights.
+A tensor may take its values from another file, by any path. OpenCV reads that file even if the network is given as
+bytes, so a foreign network could read any file of this machine as its weights.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ __all__ = ["refers_to_files"]
 
 _TENSOR: Final = "tensor"
 _EXTERNAL: Final = (13, 14)
-"""Fields of a tensor: where its values lie, and that they lie elsewhere."""
+"""Fields of a tensor: the place of its external values, and the mark that values are external."""
 _PARTS: Final[dict[str, dict[int, str]]] = {
     "model": {7: "graph", 20: "training", 25: "function"},
     "graph": {1: "node", 5: _TENSOR, 15: "sparse"},
@@ -23,16 +23,16 @@ _PARTS: Final[dict[str, dict[int, str]]] = {
     "function": {7: "node", 11: "attribute"},
     "training": {1: "graph", 2: "graph"},
 }
-"""Messages of onnx.proto that hold others: number of the field -> message."""
+"""Fields of onnx.proto that hold messages: message -> number of the field -> message."""
 _DEEPEST: Final = 64
 _VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
 
 
 def refers_to_files(network: bytes) -> bool:
-    """Whether values of the network lie in other files.
+    """Whether the network takes values from other files.
 
     Raises:
-        ValueError: the bytes are no message of protocol buffers.
+        ValueError: the bytes are not a protocol-buffers message, or the message is cut short or nested too deeply.
     """
     return _refers(memoryview(network), "model", 0)
 
@@ -65,7 +65,7 @@ def _fields(data: memoryview) -> Iterator[tuple[int, int | memoryview]]:
         elif kind in (_FIXED64, _FIXED32):
             size = 8 if kind == _FIXED64 else 4
         else:
-            raise ValueError("Expected an ONNX network that OpenCV reads. Got bytes that are none.")
+            raise ValueError("Expected an ONNX network that OpenCV reads. Got bytes that are not a network.")
         if at + size > len(data):
             raise ValueError("Expected an ONNX network that OpenCV reads. Got one that is cut short.")
         if kind == _BYTES:

@@ -1,4 +1,4 @@
-"""Signs outside the classifier's classes, found beside those of the detector: one-way, parking, no stopping.
+"""Detects signs outside the classifier's classes: one-way, parking, no stopping.
 
 A second ACF model finds them. Its detections on signs that the detector has found are left out. They have no class.
 """
@@ -19,19 +19,19 @@ __all__ = ["COMPONENT", "NESTED", "OtherShapes"]
 
 COMPONENT: Final = "other_shapes"
 NESTED: Final = 0.6
-"""A box with less than this share of another one's area may be a sign that is drawn in a sign, as the limit in a zone
-sign is: 0.32 to 0.58 on the zone signs of GTSDB."""
+"""A box with less than this share of another box's area may be a sign in a sign, such as the limit in a zone sign: 0.32
+to 0.58 on the zone signs of GTSDB."""
 _SAME: Final = 0.35
-"""Boxes that overlap more show the same sign, unless the known one is drawn in the other."""
+"""IoU above which two boxes show the same sign, unless the known box is a sign in the other."""
 
 
 class OtherShapes:
-    """Finds signs that none of the classes names.
+    """Finds signs that belong to none of the classes.
 
     Args:
-        model: trained on such signs.
-        params: of the detector beside which it works; its boxes are annotated at the edges of signs, so that no inset
-            applies, and the box refinement knows other shapes.
+        model: ACF model that was trained on such signs.
+        params: parameters of the main detector. Box inset and box refinement are switched off: the training boxes of
+            this model lie at the edges of signs, and the box refinement was trained on other shapes.
     """
 
     def __init__(self, model: AcfModel, params: DetectorParams) -> None:
@@ -40,10 +40,10 @@ class OtherShapes:
 
     @classmethod
     def from_component(cls, part: TrainedPart, beside: AcfModel, params: DetectorParams) -> OtherShapes:
-        """From a loaded model component, and the model of the detector beside which it works.
+        """Make it from a loaded model component and the main detector's model.
 
         Raises:
-            ValueError: the component's arrays or settings are not those of such a model.
+            ValueError: an array or setting of the component is missing or has a wrong shape.
         """
         try:
             return cls(AcfModel.from_arrays({**beside.box_refinement.to_arrays(), **part.arrays}, part.params), params)
@@ -51,16 +51,17 @@ class OtherShapes:
             raise ValueError(f"The model of other shapes lacks {error.args[0]!r}.") from None
 
     def detect(self, picture: Picture, known: Detections) -> Detections:
-        """Detections of a BGR picture besides the known ones, best first.
+        """Detections of a picture besides the known ones, best first.
 
-        Of two boxes on one sign the known one stays where it is more likely a sign than not, else the better one.
+        Of two boxes on one sign, the known box stays if it is more likely a sign than not; otherwise the better box
+        stays.
 
         Args:
             picture: BGR, uint8.
-            known: what the detector has found in the picture.
+            known: the main detector's detections in the picture.
 
         Raises:
-            ValueError: not uint8 of shape (h, w, 3), or without a pixel.
+            ValueError: the picture is not uint8 of shape (h, w, 3), or has no pixel.
         """
         found = self.detector.detect(picture)
         if not len(found) or not len(known):

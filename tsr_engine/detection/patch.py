@@ -13,23 +13,23 @@ from tsr_engine.records import FloatArray, Picture
 def cut_patch(
     picture: Picture, box: FloatArray, sign: float, side: int, distortion: FloatArray | None = None
 ) -> Picture:
-    """A patch of ``side`` px with the box in its middle.
+    """Cut a patch of ``side`` px with the box in its middle.
 
     Args:
         picture: BGR uint8.
         box: shape (4,), corners in px; may reach beyond the picture, whose border is replicated.
-        sign: px that the box's mean side (root of its area) has in the patch.
+        sign: length in the patch of the box's mean side (root of its area), px.
         side: side of the patch, px.
-        distortion: shape (2, 2): turns and stretches what is seen about the box's centre, (x, y) of the scaled picture
-            to (x, y) of the patch. Unset: as it is.
+        distortion: shape (2, 2): linear map about the box's centre, from (x, y) of the scaled picture to (x, y) of the
+            patch. Unset: none.
 
     Returns:
         BGR uint8, shape (side, side, 3).
     """
-    x1, y1, x2, y2 = (float(value) for value in box)  # numbers of Python: a patch is a few dozen steps with them
+    x1, y1, x2, y2 = (float(value) for value in box)  # Python's floats are faster than NumPy's scalars
     cx, cy = (x1 + x2) / 2, (y1 + y2) / 2
     scale = sign / sqrt(max(1.0, (x2 - x1) * (y2 - y1)))
-    if scale < 0.95:  # shrink with an area filter first: bilinear sampling alone would alias
+    if scale < 0.95:  # an area filter first, since bilinear sampling alone would alias
         margin = 0.75 * side / scale
         height, width = picture.shape[:2]
         left, right = _span(cx, margin, width)
@@ -39,7 +39,7 @@ def cut_patch(
         picture = np.asarray(cv2.resize(region, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         cx, cy = (cx - left) * size[0] / (right - left), (cy - top) * size[1] / (bottom - top)
         scale = 1.0
-    # OpenCV counts pixel centres, boxes count edges: half a pixel on either side of the map
+    # OpenCV's coordinates are of pixel centres, a box's of pixel edges: half a pixel on both sides of the map.
     if distortion is None:
         beyond = 0.5 * (scale - 1)
         matrix = np.array([[scale, 0.0, side / 2 - scale * cx + beyond], [0.0, scale, side / 2 - scale * cy + beyond]])

@@ -25,7 +25,10 @@ class SpatialPrior:
 
     Attributes:
         table: shape (GRID, GRID), float32, rows along y, in [0, 1] with maximum 1.
-        weight: ``lambda`` of Eq. 2 as learned by Eq. 8, in units of the raw score, >= 0.
+        weight: ``lambda`` of Eq. 2, learned by Eq. 8, in units of the raw score, >= 0.
+
+    Raises:
+        ValueError: the table has another shape.
     """
 
     table: NDArray[np.float32]
@@ -37,7 +40,7 @@ class SpatialPrior:
 
     def at(self, boxes: FloatArray, width: int, height: int) -> FloatArray:
         """``P_spatial`` at the centres of boxes (n, 4) in a picture of width x height px; shape (n,), in [0, 1]."""
-        from scipy.ndimage import map_coordinates  # a server has priors to show, and asks them nothing
+        from scipy.ndimage import map_coordinates  # a server shows priors without this function
 
         x = (boxes[:, 0] + boxes[:, 2]) / (2 * width)
         y = (boxes[:, 1] + boxes[:, 3]) / (2 * height)
@@ -55,6 +58,9 @@ def parzen(centres: ArrayLike, bandwidth: float) -> NDArray[np.float32]:
 
     Returns:
         Shape (GRID, GRID), float32, rows along y.
+
+    Raises:
+        ValueError: there are no centres.
     """
     points = np.asarray(centres, dtype=np.float64).reshape(-1, 2)
     if not len(points):
@@ -62,7 +68,7 @@ def parzen(centres: ArrayLike, bandwidth: float) -> NDArray[np.float32]:
     nodes = (np.arange(GRID) + 0.5) / GRID
     kernel_x = np.exp(-0.5 * ((nodes[None] - points[:, :1]) / bandwidth) ** 2)
     kernel_y = np.exp(-0.5 * ((nodes[None] - points[:, 1:]) / bandwidth) ** 2)
-    from tsr_engine.products import product  # whoever only reads a prior does without the compiler
+    from tsr_engine.products import product  # reading a prior does not need Numba
 
     density = product(np.ascontiguousarray(kernel_y.T), kernel_x)
     return np.asarray(density / density.max(), dtype=np.float32)
@@ -86,7 +92,7 @@ def learn_weight(raw: ArrayLike, prior: ArrayLike, labels: ArrayLike) -> float:
 
 
 def weight_in_force(prior: SpatialPrior | None, params: PriorParams) -> float:
-    """``lambda`` that a detector uses: the parameter's, else the learned one; 0 without a prior or if it is off."""
+    """``lambda`` of a detector: the parameter's value if set, else the learned one; 0 without a prior or if off."""
     if prior is None or not params.use_prior:
         return 0.0
     return prior.weight if params.prior_lambda is None else params.prior_lambda

@@ -1,9 +1,9 @@
 """The soft cascade over every window of one pyramid level.
 
-The first trees are evaluated for a whole row of windows at once: a node of neighbouring windows reads neighbouring
-bytes, so one vector instruction compares dozens of windows, and no branch is taken. The remaining windows continue tree
-by tree, and window by window once few are left. All parts add the same whole numbers, so the result equals the plain
-loop's to the bit.
+The first trees are evaluated for a whole row of windows at once. A node of neighbouring windows reads neighbouring
+bytes, so one vector instruction compares dozens of windows without a branch. The surviving windows continue tree by
+tree, and window by window once few are left. All parts add the same whole numbers, so the result equals that of a
+plain loop to the bit.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from tsr_engine.detection.trees import TreeEnsemble
 
 BAND: Final = 32
-"""Rows whose survivors go on together: enough to keep the processor busy, few enough to stay in its cache."""
+"""Rows that are processed together: enough to keep the processor busy, few enough to stay in its cache."""
 BLOCK: Final = 64
-"""Windows side by side of which at least one must survive before each is looked at: most of a road and sky do not."""
+"""Neighbouring windows that are skipped together if none survives, as in most of road and sky."""
 
 FEW: Final = 64
-"""Windows of a band up to which one window after the other goes through all trees that are left."""
+"""Number of surviving windows of a band up to which the remaining trees run window by window."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +31,8 @@ class ScanNodes:
     """An ensemble's nodes prepared for levels of one size and gain.
 
     Attributes:
-        offsets: shape (trees, 7), uint32: where each node's byte lies from a window's first byte.
-        thresholds: shape (trees, 7), uint8: corrected for cells that still lack the gains.
+        offsets: shape (trees, 7), uint32: offset of each node's byte from a window's first byte.
+        thresholds: shape (trees, 7), uint8: thresholds for cells without the gains.
     """
 
     offsets: NDArray[np.uint32]
@@ -46,12 +46,12 @@ def prepare(ensemble: TreeEnsemble, rows: int, columns: int, gains: NDArray[np.f
 
     Args:
         ensemble: trees of depth 3.
-        rows: of the level, border included.
-        columns: likewise.
-        gains: the level's correction of each channel; unset: none.
+        rows: rows of the level, with its border.
+        columns: columns of the level, with its border.
+        gains: shape (channels,), the level's correction factors; unset: none.
 
     Raises:
-        ValueError: trees of another depth.
+        ValueError: the trees have another depth.
     """
     if ensemble.depth != 3:
         raise ValueError(f"The scan needs trees of depth 3. Got {ensemble.depth} instead.")
@@ -66,45 +66,38 @@ def prepare(ensemble: TreeEnsemble, rows: int, columns: int, gains: NDArray[np.f
 
 
 def scan_level(
-    cells: NDArray[np.uint8],
-    ensemble: TreeEnsemble,
-    dense_trees: int,
-    nodes: ScanNodes | None = None,
-    rows: tuple[int, int] | None = None,
+    cells: NDArray[np.uint8], ensemble: TreeEnsemble, dense_trees: int, nodes: ScanNodes | None = None
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
-    """All windows of one level that pass the cascade.
+    """Find all windows of one level that pass the cascade.
 
     Args:
         cells: shape (channels, rows, columns), uint8, contiguous.
-        ensemble: trees of depth 3 with their rejection thresholds; those of the first ``dense_trees - 1`` trees are not
-            looked at.
-        dense_trees: how many trees are evaluated without looking.
-        nodes: of :func:`prepare` for a level of this size; unset: prepared here, without gains.
-        rows: first and last + 1 window row to scan; unset: all.
+        ensemble: trees of depth 3 with their rejection thresholds; the first ``dense_trees - 1`` thresholds are unused.
+        dense_trees: number of first trees that are evaluated for every window.
+        nodes: result of :func:`prepare` for a level of this size; unset: prepared here, without gains.
 
     Returns:
-        Row, column (int32, of the window's first cell) and score (int32, 1/UNIT) of the survivors, in scan order.
+        Row and column of the first cell, and score in 1/UNIT, of each survivor, in scan order; shape (n,), int32 each.
 
     Raises:
-        ValueError: trees of another depth.
+        ValueError: the trees have another depth.
     """
     nodes = nodes or prepare(ensemble, cells.shape[1], cells.shape[2])
     window = ensemble.window
     ny, nx = cells.shape[1] - window + 1, cells.shape[2] - window + 1
-    first, last = (0, ny) if rows is None else (max(0, rows[0]), min(ny, rows[1]))
-    if ny < 1 or nx < 1 or last <= first:
+    if ny < 1 or nx < 1:
         none = np.zeros(0, np.int32)
         return none, none, none
     found, y, x, score = _scan(
-        cells.reshape(-1), cells.shape[2], first, last, nx, nodes.offsets,
-        nodes.thresholds, ensemble.leaves, ensemble.rejection, min(dense_trees, len(ensemble)),
+        cells.reshape(-1), cells.shape[2], ny, nx, nodes.offsets, nodes.thresholds, ensemble.leaves,
+        ensemble.rejection, min(dense_trees, len(ensemble)),
     )  # fmt: skip
     return y[:found], x[:found], score[:found]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_tree(f0, f1, f2, f3, f4, f5, f6, t, v, acc):  # type: ignore[no-untyped-def]
-    """Adds one tree of depth 3 to a row of windows; ``t`` thresholds, ``v`` leaves."""
+    """Adds one tree of depth 3, with thresholds ``t`` and leaves ``v``, to the sums of a row of windows."""
     t0, t1, t2, t3, t4, t5, t6 = t[0], t[1], t[2], t[3], t[4], t[5], t[6]
     v0, v1, v2, v3, v4, v5, v6, v7 = v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]
     for x in range(acc.shape[0]):
@@ -136,10 +129,9 @@ def _leaf(flat, at, o, v):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _next_tree(flat, o, v, leaf, least, places, totals, count):  # type: ignore[no-untyped-def]
-    """Adds one tree to the surviving windows and closes ranks over those that drop out; returns how many are left.
+    """Adds one tree to the sums of the surviving windows, moves the survivors to the front, and returns their number.
 
-    One tree for many windows instead of many trees for one: the look-ups of neighbouring windows overlap in the
-    processor, and the tree stays in registers.
+    This order suits many windows: their look-ups overlap in the processor, and the tree stays in registers.
     """
     left = 0
     for i in range(count):
@@ -153,9 +145,9 @@ def _next_tree(flat, o, v, leaf, least, places, totals, count):  # type: ignore[
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _other_trees(flat, offsets, thresholds, leaves, rejection, places, totals, count):  # type: ignore[no-untyped-def]
-    """Adds all given trees to one surviving window after the other; returns how many are left.
+    """Adds all given trees to the sums, window by window, moves the survivors to the front, and returns their number.
 
-    For few windows a pass over them is too short for each tree; the trees of one window overlap in the processor.
+    This order suits few windows: the look-ups of a window's trees overlap in the processor.
     """
     left = 0
     for i in range(count):
@@ -172,9 +164,9 @@ def _other_trees(flat, offsets, thresholds, leaves, rejection, places, totals, c
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _scan(flat, columns, first, last, nx, offsets, thresholds, leaves, rejection, dense):  # type: ignore[no-untyped-def]
+def _scan(flat, columns, ny, nx, offsets, thresholds, leaves, rejection, dense):  # type: ignore[no-untyped-def]
     trees = offsets.shape[0]
-    # neighbouring rows lie behind each other: a band is one long row, in which the last columns are no windows
+    # Rows lie one after another in memory, so a band is one long row; its last columns of each row are not windows.
     acc = np.empty(BAND * columns, np.int16)
     places = np.empty(BAND * nx, np.uint32)
     totals = np.empty(BAND * nx, np.int32)
@@ -182,8 +174,8 @@ def _scan(flat, columns, first, last, nx, offsets, thresholds, leaves, rejection
     out_y, out_x, out_s = np.empty(size, np.int32), np.empty(size, np.int32), np.empty(size, np.int32)
     found = 0
     limit = rejection[dense - 1]
-    for top in range(first, last, BAND):
-        rows = min(BAND, last - top)
+    for top in range(0, ny, BAND):
+        rows = min(BAND, ny - top)
         base = top * columns
         end = base + (rows - 1) * columns + nx
         sums = acc[: end - base]

@@ -1,8 +1,8 @@
 """Spreads a scan over several frames of a video: the scales and rows to search in each frame.
 
 The scales of the smallest signs take two thirds of a scan's time at any picture size. They are searched in strips, one
-in each frame, and all larger scales together in another frame. The schedule depends on the frame's number alone: a run
-gives the same result on any number of cores, and after a resume.
+in each frame, and all larger scales together in another frame. The schedule depends only on the frame's number, so a
+run gives the same result on any number of cores, and after a resume.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ __all__ = ["bands_in_turn", "rows_of"]
 def bands_in_turn(
     bands: Sequence[Band], smallest: Sequence[int], reach: Sequence[float], frame: int, turns: int
 ) -> list[Band | None]:
-    """The bands of rows that are searched in one frame.
+    """The bands of rows to search in one frame.
 
     Args:
-        bands: of each scale, px, as for a whole scan.
+        bands: bands of a whole scan, one for each scale, px.
         smallest: indices of the scales of the smallest signs.
-        reach: of each scale, px: how far strips overlap, so that a sign on the border of two lies wholly in each.
+        reach: overlap of strips, one for each scale, px: a sign on the border of two strips lies wholly in both.
         frame: number of the frame, >= 0.
-        turns: frames in which everything is searched once, >= 2.
+        turns: number of frames that cover all bands once, >= 2.
 
     Returns:
-        A band for each scale; None for a scale that is not searched in this frame.
+        A band for each scale; None for a scale without a search in this frame.
     """
     turn = frame % turns
     if turn == turns - 1:
@@ -43,7 +43,7 @@ def bands_in_turn(
 
 
 def rows_of(bands: Sequence[Band | None], height: int) -> tuple[int, int]:
-    """First and last + 1 picture row that bands need; (0, height) if there is none."""
+    """First and last + 1 picture row of the bands, within 0 to ``height``; (0, height) without bands."""
     searched = [band for band in bands if band is not None]
     if not searched:
         return 0, height

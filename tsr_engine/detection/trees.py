@@ -1,8 +1,8 @@
 """A boosted ensemble of decision trees over byte features, with a soft cascade's rejection thresholds.
 
 Trees are complete: ``2**depth - 1`` inner nodes in heap order, ``2**depth`` leaves. A node sends a window to its right
-child if ``feature >= threshold``. Scores are whole numbers in units of ``1 / UNIT``, so that a vectorised scan, a plain
-loop and another machine give the same bits.
+child if ``feature >= threshold``. Scores are whole numbers in units of ``1 / UNIT``, so that a vectorised scan and a
+plain loop give the same bits on every machine.
 """
 
 from __future__ import annotations
@@ -26,10 +26,13 @@ class TreeEnsemble:
 
     Attributes:
         features: shape (trees, 2**depth - 1), int32: index ``(channel * window + row) * window + column``.
-        thresholds: same shape, uint8.
-        leaves: shape (trees, 2**depth), int16, in 1/UNIT; the tree's weight is in them.
-        rejection: shape (trees,), int32: a window whose sum after tree t is below ``rejection[t]`` is dropped.
+        thresholds: shape (trees, 2**depth - 1), uint8.
+        leaves: shape (trees, 2**depth), int16, in 1/UNIT; they include the tree's weight.
+        rejection: shape (trees,), int32: a window is dropped if its sum after tree t is below ``rejection[t]``.
         window: side of the window in cells.
+
+    Raises:
+        ValueError: shapes do not fit together.
     """
 
     features: NDArray[np.int32]
@@ -66,7 +69,7 @@ class TreeEnsemble:
         return TreeEnsemble(self.features, self.thresholds, self.leaves, rejection.astype(np.int32), self.window)
 
     def partial_sums(self, samples: NDArray[np.uint8]) -> NDArray[np.int32]:
-        """Running sums after each tree, without rejection.
+        """Cumulative sums after each tree, without rejection.
 
         Args:
             samples: shape (n, features), uint8.
@@ -83,7 +86,7 @@ class TreeEnsemble:
 
 @njit(cache=True, nogil=True)
 def leaf_of(sample, features, thresholds):  # type: ignore[no-untyped-def]
-    """Leaf number of one sample in one tree."""
+    """Number of the leaf that a sample reaches in one tree."""
     nodes = features.shape[0]
     k = 0
     while k < nodes:

@@ -18,10 +18,10 @@ class Window:
 
     Attributes:
         cells: side in cells.
-        shrink: px a cell.
-        sign: side of the sign inside, px.
-        pad: border of each level in cells, so that signs at the picture's edge fit into a window. It is the border of
-            training; a detector scans with one of its own, see :meth:`reaching`.
+        shrink: side of a cell, px.
+        sign: side of the sign in the window, px.
+        pad: border of each level in cells, so that signs at the picture's edge fit into a window. This is the border of
+            training; a detector scans with a wider one, see :meth:`reaching`.
     """
 
     cells: int = 14
@@ -36,19 +36,19 @@ class Window:
 
     @property
     def margin(self) -> float:
-        """Px between the window's edge and the sign."""
+        """Distance between the window's edge and the sign, px."""
         return (self.side - self.sign) / 2
 
     def reaching(self, share: float) -> Window:
-        """The same window over levels with a border so wide that it also finds signs which the picture's edge cuts.
+        """The window with a border so wide that signs cut off by the picture's edge are found, too.
 
         Args:
-            share: of the sign's side that may lie beyond the edge, >= 0.
+            share: share of the sign's side that may lie beyond the edge, >= 0.
         """
         return replace(self, pad=ceil((self.margin + share * self.sign) / self.shrink))
 
     def to_boxes(self, rows: ArrayLike, columns: ArrayLike, level: Level) -> FloatArray:
-        """Sign boxes in picture px, shape (n, 4), of windows with their first cell at (row, column)."""
+        """Boxes (n, 4), px of the picture, of the signs in windows whose first cells lie at (row, column)."""
         x = ((np.asarray(columns, np.float64) - self.pad) * self.shrink + self.margin) / level.scale_x
         y = ((np.asarray(rows, np.float64) - self.pad) * self.shrink + self.margin) / level.scale_y + level.top
         boxes = np.empty((len(x), 4))
@@ -57,7 +57,7 @@ class Window:
         return boxes
 
     def gather(self, rows: ArrayLike, columns: ArrayLike, level: Level) -> NDArray[np.uint8]:
-        """Features of windows with the level's gains applied, shape (n, channels * cells * cells)."""
+        """Features of windows, shape (n, channels * cells * cells), with the level's gains applied."""
         view = np.lib.stride_tricks.sliding_window_view(level.cells, (self.cells, self.cells), axis=(1, 2))
         picked = level.corrected(view[:, np.asarray(rows, np.intp), np.asarray(columns, np.intp)])
         return np.ascontiguousarray(picked.transpose(1, 0, 2, 3)).reshape(len(picked[0]), -1)

@@ -1,4 +1,4 @@
-"""Steps from a box to a better one, the targets and outputs of box regressions."""
+"""Steps from a box to a corrected one: the targets and outputs of box regressions."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ def mean_side(boxes: FloatArray) -> FloatArray:
 
 
 def move(boxes: FloatArray, steps: FloatArray, unit: FloatArray, farthest: float) -> FloatArray:
-    """Boxes moved and reshaped, shape (n, 4).
+    """Boxes (n, 4) moved and resized.
 
     Args:
         boxes: shape (n, 4), px.
-        steps: shape (n, 4): displacement of the middle in units, natural logarithm of the new width and height in
+        steps: shape (n, 4): displacement of the centre in units; natural logarithms of the new width and height in
             units.
-        unit: px, shape (n, 1) or, along x and y, (n, 2).
-        farthest: steps are held to it either way.
+        unit: px, shape (n, 1), or (n, 2) for x and y.
+        farthest: limit on the absolute value of a step.
     """
     steps = np.clip(steps, -farthest, farthest)
     middle = (boxes[:, :2] + boxes[:, 2:]) / 2 + steps[:, :2] * unit
@@ -36,6 +36,6 @@ def move(boxes: FloatArray, steps: FloatArray, unit: FloatArray, farthest: float
 
 
 def steps_between(boxes: FloatArray, truth: FloatArray, unit: FloatArray) -> FloatArray:
-    """The steps that :func:`move` needs to carry boxes (n, 4) to the truth (n, 4); shape (n, 4)."""
+    """Steps (n, 4) by which :func:`move` moves boxes (n, 4) onto the true boxes (n, 4)."""
     shift = ((truth[:, :2] + truth[:, 2:]) - (boxes[:, :2] + boxes[:, 2:])) / 2 / unit
     return np.concatenate([shift, np.log(size_of(truth) / unit)], axis=1)

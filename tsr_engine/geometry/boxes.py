@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from tsr_engine.records import FloatArray
 
 LEAST_SIDE: Final = 4.0
-"""px: boxes with a shorter side are neither reported by a detector nor looked at."""
+"""px: detectors and searches leave out boxes with a shorter side."""
 
 
 def to_cxcywh(boxes: ArrayLike) -> FloatArray:
@@ -65,7 +65,7 @@ def iou(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
 
 def intersection_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
-    """Intersection area in px^2 of each box of ``a`` with the one in its place in ``b``; shapes (..., 4) broadcast."""
+    """Intersection areas in px^2 of boxes at the same index in ``a`` and ``b``; shapes (..., 4) broadcast."""
     p, q = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     w = np.minimum(p[..., 2], q[..., 2]) - np.maximum(p[..., 0], q[..., 0])
     h = np.minimum(p[..., 3], q[..., 3]) - np.maximum(p[..., 1], q[..., 1])
@@ -73,7 +73,7 @@ def intersection_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
 
 def iou_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
-    """Intersection over union of each box of ``a`` with the one in its place in ``b``, in [0, 1], shape (n,)."""
+    """Intersection over union of boxes at the same index in ``a`` and ``b``, in [0, 1], shape (n,)."""
     p, q = np.asarray(a, dtype=np.float64).reshape(-1, 4), np.asarray(b, dtype=np.float64).reshape(-1, 4)
     inter = intersection_each(p, q)
     union = area(p) + area(q) - inter
@@ -88,14 +88,14 @@ def non_overlap(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
 
 def non_overlap_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
-    """Eq. 7 of each box of ``a`` with the one in its place in ``b``, in [0, 1], shape (n,)."""
+    """Localisation error of Eq. 7 of boxes at the same index in ``a`` and ``b``, in [0, 1], shape (n,)."""
     p, q = np.asarray(a, dtype=np.float64).reshape(-1, 4), np.asarray(b, dtype=np.float64).reshape(-1, 4)
     inter, larger = intersection_each(p, q), np.maximum(area(p), area(q))
     return np.asarray(1.0 - np.divide(inter, larger, out=np.zeros_like(inter), where=larger > 0))
 
 
 def clip(boxes: ArrayLike, width: float, height: float) -> FloatArray:
-    """Boxes cut to a picture of width x height px; shape unchanged."""
+    """Boxes clipped to a picture of width x height px; shape unchanged."""
     b = np.array(boxes, dtype=np.float64)
     b[..., 0::2] = b[..., 0::2].clip(0, width)
     b[..., 1::2] = b[..., 1::2].clip(0, height)
@@ -103,7 +103,7 @@ def clip(boxes: ArrayLike, width: float, height: float) -> FloatArray:
 
 
 def expand(boxes: ArrayLike, share: float) -> FloatArray:
-    """Boxes with a border of ``share`` of their own width and height added on each side."""
+    """Boxes enlarged on each side by ``share`` of their width and height."""
     b = to_cxcywh(boxes)
     b[..., 2:] *= 1.0 + 2.0 * share
     return to_xyxy(b)
