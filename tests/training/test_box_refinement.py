@@ -126,7 +126,7 @@ def test_arrays_make_the_same_outline(trained: BoxRefinement) -> None:
     del arrays["outline_bias"]
     with pytest.raises(KeyError, match="outline_bias"):
         BoxRefinement.from_arrays(arrays)
-    with pytest.raises(ValueError, match="Outline needs weights"):
+    with pytest.raises(ValueError, match="BoxRefinement needs weights"):
         replace(trained, weights=trained.weights[:, :3])
 
 

@@ -1,4 +1,4 @@
-"""The gate: whether a predicted crop is a confident sight of the sign (Eq. 3)."""
+"""The gate: decides whether a predicted crop shows the sign with confidence (Eq. 3)."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from tsr_engine.records import FloatArray, GateVerdict, Picture
 class Gate:
     """``L_positive(f_k) = symm(f_k) * p_ph(mean of earlier crops, f_k) * p_pos(f_{k-1}, f_k)``, confident below tau.
 
-    Holds parameters only. The caller keeps the :class:`HashMemory` of each track.
+    A gate has no state. The caller keeps the :class:`HashMemory` of each track.
     """
 
     def __init__(self, params: GateParams) -> None:
         self.params = params
         self.margin = params.gate_margin
-        """Border on each side of the box that crops must carry, as a share of the box's side."""
+        """Border that crops must have on each side of the box, as a share of the box's side."""
         self._symmetry = SymmetryDetector(params.symmetry_size, params.symmetry_contrast)
 
     def remember(self, memory: HashMemory, crop: Picture) -> HashMemory:
-        """The memory after one more result of the track."""
+        """The memory with the crop of one more result of the track."""
         return memory.add(crop, self.params.hash_memory)
 
     def judge(
@@ -39,8 +39,8 @@ class Gate:
     ) -> GateVerdict:
         """Judge one predicted crop.
 
-        A product has a trap that is kept as the equation states it: a crop that equals its memory (``p_ph = 0``) or
-        has not moved at all (``p_pos = 0``) gives 0 and is confident, however weak its symmetry.
+        The product of Eq. 3 is 0 for a crop that equals its memory (``p_ph = 0``) or has not moved (``p_pos = 0``).
+        Such a crop is confident even if its symmetry is weak, as the equation states.
 
         Args:
             crop: BGR, uint8: the predicted box with its margin.
@@ -62,15 +62,15 @@ class Gate:
         if side is None:
             side = (crop.shape[0] + crop.shape[1]) / (2 + 4 * self.margin)
         position = self._distance(centre, previous_centre, side, shift)
-        # 0 * inf has no value; an unusable candidate counts as infinitely far.
+        # 0 * inf is undefined, so an unusable candidate gets an infinite distance.
         usable = math.isfinite(position) and crop.size > 0
         product = symmetry * appearance * (position + self.params.position_offset) if usable else math.inf
         return GateVerdict(magnitude, symmetry, appearance, position, product, product < self.params.tau)
 
     def symmetry(self, crop: Picture) -> Symmetry:
-        """The mirror axis of a crop without its margin: background around a sign has no share in its symmetry.
+        """The mirror axis of a crop without its margin, so that background does not count.
 
-        Pairs are in px of that inner part, which begins at :meth:`border`.
+        Coordinates are px of the inner part, which begins at :meth:`border`.
         """
         x, y = self.border(crop)
         height, width = crop.shape[:2]

@@ -1,7 +1,7 @@
 """Perceptual hash: 64 bits that change little when a picture changes little.
 
-The 64 lowest frequencies of a 32 x 32 DCT, each compared with their median (after pHash 0.9.6,
-``ph_dct_imagehash``). Brightness changes only the mean, which lies above the median anyway; contrast scales all.
+The hash compares the 64 lowest frequencies of a 32 x 32 DCT with their median (after pHash 0.9.6,
+``ph_dct_imagehash``). Brightness changes only the mean, which is above the median anyway. Contrast scales all values.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class HashMemory:
 
     Attributes:
         mean: shape (32, 32), float32, grey values 0..255.
-        count: number of crops that went into it.
+        count: number of crops in the mean.
     """
 
     mean: NDArray[np.float32]
@@ -31,15 +31,15 @@ class HashMemory:
 
     @classmethod
     def empty(cls) -> HashMemory:
-        """The memory of a track that has no crop yet."""
+        """The memory of a track without crops."""
         return cls(np.zeros((SIDE, SIDE), np.float32), 0)
 
     def add(self, crop: Picture, limit: int | None = None) -> HashMemory:
         """The memory with one more crop.
 
         Args:
-            crop: the crop.
-            limit: the newest crop weighs at least ``1 / limit``, so that older ones fade; unset: the plain mean.
+            crop: BGR, uint8.
+            limit: the newest crop has a weight of at least ``1 / limit``, so that older crops fade; unset: plain mean.
         """
         grey = hash_picture(crop)
         count = self.count + 1
@@ -60,7 +60,7 @@ class HashMemory:
 
 
 def hash_picture(crop: Picture) -> NDArray[np.float32]:
-    """A crop as the hash sees it: grey, 32 x 32, float32. An empty crop is black."""
+    """A crop as input of the hash: grey, shape (32, 32), float32. An empty crop is black."""
     if crop.shape[0] == 0 or crop.shape[1] == 0:
         return np.zeros((SIDE, SIDE), np.float32)
     grey = crop if crop.ndim == 2 else cv2.cvtColor(crop, cv2.COLOR_BGR2GRAY)
@@ -70,7 +70,7 @@ def hash_picture(crop: Picture) -> NDArray[np.float32]:
 
 
 def hash_bits(picture: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """The 64 bits of a 32 x 32 grey picture; row by row from low to high vertical frequency."""
+    """The 64 bits of a grey picture (32, 32), row by row from low to high vertical frequency."""
     low = np.asarray(cv2.dct(picture))[:8, :8].ravel()
     return np.asarray(low > np.median(low))
 

@@ -23,13 +23,13 @@ MIRROR: NDArray[np.intp] = (
 )
 """Permutation that turns a SIFT descriptor into that of the mirrored patch.
 
-In the feature's own frame, which is aligned with its orientation, mirroring reverses the rows of the 4 x 4 grid and
-the sense of rotation of the 8 orientation bins. No second SIFT pass is needed.
+A feature's coordinates are aligned with its orientation. There, mirroring reverses the rows of the 4 x 4 grid and the
+direction of the 8 orientation bins. So a second SIFT pass is not needed.
 """
 MIRROR.setflags(write=False)
 
 _EDGE, _SIGMA = 10.0, 1.6
-"""OpenCV's defaults, which must be given along with the type of the descriptors."""
+"""OpenCV's defaults; its signature requires them before the type of the descriptors."""
 _ANGLES, _OFFSETS = 36, 32
 """Cells of the Hough space: 5 degrees by 1/32 of the side."""
 _ANGLE_SIGMA = math.radians(6.0)
@@ -37,7 +37,7 @@ _OFFSET_SIGMA = 0.04
 _SCALE_SIGMA = 0.12
 _PHASE_POWER = 4
 _COSINE_RANGE = (0.6, 0.9)
-"""Cosine of two descriptors that counts as no similarity, and as full similarity."""
+"""Cosines of two descriptors that map to similarity 0 and 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +45,11 @@ class Symmetry:
     """The strongest mirror axis of one crop, in the crop's own px.
 
     Attributes:
-        magnitude: in [0, 1]: square root of the mean agreement of all features with the axis; 0: no feature agrees.
-        angle: direction of the axis's normal against the x axis, radians in [0, pi).
+        magnitude: square root of the mean agreement of all features with the axis, in [0, 1]; 0: no feature agrees.
+        angle: angle between the axis's normal and the x axis, radians in [0, pi).
         offset: signed distance of the axis from the crop's centre along that normal.
         pairs: shape (n, 4): ``x, y`` of both features of each pair that supports the axis.
-        weights: shape (n,): how well each pair agrees with the axis, in [0, 1].
+        weights: shape (n,): agreement of each pair with the axis, in [0, 1].
         features: number of features found.
     """
 
@@ -66,10 +66,10 @@ class SymmetryDetector:
 
     Args:
         size: side that crops are resized to, px; SIFT doubles it once more. Small crops have too few features at
-            their own size.
-        contrast: SIFT's contrast threshold; lower finds more, weaker features.
+            their original size.
+        contrast: SIFT's contrast threshold; a lower one gives more and weaker features.
         layers: SIFT's layers per octave.
-        features: most features that are used, strongest first.
+        features: largest number of features, strongest first.
     """
 
     def __init__(self, size: int = 48, contrast: float = 0.003, layers: int = 3, features: int = 80) -> None:
@@ -108,7 +108,7 @@ class SymmetryDetector:
         centre = (np.array([width, height]) - 1) / 2
         first = points[support, :2] * scale + centre
         second = points[partner[support], :2] * scale + centre
-        # A crop that is not square stretches the axis a little; its mean scale is near enough for drawing.
+        # A crop that is not square distorts the axis a little; the mean scale is exact enough for drawing.
         pairs, weights = np.hstack([first, second]), agreement[support]
         return Symmetry(magnitude, angle, offset * float(scale.mean()), pairs, weights, len(keypoints))
 
@@ -118,10 +118,10 @@ def _none(features: int) -> Symmetry:
 
 
 def similarities(descriptors: NDArray[np.generic]) -> FloatArray:
-    """How well each feature, mirrored, looks like each other: shape (n, n), in [0, 1], symmetric.
+    """Similarity of each mirrored feature to each other feature: shape (n, n), in [0, 1], symmetric.
 
     Args:
-        descriptors: shape (n, 128), whole numbers from 0 to 255: their products have no rounding.
+        descriptors: shape (n, 128), whole numbers from 0 to 255, so that their products have no rounding.
     """
     rows = descriptors.astype(np.int32)
     length = np.sqrt(np.maximum((rows * rows).sum(axis=1), 1))
@@ -134,7 +134,7 @@ def similarities(descriptors: NDArray[np.generic]) -> FloatArray:
 def _strongest_axis(
     points: FloatArray, similarity: FloatArray, size: float
 ) -> tuple[float, float, float, NDArray[np.intp], FloatArray]:
-    """The axis with the most votes of all pairs in a Hough space of angle and offset.
+    """Find the axis with the most votes of all pairs in a Hough space of angle and offset.
 
     Args:
         points: shape (n, 4): x, y about the centre, scale, orientation in radians.
@@ -142,8 +142,8 @@ def _strongest_axis(
         size: side of the picture, px.
 
     Returns:
-        Angle of the normal, offset, magnitude, the partner of each feature about that axis (-1: none), and how well
-        the two agree with it.
+        Angle of the normal, offset, magnitude, the partner of each feature about that axis (-1: none), and the
+        agreement of each such pair with the axis.
     """
     n = len(points)
     votes = np.zeros((_ANGLES, _OFFSETS))
@@ -159,7 +159,7 @@ def _strongest_axis(
             dy = points[j, 1] - points[i, 1]
             distance = np.hypot(dx, dy)
             if i == j:
-                # A feature on the axis mirrors itself; the axis runs along its orientation.
+                # A feature on the axis is its own mirror image; the axis runs along its orientation.
                 t = points[i, 3] + 0.5 * np.pi
             elif distance <= 1.0:
                 continue
@@ -204,7 +204,7 @@ def _strongest_axis(
 
 @njit(cache=True, nogil=True)
 def _vote(votes: FloatArray, t: float, r: float, w: float) -> None:
-    """Spread one vote over the 3 x 3 cells about it; ``(r, t)`` and ``(-r, t + pi)`` are the same line."""
+    """Spread one vote over the 3 x 3 cells around it; ``(r, t)`` and ``(-r, t + pi)`` are the same line."""
     a = int(t / np.pi * _ANGLES)
     b = int((r + 1.0) / 2.0 * _OFFSETS)
     for da in range(-1, 2):
@@ -220,7 +220,7 @@ def _vote(votes: FloatArray, t: float, r: float, w: float) -> None:
 
 @njit(cache=True, nogil=True)
 def _agreement(t1: float, r1: float, t2: float, r2: float, size: float) -> float:
-    """Gaussian closeness of two axes, in [0, 1]."""
+    """Gaussian similarity of two axes, in [0, 1]."""
     dt = t1 - t2
     dr = r1 - r2
     if dt > 0.5 * np.pi:

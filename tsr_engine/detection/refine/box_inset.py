@@ -13,12 +13,12 @@ __all__ = ["BoxInset"]
 
 @dataclass(frozen=True, slots=True)
 class BoxInset:
-    """Factors between a box as the training scenes are annotated and a box as it is shown.
+    """Factors that turn a box in the style of the training annotations into the box that is reported.
 
     Attributes:
         width: factor on the width, > 0.
         height: factor on the height, > 0.
-        rise: share of the annotated height by which a box is moved up.
+        rise: shift upwards, as a share of the annotated height.
     """
 
     width: float
@@ -27,11 +27,11 @@ class BoxInset:
 
     @classmethod
     def of(cls, params: DetectorParams) -> BoxInset:
-        """As the parameters say."""
+        """The box inset of the parameters."""
         return cls(params.inset_width, params.inset_height, params.inset_rise)
 
     def apply(self, boxes: FloatArray) -> FloatArray:
-        """Boxes (n, 4) as they are shown."""
+        """Boxes (n, 4) as reported, from annotation-style boxes (n, 4)."""
         b = to_cxcywh(boxes)
         b[:, 1] -= self.rise * b[:, 3]
         b[:, 2] *= self.width
@@ -39,7 +39,7 @@ class BoxInset:
         return to_xyxy(b)
 
     def undo(self, boxes: FloatArray) -> FloatArray:
-        """Boxes (n, 4) that are shown, as the training scenes would be annotated."""
+        """Annotation-style boxes (n, 4), from boxes (n, 4) as reported."""
         b = to_cxcywh(boxes)
         b[:, 2] /= self.width
         b[:, 3] /= self.height

@@ -23,9 +23,9 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["BoxRefinement", "cut_box", "move_edges", "steps_between"]
 
 _SIGN: Final = SIDE / (1 + 2 * MARGIN)
-"""Side that the box has in its patch, px: the border is that of a classifier's crop, which is all that GTSRB shows."""
+"""Side of the box in its patch, px. The border equals that of a classifier's crop, because GTSRB shows no more."""
 _FARTHEST: Final = 0.3
-"""Largest step: what is farther off is no matter of edges."""
+"""Largest step, in widths and heights."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +33,12 @@ class BoxRefinement:
     """A learned regression from a box's patch to the sign's edges.
 
     Attributes:
-        features: the map.
+        features: the feature map.
         weights: shape (h, 4), float32: from features to the steps of :func:`move_edges`.
         bias: shape (4,), float32.
+
+    Raises:
+        ValueError: shapes do not fit together.
     """
 
     features: FeatureMap
@@ -46,15 +49,16 @@ class BoxRefinement:
         wanted = (self.features.length, 4)
         if self.weights.shape != wanted or self.bias.shape != (4,):
             raise ValueError(
-                f"Outline needs weights {wanted} and bias (4,). Got {self.weights.shape} and {self.bias.shape} instead."
+                f"BoxRefinement needs weights {wanted} and bias (4,). "
+                f"Got {self.weights.shape} and {self.bias.shape} instead."
             )
 
     def read(self, picture: Picture, boxes: FloatArray) -> NDArray[np.float32]:
-        """Features of boxes (n, 4), shape (n, h); beyond the picture its border is replicated.
+        """Features of boxes, shape (n, h).
 
         Args:
-            picture: BGR, uint8.
-            boxes: px.
+            picture: BGR, uint8; its border is replicated.
+            boxes: shape (n, 4), px.
         """
         patches = np.empty((len(boxes), SIDE, SIDE, 3), dtype=np.uint8)
         for patch, box in zip(patches, boxes, strict=True):
@@ -68,13 +72,13 @@ class BoxRefinement:
     def refine(self, picture: Picture, boxes: FloatArray, passes: int = 1) -> FloatArray:
         """Boxes (n, 4) moved onto their sign's edges; those that reach beyond the picture stay as they are.
 
-        A regression answers with what is right on average: the less sure it is, the less far it goes. From where it
-        went it sees the sign better, so a second pass goes most of what was left.
+        The regression predicts the mean step, so it moves a box too little when it is unsure. A second pass starts
+        from a better place and covers most of the rest.
 
         Args:
             picture: BGR, uint8.
-            boxes: px.
-            passes: how often.
+            boxes: shape (n, 4), px.
+            passes: number of passes, >= 0.
         """
         height, width = picture.shape[:2]
         out = boxes.copy()
@@ -87,7 +91,7 @@ class BoxRefinement:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]]) -> BoxRefinement:
-        """From a model component's arrays ``outline_*`` (see :meth:`to_arrays`).
+        """Make it from a model component's arrays ``outline_*`` (see :meth:`to_arrays`).
 
         Raises:
             KeyError: an array is missing.
@@ -107,23 +111,23 @@ class BoxRefinement:
 
 
 def cut_box(picture: Picture, box: FloatArray) -> Picture:
-    """A box, shape (4,), and a tenth around it as a patch of 48x48 px, whatever its aspect; BGR, uint8."""
+    """A box, shape (4,), with a border of a tenth, stretched to a patch of 48x48 px; BGR, uint8."""
     width, height = np.maximum(box[2:] - box[:2], 1e-3)
     stretch = np.sqrt(height / width)
     return cut_patch(picture, box, _SIGN, SIDE, np.diag([stretch, 1 / stretch]))
 
 
 def move_edges(boxes: FloatArray, steps: FloatArray) -> FloatArray:
-    """Boxes moved and stretched.
+    """Boxes (n, 4) moved and resized.
 
     Args:
         boxes: shape (n, 4), px.
-        steps: shape (n, 4): displacement of the middle in widths and heights, natural logarithm of the factors on width
-            and height. Held to 0.3 either way.
+        steps: shape (n, 4): displacement of the centre in widths and heights, natural logarithms of the factors on
+            width and height. Clipped to [-0.3, 0.3].
     """
     return box_steps.move(boxes, steps, box_steps.size_of(boxes), _FARTHEST)
 
 
 def steps_between(boxes: FloatArray, truth: FloatArray) -> FloatArray:
-    """The steps that :func:`move_edges` needs to carry boxes (n, 4) to the truth (n, 4); shape (n, 4)."""
+    """Steps (n, 4) by which :func:`move_edges` moves boxes (n, 4) onto the true boxes (n, 4)."""
     return box_steps.steps_between(boxes, truth, box_steps.size_of(boxes))

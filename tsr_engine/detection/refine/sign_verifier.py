@@ -1,4 +1,4 @@
-"""The sign verifier: does a refined candidate show one of the 43 signs, or only a similar shape?
+"""The sign verifier: decides whether a refined candidate shows one of the 43 signs or only a similar shape.
 
 Cascade and verifier treat signs as one class and accept a round dark porthole or a shop's white arrow on blue. The sign
 verifier has one machine for each class, trained to reject background that passes the cascade by the drawing inside. A
@@ -27,19 +27,19 @@ class SignVerifier:
 
     Attributes:
         machines: margins of the 43 classes.
-        common: hyperplane of the machine for all classes, shape (h + 1,), the bias last. None: a model of an earlier
-            training, which had none.
+        common: hyperplane of the machine for all classes, shape (h + 1,), the bias last; None: an older model without
+            this machine.
     """
 
     machines: SignClassifier
     common: NDArray[np.float32] | None = None
 
     def scores(self, picture: Picture, boxes: FloatArray) -> FloatArray:
-        """Mean of the highest class margin and the common one, shape (n,); boxes (n, 4) beside the picture get -1.
+        """Mean of the highest class margin and the common margin, shape (n,); -1 for boxes outside the picture.
 
         Args:
             picture: BGR, uint8.
-            boxes: refined boxes, px.
+            boxes: refined boxes, shape (n, 4), px.
         """
         height, width = picture.shape[:2]
         out = np.full(len(boxes), -1.0)
@@ -56,7 +56,7 @@ class SignVerifier:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]]) -> SignVerifier:
-        """From a model component's arrays ``likeness_*`` (see :meth:`to_arrays`).
+        """Make it from a model component's arrays ``likeness_*`` (see :meth:`to_arrays`).
 
         Raises:
             KeyError: an array is missing.

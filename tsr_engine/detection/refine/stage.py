@@ -28,7 +28,7 @@ SIGN: Final = 28.0
 CELLS: Final = 20
 """Side of the window, cells of 2 px: 43 % more than the sign."""
 MARGIN: Final = 10
-"""Px around the window from which the channels' filters draw."""
+"""Margin around the window for the channels' filters, px."""
 FEATURES: Final = CHANNELS * CELLS * CELLS
 
 
@@ -37,10 +37,10 @@ class RefineStage:
     """Two regressions and a verifying ensemble.
 
     Attributes:
-        weights: shape (2, FEATURES, 4), float32: per step from features in [0, 1] to
-            (dx, dy) in sides and (log w, log h) against the current square box.
+        weights: shape (2, FEATURES, 4), float32: for each step, from features in [0, 1] to (dx, dy) in sides and
+            (log w, log h), relative to the current square box.
         biases: shape (2, 4), float32.
-        verifier: ensemble over FEATURES features at the place after the first step.
+        verifier: ensemble over the FEATURES features of the box after the first step.
     """
 
     weights: NDArray[np.float32]
@@ -48,7 +48,7 @@ class RefineStage:
     verifier: TreeEnsemble
 
     def look(self, picture: Picture, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Refined boxes, shape (n, 4), and the verifier's scores, shape (n,), of candidates (n, 4)."""
+        """Refined boxes (n, 4), and the verifier's scores (n,) in half log-odds, of candidates (n, 4)."""
         if not len(boxes):
             return np.zeros((0, 4)), np.zeros(0)
         first = features_of(picture, boxes)
@@ -58,8 +58,8 @@ class RefineStage:
         return refined, self.verifier.scores(second) / 256.0
 
     def step(self, number: int, boxes: FloatArray, features: NDArray[np.uint8]) -> FloatArray:
-        """Boxes (n, 4) after step 0 or 1, from the features around them."""
-        # whole bytes times weights that were stored in 16 bits: sums in 64 bits have no rounding
+        """Boxes (n, 4) after step 0 or 1, from their features (n, FEATURES)."""
+        # Features are whole bytes and weights were stored in 16 bits, so sums in 64 bits have no rounding.
         answer = product(features.astype(np.float64), self.weights[number].astype(np.float64)) / 255.0
         return move(boxes, answer + self.biases[number])
 
@@ -68,7 +68,7 @@ def features_of(picture: Picture, boxes: FloatArray) -> NDArray[np.uint8]:
     """Features of the windows around boxes, shape (n, FEATURES), uint8."""
     side = 2 * (CELLS + MARGIN)
     out = np.empty((len(boxes), FEATURES), np.uint8)
-    # all patches in one column of pixels: one call of each kernel instead of one a candidate
+    # All patches form one column of pixels, so that each kernel is called once, not once for each candidate.
     strip = np.concatenate([cut_patch(picture, box, SIGN, side) for box in boxes])
     cells = strip_channels(strip, side)
     first = MARGIN // 2
@@ -79,18 +79,18 @@ def features_of(picture: Picture, boxes: FloatArray) -> NDArray[np.uint8]:
 
 
 def strip_channels(strip: Picture, side: int) -> NDArray[np.uint8]:
-    """Bytes of the channels of patches of ``side`` px stacked on each other, (10, n * side / 2, side / 2).
+    """Channels of stacked patches of ``side`` px as bytes, shape (10, n * side / 2, side / 2).
 
-    Neighbouring patches touch only at rows that lie in the margin, beyond the reach of the filters.
+    Patches touch at rows of their margins, so the filters do not mix the windows.
     """
     return smooth(channel_bytes(strip, 2))
 
 
 def move(boxes: FloatArray, steps: FloatArray) -> FloatArray:
-    """Boxes moved and reshaped: (dx, dy) in sides of the box's mean, width and height as logarithms against it."""
+    """Boxes (n, 4) moved and resized by steps (n, 4), relative to each box's mean side."""
     return box_steps.move(boxes, steps, box_steps.mean_side(boxes), 0.4)
 
 
 def steps_to(boxes: FloatArray, truth: FloatArray) -> FloatArray:
-    """The steps that :func:`move` needs to carry boxes (n, 4) to the truth (n, 4); shape (n, 4)."""
+    """Steps (n, 4) by which :func:`move` moves boxes (n, 4) onto the true boxes (n, 4)."""
     return box_steps.steps_between(boxes, truth, box_steps.mean_side(boxes))

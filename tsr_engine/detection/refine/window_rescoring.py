@@ -1,6 +1,6 @@
 """Window rescoring: the steps of the offline detector after its scan, on a box that the scan did not find.
 
-The window of an online detector says where a sign is, but hardly how large it is, nor whether it is one.
+An online detector's window gives the place of a sign. It hardly gives its size, or whether it is a sign.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tsr_engine.records import FloatArray
 __all__ = ["WindowRescoring"]
 
 _AROUND = 1.0
-"""Sides of a box on each side of it that are looked at: a patch's, and as far as edges may move."""
+"""Border around the box to read, in sides: it covers the patches, and the moves of the edges."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +27,9 @@ class WindowRescoring:
     """Moves a box onto the edges of the sign in it, and scores how likely it is a sign.
 
     Attributes:
-        model: the detector's; its cascade is not asked.
-        box_inset: of the boxes that are given and returned.
-        passes: how often the box refinement is asked.
+        model: the offline detector's model; its cascade is not used.
+        box_inset: box inset of the given and the returned boxes.
+        passes: number of passes of the box refinement.
     """
 
     model: AcfModel
@@ -37,7 +37,7 @@ class WindowRescoring:
     passes: int
 
     def __call__(self, pixels: PixelSource, box: FloatArray) -> ScoredBox | None:
-        """What is seen at a box, shape (4,); None where that is not wholly in the picture, or too small."""
+        """Rescore a box (4,), px; None if the box is too small or not wholly in the picture."""
         loose = self.box_inset.undo(box[None])
         inside = (loose[0, :2] >= 0).all() and (loose[0, 2:] <= [pixels.width, pixels.height]).all()
         if not inside or not shorter_side(box) >= LEAST_SIDE:
