@@ -13,7 +13,7 @@ from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import FloatArray, Prediction
 
 _FORBIDDEN = 1e6
-"""Cost of a pair outside the gate: above any sum of admissible costs, so admissible pairs are never given up for it."""
+"""Cost of a pair outside the gate: above any sum of admissible costs, so that it never displaces admissible pairs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,15 +28,15 @@ class Gates:
 
     @classmethod
     def of(cls, params: TrackingParams) -> Gates:
-        """The gates that the parameters name."""
+        """The gates of the parameters."""
         return cls(params.iou_gate, params.centre_gate, params.gate_sigmas, params.centre_gate_max, params.size_gate)
 
 
 def association_cost(predictions: list[Prediction], boxes: FloatArray, gates: Gates) -> FloatArray:
     """Cost of every pair, shape (n, m); inf outside the gates, and for boxes without area.
 
-    ``1 - IoU`` in [0, 1] for pairs that overlap, ``1 + distance`` for pairs that are only near, the distance of the
-    centres counted in geometric means of the sizes.
+    The cost of pairs that overlap is ``1 - IoU`` in [0, 1]. That of pairs that are only near is ``1 + distance``: the
+    distance of the centres, divided by the geometric mean of the sides of both boxes.
     """
     n, m = len(predictions), len(boxes)
     if n == 0 or m == 0:
@@ -45,10 +45,10 @@ def association_cost(predictions: list[Prediction], boxes: FloatArray, gates: Ga
     overlap = iou(expected, boxes)
     a, b = to_cxcywh(expected)[:, None], to_cxcywh(boxes)[None]
     real = shorter_side(boxes) > 0
-    b[:, ~real, 2:] = 1.0  # whatever that gives is not admitted; no root and no logarithm fails on the way
+    b[:, ~real, 2:] = 1.0  # avoids roots and logarithms of invalid sizes; the result is not admitted
     side = (a[..., 2] * a[..., 3] * b[..., 2] * b[..., 3]) ** 0.25
     distance = np.hypot(a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]) / np.maximum(side, 1e-9)
-    # A track that coasts is less sure of its place: its gate opens with its covariance, up to a limit.
+    # The place of a track without detections is uncertain, so its gate grows with its covariance, up to a limit.
     spread = np.array([np.sqrt(max(p.covariance[0, 0], p.covariance[1, 1])) for p in predictions])[:, None]
     limit = np.clip(gates.sigmas * spread / np.maximum(side, 1e-9), gates.centre, max(gates.centre, gates.centre_max))
     ratio = np.exp(np.abs(np.log(a[..., 2:] / b[..., 2:])).max(axis=-1))
@@ -58,7 +58,7 @@ def association_cost(predictions: list[Prediction], boxes: FloatArray, gates: Ga
 
 
 def assign(cost: FloatArray) -> list[tuple[int, int]]:
-    """Pairs (row, column) of least total cost among the assignments with most finite pairs.
+    """Pairs (row, column) with the least total cost, among the assignments with the most finite pairs.
 
     Args:
         cost: shape (n, m); inf forbids a pair.
@@ -72,12 +72,12 @@ def assign(cost: FloatArray) -> list[tuple[int, int]]:
 def associate(
     predictions: list[Prediction], boxes: FloatArray, scores: FloatArray, high: float, low: float, gates: Gates
 ) -> dict[int, int]:
-    """Detections of predictions in two passes: sure detections first, then unsure ones for what is left.
+    """Assign detections to predictions in two passes: first those with high scores, then those with low scores.
 
-    The second pass keeps tracks alive on weak detections (as in ByteTrack, Zhang et al. 2022).
+    The second pass keeps tracks alive by weak detections (as in ByteTrack, Zhang et al. 2022).
 
     Args:
-        predictions: one for each track.
+        predictions: one prediction for each track.
         boxes: shape (n, 4).
         scores: shape (n,).
         high: least score of the first pass.

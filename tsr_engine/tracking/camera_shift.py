@@ -1,9 +1,9 @@
 """Global shift of the picture between two frames: the part of the flow that camera rotation explains.
 
-A moving and turning camera sees two flows at once. Every point moves away from the focus of expansion (FOE), near
-points faster, and the whole picture shifts with the rotation. Flow across the ray from the FOE comes from rotation
-alone at any depth, so every tracked point gives one clean equation for the shift. Flow along the ray is used with less
-weight, with one common growth for all points.
+A moving and turning camera causes two flows. Every point moves away from the focus of expansion (FOE), near points
+faster, and the rotation shifts the whole picture. Flow across the ray from the FOE comes only from the rotation, at any
+depth, so every tracked point gives one exact equation for the shift. Flow along the ray has less weight, with one
+common growth for all points.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tsr_engine.records import FloatArray, Picture
 
 _POINTS = 120
 _CELL = 12
-"""Side of the cells of the small picture of which each offers its strongest corner, px."""
+"""Side of the cells of the small picture, px; the strongest corner of each is tracked."""
 _LEAST_POINTS = 8
 _RADIAL_WEIGHT = 0.3
 _ROUNDS = 6
@@ -28,17 +28,17 @@ _SMALLEST_SCALE = 0.15
 
 
 UNKNOWN = (1e-9, 1e-9)
-"""The shift where too little can be tracked: as good as none, yet not the exact zero of a repeated picture."""
+"""The shift if too few points can be tracked: almost zero, but not the exact zero of a repeated picture."""
 
 
 class CameraShift:
     """Estimates the shift from sparse Lucas-Kanade flow on a small grey picture; holds the previous one.
 
-    Only a picture that repeats the one before has a shift of exactly (0.0, 0.0). The tracker then holds still for this
+    Only a picture that repeats the last one has a shift of exactly (0.0, 0.0). The tracker then stands still in this
     frame and catches up in the next.
 
     Args:
-        scale: the picture is made smaller by this factor.
+        scale: factor by which the picture is reduced.
         foe: focus of expansion as shares of the picture's width and height.
     """
 
@@ -47,13 +47,13 @@ class CameraShift:
         self._foe = foe
         self._previous: Any = None
         self.repeated = False
-        """Whether the last picture was the one before once more."""
+        """Whether the last picture repeated the one before it."""
 
     def step(self, picture: Picture) -> tuple[float, float]:
         """Shift (dx, dy) from the previous picture to this one, px of the full picture.
 
-        Exactly zero for a picture that repeats the one before; ``UNKNOWN`` for the first picture, after a change of
-        size, and where too little can be tracked.
+        Exactly zero for a picture that repeats the last one; ``UNKNOWN`` for the first picture, after a change of size,
+        and if too few points can be tracked.
         """
         found = self.flow(picture)
         if found is None:
@@ -64,12 +64,12 @@ class CameraShift:
         return float(shift[0] * width / small[0]), float(shift[1] * height / small[1])
 
     def flow(self, picture: Picture) -> tuple[FloatArray, FloatArray, tuple[int, int]] | None:
-        """Where points of the previous picture are in this one.
+        """Optical flow from the previous picture to this one.
 
         Returns:
-            Points of the previous small picture, their flow to this one, each of shape (n, 2) in its px, and its width
-            and height. None for the first picture, one that repeats the one before (then ``repeated`` is set), one of
-            another size, and where too little can be tracked.
+            Points of the previous small picture, and their flow, shape (n, 2) each, in px of the small picture; and its
+            width and height. None for the first picture, a repeated one (then ``repeated`` is set), one of another
+            size, and if too few points can be tracked.
         """
         height, width = picture.shape[:2]
         small = (max(width // self._scale, 16), max(height // self._scale, 16))
@@ -94,7 +94,7 @@ class CameraShift:
 
 
 def fit_shift(points: FloatArray, flow: FloatArray, radial_weight: float = _RADIAL_WEIGHT) -> tuple[FloatArray, float]:
-    """Robust fit of ``flow = shift + growth * points`` that trusts the component across the ray most.
+    """Robust fit of ``flow = shift + growth * points`` with most weight on the component across the ray.
 
     Iteratively reweighted least squares with Cauchy weights, scale from the median absolute residual.
 
@@ -108,7 +108,7 @@ def fit_shift(points: FloatArray, flow: FloatArray, radial_weight: float = _RADI
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
     flow = np.ascontiguousarray(flow, dtype=np.float64)
-    # Start from the median flow, so that a few wild points cannot lead the first round astray.
+    # The start is the median flow, so that a few outliers do not spoil the first round.
     start = np.array([*np.median(flow, axis=0), 0.0])
     solution = _reweighted(points, flow, start, radial_weight**2, _ROUNDS, _SMALLEST_SCALE)
     return solution[:2], float(solution[2])
@@ -157,7 +157,7 @@ def _reweighted(
 
 
 def _same_exposure(before: Any, grey: Any) -> Any:
-    """The earlier picture with the later one's mean and contrast: the flow takes brightness for constant."""
+    """The earlier picture with the later one's mean and contrast, since optical flow assumes constant brightness."""
     mean_before, std_before = (float(v[0, 0]) for v in cv2.meanStdDev(before))
     mean, std = (float(v[0, 0]) for v in cv2.meanStdDev(grey))
     if min(std, std_before) < 1.0 or (abs(mean - mean_before) < 1.0 and abs(std - std_before) < 1.0):
@@ -167,7 +167,7 @@ def _same_exposure(before: Any, grey: Any) -> Any:
 
 
 def _corners(grey: Any) -> Any:
-    """The strongest corner of each cell, the best ``_POINTS`` of them; shape (n, 1, 2), float32."""
+    """The ``_POINTS`` best of the strongest corners of all cells; shape (n, 1, 2), float32."""
     strength = cv2.cornerMinEigenVal(grey, 3)
     rows, columns = grey.shape[0] // _CELL, grey.shape[1] // _CELL
     cells = strength[: rows * _CELL, : columns * _CELL].reshape(rows, _CELL, columns, _CELL)

@@ -1,4 +1,4 @@
-"""Boxes of signs that the edge of the picture cuts."""
+"""Boxes of signs that the edge of the picture cuts off."""
 
 from __future__ import annotations
 
@@ -11,11 +11,19 @@ __all__ = ["completed"]
 
 
 def completed(box: FloatArray, expected: FloatArray, cut: Edges) -> tuple[FloatArray, Edges]:
-    """A measured box, shape (4,), as far as what was seen of it tells the rest, and the edges that stay unknown.
+    """Complete a measured box whose edges are partly cut off.
 
-    A side that one edge is missing of follows from the other side and the expected ratio of both, never shorter than
-    seen. The missing edge itself is not put where it is expected: that would say that the sign grows as expected,
-    whatever it does. Where both sides lack an edge nothing tells their lengths.
+    If only width or only height lacks one edge, its length follows from the other side and the expected aspect ratio;
+    it is never shorter than the visible part. The expected position of the edge is not used, since it would always
+    confirm the expected growth. Other missing edges stay unknown and get their expected positions.
+
+    Args:
+        box: the visible part, shape (4,), px.
+        expected: the expected box, shape (4,), px.
+        cut: edges that are cut off.
+
+    Returns:
+        The completed box, shape (4,), and the edges that stay unknown.
     """
     lacking = [axis for axis in (0, 1) if cut[axis] or cut[axis + 2]]
     if len(lacking) != 1 or (cut[lacking[0]] and cut[lacking[0] + 2]):

@@ -1,9 +1,9 @@
 """Estimates the height of the focus of expansion of a car's camera from the flow of a drive.
 
-Seen from the true focus of expansion (FOE), a car that drives straight has flow along the rays only. About an assumed
+If a car drives straight, all flow is along the rays from the true focus of expansion (FOE). Relative to an assumed
 focus that lies ``delta`` px too high, the same flow has a vertical shift of ``-delta`` times the growth. Bumps shift
-the picture too, but over a drive their sum is only the difference of the first and last pitch, while the part of the
-focus adds up.
+the picture, too. Over a drive, however, their sum is only the difference between the first and the last pitch, while
+the shifts by a wrong focus add up.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from tsr_engine.tracking.camera_shift import fit_shift
 __all__ = ["LARGEST_ERROR", "LEAST_APPROACH", "Focus", "find_focus"]
 
 LEAST_APPROACH = 0.2
-"""Sum of the growths over a drive below which nothing is said: what is seen has come nearer by less than a fifth.
+"""Least sum of the growths over a drive for an estimate: the distance to the scene shrinks by about a fifth.
 
-Flow that is off by the same hundredth of a pixel in every frame moves the focus of a short approach by some hundredths
-of the height, and no scatter tells."""
+In a shorter approach, a constant error of a hundredth of a pixel in the flow moves the focus by some hundredths of the
+height, and the scatter does not show it."""
 LARGEST_ERROR = 0.1
-"""Standard error, share of the height, above which nothing is said: a camera that is mounted level is known better."""
+"""Largest standard error of an estimate, share of the height. The assumption of a level camera is better than that."""
 _HIGHEST, _LOWEST = -0.5, 1.5
-"""Between these a focus is looked for, shares of the height."""
+"""Limits of the search, shares of the height."""
 _FINE = 1e-3
-"""... and found to this share of the height."""
+"""Resolution of the search, share of the height."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +38,9 @@ class Focus:
 
     Attributes:
         y: share of the picture's height, 0 at the top.
-        error: its standard error by the scatter of the frames, share of the height.
-        frames: pairs of pictures with flow.
-        approach: sum of the growths: how much nearer everything has come.
+        error: standard error of ``y`` from the scatter of the frames, share of the height.
+        frames: number of pairs of pictures with flow.
+        approach: sum of the growths over the drive.
     """
 
     y: float
@@ -52,22 +52,22 @@ class Focus:
 def find_focus(
     flows: Sequence[tuple[FloatArray, FloatArray]], width: float, height: float, x: float = 0.5
 ) -> Focus | None:
-    """The height of the focus of expansion about which the flow of a drive has no lasting vertical shift.
+    """Find the height of the focus of expansion for which the flow of a drive has no mean vertical shift.
 
     Args:
         flows: points and their flow, each of shape (n, 2) in px, for every pair of pictures.
-        width: of the picture, px.
-        height: of the picture, px.
-        x: of the focus, share of the width. It is not looked for: a curve shifts the picture for as long as a camera
-            that looks aside.
+        width: width of the picture, px.
+        height: height of the picture, px.
+        x: horizontal position of the focus, share of the width. It is not estimated, because a long curve has the same
+            effect as a camera that points sideways.
 
     Returns:
-        None where the camera has come too little nearer to what it sees (``LEAST_APPROACH``), shakes too much for
-        that (``LARGEST_ERROR``), or the shift has one sign wherever the focus is put.
+        The focus. None if the approach is too short (``LEAST_APPROACH``), the camera shakes too much
+        (``LARGEST_ERROR``), or the shift has the same sign for every height.
     """
 
     def fitted(y: float) -> tuple[FloatArray, float]:
-        """Vertical shift of each pair about a focus at that share of the height, px, and the sum of the growths."""
+        """Vertical shift of each pair, px, and the sum of the growths, for a focus at that share of the height."""
         fits = [fit_shift(points - [x * width, y * height], flow) for points, flow in flows]
         return np.array([shift[1] for shift, _ in fits]), sum(growth for _, growth in fits)
 
@@ -86,10 +86,10 @@ def find_focus(
 
 
 def _error_of_mean(lifts: FloatArray) -> float:
-    """Standard error of the mean of consecutive values, by the means of batches of them.
+    """Standard error of the mean of consecutive values, from the means of batches.
 
-    A car that nods down comes up again: its shifts are not independent, and their sum scatters far less than as many
-    independent ones would.
+    Shifts by the nodding of a car are not independent: each nod down is followed by one up. So their sum scatters far
+    less than the sum of independent values.
     """
     means = np.array([batch.mean() for batch in np.array_split(lifts, max(2, round(np.sqrt(len(lifts)))))])
     return float(means.std(ddof=1) / np.sqrt(len(means)))

@@ -13,7 +13,7 @@ __all__ = ["correct", "spread"]
 
 @njit(cache=True, nogil=True)
 def spread(P: FloatArray, F: FloatArray) -> FloatArray:
-    """``F P F'``: covariance (n, n) after a step that is linear with F, shape (n, n)."""
+    """``F P F'``: covariance (n, n) after a linear step with matrix F, shape (n, n)."""
     after: FloatArray = product(product(F, P), F.T)
     return after
 
@@ -24,11 +24,11 @@ def correct(P: FloatArray, H: FloatArray, R: FloatArray) -> tuple[FloatArray, Fl
 
     Args:
         P: covariance of the state, shape (n, n).
-        H: what is measured of the state, shape (m, n).
+        H: measurement matrix, shape (m, n).
         R: covariance of the measurement, shape (m, m).
 
     Returns:
-        The gain K, shape (n, m): the mean moves by K times the innovation; and the covariance after it.
+        The gain K, shape (n, m), by which the innovation moves the mean; and the new covariance, shape (n, n).
     """
     seen = product(H, P)
     K = np.ascontiguousarray(solve(product(seen, H.T) + R, seen).T)

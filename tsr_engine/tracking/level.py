@@ -7,41 +7,41 @@ from collections import deque
 __all__ = ["Level"]
 
 _UNMEASURED = 1e-6
-"""A shift below this, px, is that of a repeated picture or one that could not be reported."""
+"""px: a smaller shift means a repeated picture or an unknown shift."""
 
 _LEAST_STEP = 0.25
-"""A frame that comes sooner after the one before than so many intervals says nothing of a shift an interval: its clock
-is too coarse or jumped back, and divided by next to no time a shift of a pixel would outweigh all others."""
+"""Least time between two frames, in intervals, for a shift to count. A shorter time means a coarse clock or one that
+was set back; the shift of one pixel, divided by it, would outweigh all others."""
 
 
 class Level:
     """Subtracts the lasting vertical part of the picture's global shift.
 
-    A car nods over bumps, but its mean pitch rate over a second or two is almost zero; only curves turn a camera for
-    longer, and they turn it sideways. A lasting vertical shift is therefore no rotation. It is flow from a focus of
+    A car nods over bumps, but its mean pitch rate over a second or two is almost zero. Only curves turn a camera for
+    longer, and they turn it sideways. A lasting vertical shift is therefore not a rotation. Its cause is a focus of
     expansion above or below the assumed one (a camera that is not level), and such flow depends on the depth.
 
     Args:
-        frames: the mean is taken over so many frames; 0 leaves the shift as it is.
+        frames: number of frames of the mean; 0 leaves the shift unchanged.
     """
 
     def __init__(self, frames: int) -> None:
         self._lifts: deque[float] = deque(maxlen=frames)
 
     def forget(self) -> None:
-        """Start anew: the frames to come are judged by themselves."""
+        """Forget all earlier shifts."""
         self._lifts.clear()
 
     def of(self, shift: tuple[float, float], dt: float = 1.0) -> tuple[float, float]:
-        """The shift of the next frame, px, less the mean vertical shift up to it.
+        """The shift of the next frame, px, minus the mean vertical shift of the last frames, this one included.
 
-        The mean of the first frames is drawn towards zero, ``sum / (n + 1)``: one frame alone may be a bump. No more
-        is taken out than was measured, so that a car that stops is not taken for one that nods. A shift that was not
-        measured passes and is not counted; nor is one counted that came in next to no time.
+        The mean is ``sum / (n + 1)``, which is small for the first frames, since a single shift may be a bump. At most
+        the measured shift is subtracted, so that the result of a car that stops is zero. An unknown shift is returned
+        unchanged and does not count; a shift after a very short time does not count either.
 
         Args:
-            shift: of the picture since the frame before, px.
-            dt: time since then in nominal frame intervals, > 0; the mean is one of shifts an interval.
+            shift: shift of the picture since the last frame, px.
+            dt: time since then in nominal frame intervals, > 0; the mean is of shifts per interval.
         """
         if self._lifts.maxlen == 0 or max(abs(shift[0]), abs(shift[1])) < _UNMEASURED:
             return shift

@@ -1,7 +1,7 @@
 """Constant velocity of centre and size: the usual filter of box trackers.
 
-The process noise is filterpy's. The two steps are our own: filterpy multiplies by BLAS, whose last digits depend on the
-processor (see :mod:`tsr_engine.products`). A test holds them against filterpy's filter.
+filterpy computes the process noise. The two steps are own code, because filterpy multiplies by BLAS, whose last digits
+depend on the processor (see :mod:`tsr_engine.products`). A test compares them with filterpy's filter.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _H = np.eye(4, 8)
 class ConstantVelocityMotion:
     """Kalman filter over ``cx, cy, w, h`` and their velocities, 8 states, px and px per frame.
 
-    Process noise is a discrete white acceleration whose standard deviation is a share of the box's size.
+    The process noise is a discrete white acceleration; its standard deviation is a share of the box's size.
 
     Args:
         noise: measurement noise.
@@ -30,14 +30,14 @@ class ConstantVelocityMotion:
     name = "constant_velocity"
 
     def __init__(self, noise: MeasurementNoise, process: float = 0.01) -> None:
-        from filterpy.common import Q_discrete_white_noise  # brings scipy.stats: half a second that others save
+        from filterpy.common import Q_discrete_white_noise  # imports scipy.stats, which takes half a second
 
         self._noise = noise
         self._process = process
         self._white_noise = Q_discrete_white_noise
 
     def initiate(self, measurement: FloatArray, width: int, height: int) -> MotionState:
-        """State at rest, with a velocity uncertainty of a tenth of the size per frame."""
+        """State at rest; the standard deviation of the velocity is a tenth of the size per frame."""
         z = np.asarray(measurement, dtype=np.float64)
         sizes = np.array([z[2], z[3], z[2], z[3]])
         P = np.zeros((8, 8))

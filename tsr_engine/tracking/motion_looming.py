@@ -20,7 +20,7 @@ from tsr_engine.tracking.kalman import correct, spread
 from tsr_engine.tracking.noise import MeasurementNoise
 
 CX, CY, Q, RATE, ASPECT, VX, VY, FX, FY = range(9)
-"""Places in the state: centre, inverse width, its rate, height / width, drift, FOE; in px and frames."""
+"""Indices of the state: centre, inverse width, its rate, height / width, drift, FOE; in px and frames."""
 _STATES = 9
 _WIDEST, _NARROWEST = 4000.0, 2.0
 _ASPECTS = (0.05, 20.0)
@@ -46,8 +46,8 @@ class LoomingMotion:
     """Extended Kalman filter over ``cx, cy, q, dq/dt, h/w``, a slow drift of the centre, and the FOE.
 
     ``q' = q + dq dt`` and ``c' = foe + (c - foe) q / q' + drift dt + shift``. The drift is the motion that the
-    picture's shift does not explain; it fades by ``drift_decay`` a frame. The FOE starts where it is assumed, with a
-    standard deviation of ``foe_spread`` of the picture's width and height, and follows from the centre's path.
+    picture's shift does not explain; it decays by ``drift_decay`` per frame. The FOE starts at its assumed place, with
+    a standard deviation of ``foe_spread`` of the picture's width and height; the centre's path then corrects it.
     The measurement is ``cx, cy, 1 / q, aspect / q``.
 
     Args:
@@ -69,7 +69,7 @@ class LoomingMotion:
         self._foe = foe
 
     def initiate(self, measurement: FloatArray, width: int, height: int) -> MotionState:
-        """State of a track born from one measurement, with the usual growth of an approached sign."""
+        """The state after the first measurement, with the usual growth of a sign that the camera approaches."""
         cx, cy, w, h = (float(v) for v in measurement)
         p = self._process
         q = 1.0 / w
@@ -86,10 +86,10 @@ class LoomingMotion:
         """Time update along the ray from the FOE, then the camera shift.
 
         Args:
-            state: of the frame before.
-            dt: nominal frame intervals since.
-            shift: of the camera, px.
-            focus_y: the height that is taken for the FOE's in this step, px; the state keeps its own.
+            state: state of the last frame.
+            dt: time since then, nominal frame intervals.
+            shift: global camera shift since then, px.
+            focus_y: row of the FOE in this step, px; the state keeps its own estimate. None: the state's.
         """
         p = self._process
         wander = np.array([p.centre, p.centre_px, p.scale, p.growth, p.aspect, p.drift_px, p.drift_decay])
@@ -125,12 +125,12 @@ class LoomingMotion:
 def _time_update(
     x: FloatArray, P: FloatArray, dt: float, shift_x: float, shift_y: float, wander: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean and covariance one step on.
+    """Mean and covariance after one step.
 
-    ``wander``: process noise in the order centre, centre_px, scale, growth, aspect, drift_px, drift_decay.
+    ``wander`` is the process noise in the order centre, centre_px, scale, growth, aspect, drift_px, drift_decay.
     """
     q = x[Q]
-    # A step never more than doubles the width: a wrong rate must not throw the box over the picture.
+    # A step at most doubles the width, so that a wrong rate cannot make the box huge.
     ahead = max(q + x[RATE] * dt, 0.5 * q, 1.0 / _WIDEST)
     zoom = q / ahead
     fade = wander[6] ** dt

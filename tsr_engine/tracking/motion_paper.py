@@ -12,16 +12,16 @@ from tsr_engine.tracking.noise import MeasurementNoise
 
 
 class PaperMotion:
-    """Kalman filter whose control input carries all of the motion.
+    """Kalman filter whose control input is the whole motion.
 
-    The paper leaves F, B and u open. Here F = I, and ``B u`` = the mean displacement per frame over the last
-    ``window`` estimates. The model is stateless, so the estimates that u needs travel in the state:
-    ``mean[:4]`` is ``cx, cy, w, h``; then follow up to ``window`` rows ``age, cx, cy, w, h`` of earlier estimates,
-    youngest first. The covariance is that of the first four, 4x4.
+    The paper leaves F, B and u open. Here F = I, and ``B u`` is the mean displacement per frame over the last
+    ``window`` estimates. The model is stateless, so the state holds the estimates that u needs. ``mean[:4]`` is
+    ``cx, cy, w, h``; up to ``window`` rows ``age, cx, cy, w, h`` of earlier estimates follow, the latest first. The
+    covariance is that of the first four, shape (4, 4).
 
     Args:
         noise: measurement noise.
-        window: number of displacements that are averaged.
+        window: number of displacements of the mean.
         process: standard deviation of the process noise per frame, as a share of the size.
     """
 
@@ -33,18 +33,18 @@ class PaperMotion:
         self._process = process
 
     def initiate(self, measurement: FloatArray, width: int, height: int) -> MotionState:
-        """State of a track born from one measurement; the picture's size is not needed."""
+        """The state after the first measurement; the picture's size is not used."""
         z = np.asarray(measurement, dtype=np.float64)
         return MotionState(z.copy(), self._noise.covariance(z[2], z[3]))
 
     def predict(
         self, state: MotionState, dt: float, shift: tuple[float, float], focus_y: float | None = None
     ) -> MotionState:
-        """``x + B u``: the last estimate moved on by the mean displacement, and by the camera shift."""
+        """``x + B u``: the last estimate moved by the mean displacement, and by the camera shift."""
         now = state.mean[:4]
         past = state.mean[4:].reshape(-1, 5)
         velocity = (now - past[-1, 1:]) / past[-1, 0] if len(past) and past[-1, 0] > 0 else np.zeros(4)
-        # Earlier estimates follow the camera shift, so that u holds no rotation and none is counted twice.
+        # The camera shift also moves earlier estimates, so that u does not count the rotation a second time.
         camera = np.array([shift[0], shift[1], 0.0, 0.0])
         past = np.vstack([np.concatenate([[0.0], now]), past])[: self._window]
         past = past + np.concatenate([[dt], camera])

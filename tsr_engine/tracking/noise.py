@@ -10,7 +10,7 @@ from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality
 from tsr_engine.records import FloatArray
 
 _ANYWHERE = 10.0
-"""Std of an edge that was not seen, in sides of the box."""
+"""Standard deviation of a cut-off edge, in sides of the box."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,8 +18,8 @@ class MeasurementNoise:
     """Standard deviations of ``cx, cy, w, h`` as shares of the box's own size.
 
     Attributes:
-        centre: std of the centre, share of width (x) and height (y).
-        size: std of width and height, share of themselves. Independent edges give ``size = 2 centre``.
+        centre: standard deviation of the centre, share of width (x) and height (y).
+        size: standard deviation of width and height, share of each. Independent edges give ``size = 2 centre``.
     """
 
     centre: float = 0.07
@@ -29,10 +29,10 @@ class MeasurementNoise:
         """R for a box of width x height px, shape (4, 4), px^2.
 
         Args:
-            width: of the box, px.
-            height: of the box, px.
-            quality: how well it was measured. Edges that were not seen may be anywhere within several sides; a centre
-                and a size that share such an edge err together, so that what is left is the edge that was seen.
+            width: width of the box, px.
+            height: height of the box, px.
+            quality: quality of the measurement. A cut-off edge gets a standard deviation of several sides. It adds
+                correlated errors to centre and size, so that only the visible edge is measured.
         """
         centre, size, cut = self.centre * quality.centre, self.size * quality.size, quality.cut
         std = np.array([centre * width, centre * height, size * width, size * height])

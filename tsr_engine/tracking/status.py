@@ -20,19 +20,19 @@ class TrackStatus:
     """Shape (4,): the frame's result."""
     score: float
     prediction: Prediction | None
-    """None in the frame of birth."""
+    """None in the track's first frame."""
     detection: int | None
     """Row of the associated detection."""
     missed: int
-    """Frames since the last detection or confident relocalisation; 0 if in this frame."""
+    """Frames since the last detection or confident relocalisation; 0 if this frame has one."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrackedFrame:
-    """What ``Tracker.finish`` returns: the living tracks by id, and what happened.
+    """The living tracks by id and the events of a frame, returned by ``Tracker.finish``.
 
-    A track that ended in this frame is not among ``tracks``; its event says why. Events: ``born``, ``confirmed``,
-    ``missed`` (first frame of a run without evidence), ``died``.
+    ``tracks`` does not contain tracks that ended in this frame; their events give the reason. Events: ``born``,
+    ``confirmed``, ``missed`` (first of several frames without evidence), ``died``.
     """
 
     tracks: tuple[TrackStatus, ...]

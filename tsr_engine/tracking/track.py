@@ -14,8 +14,8 @@ from tsr_engine.records import FloatArray, Prediction, Source, TrackState
 class Track:
     """A sign candidate that is followed from frame to frame.
 
-    ``tentative`` until ``confirm_hits`` detections of at least ``birth_score`` fall into the last ``confirm_window``
-    frames (``sure_hits`` of ``sure_score``), then ``confirmed`` until it dies. All counts are in frames.
+    A track is ``tentative`` until the last ``confirm_window`` frames hold ``confirm_hits`` detections of at least
+    ``birth_score`` (or ``sure_hits`` of ``sure_score``), then ``confirmed`` until it dies. All counts are in frames.
     """
 
     track_id: int
@@ -31,7 +31,7 @@ class Track:
     detection: int | None = None
     """Row of this frame's associated detection."""
     age: int = 0
-    """Frames since birth."""
+    """Frames since the first frame."""
     missed: int = 0
     """Frames since the last detection or confident relocalisation."""
     undetected: int = 0
@@ -41,10 +41,10 @@ class Track:
     recent: deque[tuple[int, float]] = field(default_factory=deque)
     """(age, score) of the detections that count for confirmation."""
     measured: bool = False
-    """A measurement has come in this frame."""
+    """Whether this frame has a measurement."""
 
     def begin_frame(self, prediction: Prediction, motion: MotionState) -> None:
-        """Takes the time update; until something corrects it, the prediction is the result."""
+        """Takes the time update; the prediction is the frame's result unless a measurement corrects it."""
         self.age += 1
         self.missed += 1
         self.undetected += 1
@@ -78,7 +78,7 @@ class Track:
     def limit(self, params: TrackingParams) -> int:
         """Missed frames that this track survives.
 
-        A tentative track has as many as leave its confirmation by ``confirm_hits`` within the window possible.
+        A tentative track survives as many as still allow its confirmation by ``confirm_hits`` within the window.
         """
         if self.state == "confirmed":
             return params.max_coast

@@ -20,6 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tsr_engine.counted import counted
 from tsr_engine.geometry.boxes import area, clip, intersection, iou, shorter_side, to_cxcywh, to_xyxy
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.protocols import FULL_QUALITY, WHOLE, Edges, MeasurementQuality, MotionModel
@@ -34,21 +35,21 @@ from tsr_engine.tracking.track import Track
 __all__ = ["TrackStatus", "TrackedFrame", "Tracker"]
 
 _NESTED = 0.65
-"""Share of the smaller box inside a detected track's box from which a detection is a second view of that sign."""
+"""Overlap with a detected track's box, as a share of the smaller box, from which a detection shows the same sign."""
 _CUT = 0.05
-"""Share of a detection's side within which its edge counts as the picture's."""
+"""Distance from the picture's edge, in sides of the box, within which the box counts as cut off."""
 _MOST_REPEATS = 2
-"""Repeated pictures in a row that are taken for dropped frames."""
+"""Largest number of repeated pictures in a row that count as dropped frames."""
 
 
 class Tracker:
     """Follows signs through one video. Deterministic; ids count from 1 in each instance.
 
     Args:
-        params: all thresholds.
+        params: parameters of tracking.
         width: width of the pictures, px.
         height: height of the pictures, px.
-        motion: motion model; by default the one that ``params.motion`` names.
+        motion: motion model; unset: that of ``params.motion``.
         first_id: id of the first track, >= 1.
     """
 
@@ -82,11 +83,11 @@ class Tracker:
 
     @property
     def next_id(self) -> int:
-        """The id that the next track gets."""
+        """The id of the next new track."""
         return self._next_id
 
     def undetected(self, track_id: int) -> int:
-        """Frames in a row without a detection of a living track, this one included."""
+        """Number of frames without a detection of a living track up to now, this frame included."""
         return self._tracks[track_id].undetected
 
     def predict(self, dt: float = 1.0, shift: tuple[float, float] | None = None) -> dict[int, Prediction]:
@@ -94,9 +95,9 @@ class Tracker:
 
         Args:
             dt: time since the previous frame in nominal frame intervals, > 0.
-            shift: global camera shift of the picture since the previous frame, px; None where it is not known.
-                Exactly (0, 0) says that the picture repeats the one before: nothing moves, and the next frame
-                catches up. Ignored without ``use_camera_shift``.
+            shift: global camera shift of the picture since the previous frame, px; None: unknown. Exactly (0, 0) means
+                that the picture repeats the last one: tracks stand still and catch up in the next frame. Ignored
+                without ``use_camera_shift``.
 
         Returns:
             Prediction of each living track by id, ascending.
@@ -105,10 +106,10 @@ class Tracker:
             shift = None
         dt = self._moved(dt, repeated=shift is not None and shift[0] == 0.0 and shift[1] == 0.0)
         if not self._tracks:
-            self._level.forget()  # a run that is taken up again after this frame knows nothing of those before
+            self._level.forget()  # a run that resumes after this frame has no earlier frames either
         shift = self._level.of(shift or (0.0, 0.0), dt)
         for track in self._tracks.values():
-            # What is seen shows its own path; what is not, moves away from where the camera is known to look.
+            # A detected sign follows its own path; an undetected one moves away from the camera's known FOE.
             motion = self._motion.predict(track.motion, dt, shift, self._focus_y if track.undetected > 0 else None)
             box = to_xyxy(self._motion.box_of(motion))
             track.begin_frame(Prediction(box, self._motion.innovation(motion)), motion)
@@ -119,8 +120,8 @@ class Tracker:
     def associate(self, detections: Detections) -> dict[int, int]:
         """Assigns detections to the predicted tracks and counts them for their life cycle.
 
-        Nothing moves yet: the filter sees a detection only through ``correct``. Detections below ``low_score``, and
-        those whose box has no area, are left alone.
+        Boxes do not change yet: only ``correct`` updates the filter. Detections below ``low_score``, and those without
+        area, are not assigned.
 
         Returns:
             Row of ``detections`` by track id; tracks without a detection are absent.
@@ -150,11 +151,11 @@ class Tracker:
         Args:
             track_id: a living track.
             box: the measurement, shape (4,), with area.
-            source: where the measurement comes from; becomes the frame's source.
-            quality: how well it was measured; edges that the picture cuts off are found here.
-            confident: whether the measurement proves that the sign is still there (ends a run of missed frames).
-            result: the frame's result, shape (4,); unset: the estimate with ``result_noise`` times
-                that noise.
+            source: source of the measurement and of the frame's result.
+            quality: quality of the measurement; its cut edges are set here.
+            confident: whether the measurement proves that the sign is still there; resets the count of missed frames.
+            result: the frame's result, shape (4,); unset: the filter's estimate with ``result_noise`` times the
+                measurement noise.
 
         Returns:
             The frame's result, shape (4,); may reach beyond the picture.
@@ -177,7 +178,7 @@ class Tracker:
         elif self._params.result_noise == 1.0:
             track.box = to_xyxy(self._motion.box_of(track.motion))
         else:
-            # A state that is to predict well must not follow each detection's error; a box that is shown now may.
+            # The state must not follow each detection's error, or it predicts badly; the frame's result may.
             shown = self._motion.update(before, measured, seen.times(self._params.result_noise))
             track.box = to_xyxy(self._motion.box_of(shown))
         track.source = source
@@ -215,24 +216,24 @@ class Tracker:
     def step(
         self, ordinal: int, detections: Detections, dt: float = 1.0, shift: tuple[float, float] | None = None
     ) -> TrackedFrame:
-        """A whole frame by Kalman filter alone: every associated detection is a measurement."""
+        """A whole frame with the Kalman filter alone: every associated detection is a measurement."""
         self.predict(dt, shift)
         for track_id, row in self.associate(detections).items():
             self.correct(track_id, detections.boxes[row])
         return self.finish(ordinal)
 
     def _in_view(self, prediction: Prediction) -> Prediction:
-        """What of a prediction a detector can find: the part of its box that is in the picture, if there is one."""
+        """The part of a prediction that is in the picture; all of it if no part is."""
         seen = clip(prediction.box, self._width, self._height)
         if not self._params.open_edges or float((seen[2:] - seen[:2]).min()) < 1.0:
             return prediction
         return Prediction(seen, prediction.covariance)
 
     def _cut_off(self, box: FloatArray, expected: FloatArray) -> Edges:
-        """Edges of a measured box, shape (4,), that are the picture's.
+        """Edges of a measured box, shape (4,), that lie at the picture's edge.
 
-        A sign that leaves the view is measured up to the picture's edge. That edge says nothing about the sign:
-        taken for its own, the sign would seem to shrink and to move inwards.
+        A sign that leaves the view is measured only up to the picture's edge. As an edge of the sign, it would make
+        the sign shrink and move inwards.
         """
         if not self._params.open_edges:
             return WHOLE
@@ -243,10 +244,10 @@ class Tracker:
         return bool(left), bool(top), bool(right), bool(bottom)
 
     def _moved(self, dt: float, *, repeated: bool) -> float:
-        """Time that the picture's content moved on by.
+        """Time by which the picture's content advances, nominal frame intervals.
 
-        Cameras and converters that repeat a picture skip the one that should be there, so the next picture is two
-        intervals on. A longer run of equal pictures is a scene that stands still, and time passes as usual.
+        Cameras and converters repeat a picture in place of a dropped one, so that the next picture is two intervals
+        later. More repeats in a row mean a scene that stands still; time then passes as usual.
         """
         if not self._tracks:
             self._debt, self._repeats = 0.0, 0
@@ -262,7 +263,7 @@ class Tracker:
         return 0.0
 
     def _end_tracks(self) -> list[Event]:
-        """Ends tracks that left the view or went without evidence for too long."""
+        """Ends tracks that left the view or had no evidence for too long."""
         events = []
         for track in list(self._tracks.values()):
             share = float(area(clip(track.box, self._width, self._height)) / max(float(area(track.box)), 1e-9))
@@ -282,7 +283,7 @@ class Tracker:
         return events
 
     def _merge_tracks(self) -> list[Event]:
-        """Ends the weaker of two tracks that have come to lie on the same sign."""
+        """Ends the weaker of two tracks on the same sign."""
         if len(self._tracks) < 2:
             return []
         events = []
@@ -300,7 +301,7 @@ class Tracker:
         return events
 
     def _start_tracks(self, ordinal: int) -> list[Event]:
-        """Starts a track for every good detection that belongs to none."""
+        """Starts a track for every good detection without a track."""
         events = []
         detections = self._detections
         for row in range(len(detections)):
@@ -328,22 +329,20 @@ class Tracker:
             if float(iou(box, track.box)[0, 0]) >= self._params.duplicate_iou:
                 return True
             smaller = min(float(area(box)), float(area(track.box)))
-            # Nested boxes of quite different size: only a track that has its own detection now can claim them.
+            # Only a track that is detected in this frame suppresses a nested box of quite different size.
             if track.undetected == 0 and float(intersection(box, track.box)[0, 0]) >= _NESTED * smaller:
                 return True
         return False
 
 
 def confirmed_event(track: Track, window: int) -> Event:
-    """``window``: frames in which the detections must fall that count; the value ``frames`` is the track's age."""
+    """The event of a confirmation by detections of the last ``window`` frames; its value ``frames`` is the age."""
     hits, age = len(track.recent), track.age + 1
+    by = f"{counted(hits, 'detection')} in its last {counted(min(age, window), 'frame')}"
     values = {"hits": hits, "frames": age, "since": track.born}
-    frames = min(age, window)
-    by = f"{hits} detection{'' if hits == 1 else 's'} in its last {frames} frame{'' if frames == 1 else 's'}"
-    text = f"Track {track.track_id} is confirmed by {by}."
-    return Event("confirmed", track.track_id, text, values)
+    return Event("confirmed", track.track_id, f"Track {track.track_id} is confirmed by {by}.", values)
 
 
 def _strength(track: Track) -> tuple[bool, int, int, int]:
-    """Order in which tracks give way: tentative first, then longest unseen, fewest hits, youngest."""
+    """Sort key of tracks, weakest first: tentative, then longest missed, fewest hits, youngest."""
     return (track.state == "confirmed", -track.missed, track.hits, -track.track_id)
