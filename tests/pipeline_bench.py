@@ -58,7 +58,7 @@ class Classifier:
 class Learner:
     """An online detector that notes what it is reported and answers with a window to the left."""
 
-    calls: list[tuple[str, int, int]] = field(default_factory=list)
+    calls: list[tuple[str | int, ...]] = field(default_factory=list)
     probability: float = 0.9
     moved: float = 6.0
     grown: float = 0.0
@@ -67,8 +67,8 @@ class Learner:
         self.calls.append(("learn", label, frame))
         return (Sample("learned", label, "prediction", frame),)
 
-    def relocalise(self, pixels: PixelSource, box: FloatArray, frame: int) -> Relocalisation | None:
-        self.calls.append(("relocalise", 0, frame))
+    def relocalise(self, pixels: PixelSource, box: FloatArray) -> Relocalisation | None:
+        self.calls.append(("relocalise",))
         moved = box - self.moved * np.array([1.0, 0.0, 1.0, 0.0])
         moved += 0.5 * self.grown * np.array([-1.0, -1.0, 1.0, 1.0])
         return Relocalisation(box, moved, 2.0, self.probability, box, 0.0, 9)

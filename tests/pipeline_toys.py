@@ -114,7 +114,7 @@ class TemplateLearner:
             self.template = pixels.crop(*crop_bounds(box, 0.0))
         return (Sample("learned", label, "prediction", frame),)
 
-    def relocalise(self, pixels: PixelSource, box: FloatArray, frame: int) -> Relocalisation | None:
+    def relocalise(self, pixels: PixelSource, box: FloatArray) -> Relocalisation | None:
         """The best match around a box."""
         if self.template is None:
             return None

@@ -147,7 +147,7 @@ def online(by: int) -> Iterator[Any]:
     before, now = (FramePixels(moved(picture, by)) for picture in pictures())
     machine, _ = make(before, BOX - 3.0, 61)
     machine.learn(now, moved(BOX, by), 1, 62)
-    yield machine.relocalise(now, moved(BOX + 6.0, by), 62)
+    yield machine.relocalise(now, moved(BOX + 6.0, by))
     rng = np.random.default_rng(3)
     samples, labels = rng.normal(size=(60, 7)), np.where(rng.random(60) < 0.5, 1, -1)
     for svm in (IncrementalSVC(0.5), IncrementalSVC(5.0, "rbf", 0.3)):

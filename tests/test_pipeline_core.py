@@ -78,7 +78,7 @@ def test_rejected_without_detection_learns_a_negative_and_relocalises() -> None:
     Gate.confident = False
     frame = bench.step(NONE)
     (track,) = frame.tracks
-    assert bench.learner.calls == [("learn", -1, 5), ("relocalise", 0, 5)]
+    assert bench.learner.calls == [("learn", -1, 5), ("relocalise",)]
     assert track.source == "relocalised"
     assert track.relocalisation is not None
     assert np.array_equal(track.box, track.relocalisation.box)
@@ -105,7 +105,7 @@ def test_rejected_with_detection_follows_the_parameter() -> None:
     (by_detection,) = frame.tracks
     assert by_detection.source == "detected"
     assert by_detection.relocalisation is None
-    assert ("relocalise", 0, 5) not in default.learner.calls
+    assert ("relocalise",) not in default.learner.calls
     assert ("learn", -1, 5) in default.learner.calls
     assert [event.kind for event in frame.events] == ["rejected"]
 

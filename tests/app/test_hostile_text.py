@@ -75,8 +75,8 @@ def test_bodies(door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: 
 @pytest.mark.parametrize(
     ("name", "value", "field", "words"),
     [
-        ("tau", "true", "parameters.tau", "gate.tau: is no switch"),
-        ("search_scales", "[true]", "parameters.search_scales", "online.search_scales: is no switch"),
+        ("tau", "true", "parameters.tau", "gate.tau: must not be true or false"),
+        ("search_scales", "[true]", "parameters.search_scales", "online.search_scales: must not be true or false"),
         ("tau", "NaN", "parameters.tau", "gate.tau: Input should be a finite number. Got nan"),
         ("tau", "1e400", "parameters.tau", "gate.tau: Input should be a finite number. Got inf"),
         ("search_scales", "[NaN]", "parameters.search_scales", "finite number"),

@@ -40,7 +40,7 @@ def test_true_and_false_are_no_numbers(section: str, leaf: str) -> None:
         assert getattr(getattr(changed, section), leaf) is True
         return
     for value in (True, False, [True], (0.5, True)):
-        with pytest.raises(UsageError, match=rf"{section}.{leaf}: is no switch"):
+        with pytest.raises(UsageError, match=rf"{section}.{leaf}: must not be true or false"):
             Params().with_settings([(leaf, value)])
 
 

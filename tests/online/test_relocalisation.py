@@ -100,7 +100,7 @@ def test_windows_cover_the_radius_and_no_more(side: float) -> None:
 def test_finds_the_sign_beside_the_prediction(dx: float, dy: float, scales: tuple[float, ...]) -> None:
     detector, _ = make_detector(OnlineParams(search_scales=scales))
     picture, truth = scene(126.4, 97.2, 31, seed=21)
-    found = detector.relocalise(FramePixels(picture), truth + np.array([dx, dy, dx, dy]), 1)
+    found = detector.relocalise(FramePixels(picture), truth + np.array([dx, dy, dx, dy]))
     assert found is not None
     assert non_overlap(found.box, truth)[0, 0] < 0.15
     assert found.probability == pytest.approx(1 / (1 + np.exp(-found.decision)))
@@ -114,7 +114,7 @@ def test_a_size_is_found_only_where_several_are_searched() -> None:
     sides = {}
     for scales in ((1.0,), (1.0, 1.15)):
         detector, _ = make_detector(OnlineParams(search_scales=scales))
-        found = detector.relocalise(FramePixels(picture), wrong, 1)
+        found = detector.relocalise(FramePixels(picture), wrong)
         assert found is not None
         sides[scales] = found.box[2:] - found.box[:2]
     np.testing.assert_allclose(sides[1.0,], wrong[2:] - wrong[:2])
@@ -185,7 +185,7 @@ def test_boxes_without_area_are_not_searched() -> None:
     detector, _ = make_detector(OnlineParams())
     picture, _ = scene(120, 100, 30)
     bad = np.array([10.0, 10.0, 10.0, 12.0])
-    assert detector.relocalise(FramePixels(picture), bad, 1) is None
+    assert detector.relocalise(FramePixels(picture), bad) is None
     assert detector.learn(FramePixels(picture), np.full(4, np.nan), 1, 1) == ()
     with pytest.raises(ValueError, match="at least 1x1 px"):
         describe(FramePixels(picture), bad)

@@ -20,6 +20,7 @@ from tsr_engine.follow.records import Direction, FollowerModels, Source
 from tsr_engine.follow.search import Match, search
 from tsr_engine.follow.template import Template, size_of
 from tsr_engine.geometry.boxes import area, clip, iou_each, to_cxcywh
+from tsr_engine.online.features import describe
 from tsr_engine.online.online_detector import OnlineDetector, usable
 from tsr_engine.records import FloatArray, Picture
 
@@ -182,7 +183,7 @@ class OneWay:
     def _decision(self, picture: Picture, box: FloatArray) -> float | None:
         if self._online is None or not usable(box) or not self._in_view(box):
             return None
-        described = self._online.describe(PicturePixels(picture), box)
+        described = describe(PicturePixels(picture), box)
         return float(self._online.svm.decision_function(described[None])[0])
 
     def _learn(self, picture: Picture, box: FloatArray) -> None:

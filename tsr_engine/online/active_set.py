@@ -1,9 +1,9 @@
 """An active-set method for the dual: exact sets and coefficients from a nearly optimal start.
 
-As on the path of :mod:`tsr_engine.online.path`, one coefficient moves and the margin vectors follow. The others may be
-in violation meanwhile; the objective falls with each move, so any start will do. Free
-coefficients that depend on the margin vectors slide along directions in which the dual is flat to a bound, which
-leaves an independent margin set.
+As on the path of :mod:`tsr_engine.online.path`, one coefficient moves and the margin vectors follow. Other samples may
+violate the optimality conditions meanwhile. Each move lowers the objective, so any feasible start works. Free
+coefficients that depend on the margin vectors move to a bound along directions in which the dual is flat. This leaves
+an independent margin set.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tsr_engine.online.settle import AT_BOUND, central_offset, gradient
 from tsr_engine.records import FloatArray
 
 SINGULAR = 1e-13
-"""A Schur complement below this share of the largest kernel diagonal is rounding: the direction is flat."""
+"""A Schur complement below this share of the largest kernel diagonal counts as 0: the direction is flat."""
 
 
 @njit(cache=True, nogil=True)
@@ -35,7 +35,7 @@ def solve_sets(
     R: FloatArray,
     beta: FloatArray,
 ) -> tuple[float, int]:
-    """Solve the dual to rounding from feasible coefficients.
+    """Solve the dual from feasible coefficients, up to rounding.
 
     Args:
         Q: shape (>= n, >= n), signed kernel matrix.
@@ -43,7 +43,7 @@ def solve_sets(
         n: number of samples.
         C: upper bound of alpha.
         scale: largest diagonal element of Q.
-        alpha: coefficients, changed in place; on return the best that were met.
+        alpha: coefficients, changed in place; on return the best ones found.
         g: receives the gradient.
         status: receives the set of each sample.
         S: receives the margin vectors.
@@ -95,7 +95,7 @@ def _group(
     R: FloatArray,
     beta: FloatArray,
 ) -> tuple[float, int]:
-    """Sets, inverse, offset and gradient from the coefficients alone: the offset and the size of S."""
+    """Set up sets, inverse and gradient from the coefficients; returns the offset and the size of S."""
     free = 0
     for i in range(n):
         if alpha[i] <= AT_BOUND * C:
@@ -117,7 +117,7 @@ def _group(
 
 @njit(cache=True, nogil=True)
 def _centre(y: FloatArray, n: int, g: FloatArray, b: float) -> float:
-    """Move the offset to the middle of its optimal interval; ``g`` follows."""
+    """The offset in the middle of its optimal interval; updates ``g``."""
     change = central_offset(y, n, g)
     for i in range(n):
         g[i] += y[i] * change
@@ -135,7 +135,7 @@ def _worst(
     S: NDArray[np.int64],
     size: int,
 ) -> tuple[float, int]:
-    """Largest violation, and which sample should move: a free one outside S, else the worst; -1: none."""
+    """The largest violation, and the sample to move: a free one outside S, else the worst one; -1: none."""
     inside = np.zeros(n, dtype=np.bool_)
     worst, balance = 0.0, 0.0
     for j in range(size):
@@ -170,10 +170,10 @@ def _first_pair(
     R: FloatArray,
     beta: FloatArray,
 ) -> tuple[float, int]:
-    """With S empty no coefficient can move alone: the most violating pair; one becomes S, the other moves.
+    """Choose the most violating pair for an empty S, since no coefficient can move alone; the first becomes S.
 
     Returns:
-        The offset at which g of the first is 0, and the second; -1 without a violating pair.
+        The offset at which g of the first is 0, and the second sample, which is to move; -1 without a violating pair.
     """
     i, j, highest, lowest = -1, -1, -np.inf, np.inf
     for t in range(n):
@@ -208,7 +208,7 @@ def _move(
     beta: FloatArray,
     c: int,
 ) -> tuple[float, int]:
-    """Move one coefficient downhill until its g is 0, it is at a bound, or S is empty; only ``g[c]`` is kept.
+    """Move one coefficient downhill until its g is 0, it is at a bound, or S is empty; updates only ``g[c]``.
 
     Returns:
         Offset and size of S.
@@ -275,10 +275,10 @@ def _solve_margin(
     R: FloatArray,
     beta: FloatArray,
 ) -> tuple[float, int]:
-    """Newton steps on the margin equations, each cut at the first bound; members at a bound leave S.
+    """Newton steps on the margin equations, each shortened at the first bound; members at a bound leave S.
 
     Returns:
-        Offset and size of S; ``g`` is exact for them.
+        Offset and size of S; ``g`` is exact for these values.
     """
     residual = np.empty(size + 1)
     change = np.empty(size + 1)

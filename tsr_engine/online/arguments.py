@@ -15,16 +15,15 @@ from tsr_engine.records import FloatArray
 __all__ = ["REACH", "as_indices", "as_labels", "as_samples", "check_parameters", "check_reach"]
 
 REACH: Final = 1e12
-"""Largest ``C``, and largest ``C K(x, x)``. Beyond, coefficients are so small a share of C that doubles hold them for
-0."""
+"""Largest ``C``, and largest ``C K(x, x)``. Above it, coefficients are so small relative to C that they round to 0."""
 
 
 def check_parameters(C: object, kernel: object, gamma: object) -> None:
-    """Refuse what no machine can be made with.
+    """Check the parameters of a machine.
 
     Raises:
-        ValueError: C or gamma is not a finite number > 0 (gamma may be None), C is above :data:`REACH`, or there is
-            no such kernel.
+        ValueError: C or gamma is not a finite number > 0 (gamma may be None), C is above :data:`REACH`, or the kernel
+            is unknown.
     """
     if not _positive(C, REACH):
         raise ValueError(_message("C", f"a number greater than 0 and at most {REACH:g}", C))
@@ -39,10 +38,10 @@ def as_samples(X: ArrayLike, features: int) -> FloatArray:
 
     Args:
         X: shape (m, d), finite.
-        features: the d that is expected; 0: any.
+        features: expected d; 0: any.
 
     Raises:
-        ValueError: not that.
+        ValueError: the samples are not numbers, not finite, or of another shape.
     """
     try:
         samples = np.asarray(X, dtype=np.float64)
@@ -60,10 +59,10 @@ def as_samples(X: ArrayLike, features: int) -> FloatArray:
 
 
 def check_reach(samples: FloatArray, C: float) -> None:
-    """Refuse samples (m, d) that are too long for a linear kernel.
+    """Check that samples (m, d) are short enough for a linear kernel.
 
     Raises:
-        ValueError: ``C |x|^2`` above :data:`REACH`.
+        ValueError: ``C |x|^2`` is above :data:`REACH`.
     """
     reach = C * float((samples * samples).sum(axis=1).max(initial=0.0))
     if reach > REACH:
@@ -77,7 +76,7 @@ def as_labels(y: ArrayLike, expected: int) -> FloatArray:
     """Labels as floats, shape (expected,).
 
     Raises:
-        ValueError: another shape, or a label that is neither -1 nor +1.
+        ValueError: the shape is another one, or a label is neither -1 nor +1.
     """
     labels = np.asarray(y)
     if labels.shape != (expected,):
@@ -89,11 +88,11 @@ def as_labels(y: ArrayLike, expected: int) -> FloatArray:
 
 
 def as_indices(indices: int | Iterable[int] | NDArray[np.generic], n: int) -> list[int]:
-    """Positions among n samples.
+    """Indices of samples as a list of numbers in 0..n-1.
 
     Raises:
-        IndexError: one that is out of range.
-        ValueError: one twice, or not a whole number.
+        IndexError: an index is out of range.
+        ValueError: an index occurs twice or is not a whole number.
     """
     chosen = list(np.atleast_1d(np.asarray(indices if isinstance(indices, (int, np.ndarray)) else list(indices))))
     for value in chosen:

@@ -2,8 +2,8 @@
 
 A region is resampled once so that the window has ``SIDE`` px; its channels are averaged over cells of ``CELL`` px
 at every position, and a descriptor is 6x6 cells of the nine channels L, U, V and six orientations (d = 324),
-scaled to unit length. The decision values of a linear SVM over all windows then are a correlation of the cell maps
-with the weights, divided by the windows' norms.
+scaled to unit length. So the decision values of a linear SVM over all windows are a correlation of the cell maps with
+the weights, divided by the windows' norms.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ SIDE = CELL * CELLS
 FEATURES = CELLS * CELLS * 9
 """Length of a descriptor."""
 MARGIN = 0.05
-"""Border of the window around the box, as a share of the box's side: a sign's rim is seen against what is behind."""
+"""Border of the window around the box, as a share of the box's side: the contrast of a sign's rim needs background."""
 PAD = 5
-"""Border of the resampled region beyond the outermost window, px: what the channels' normalisation sees."""
+"""Border of the resampled region around the outermost window, px, for the channels' normalisation."""
 
 _PLANES = (0, 1, 2, 4, 5, 6, 7, 8, 9)
 _CENTRE = np.array([0.4, 0.33, 0.5] + [0.0] * 6, dtype=np.float32)
@@ -44,7 +44,7 @@ class Layout:
     Attributes:
         centre: shape (2,), centre of the prediction, frame px.
         pitch: shape (2,), frame px per window px (x, y).
-        reach: windows on each side of the middle one (x, y).
+        reach: number of windows on each side of the middle one (x, y).
     """
 
     centre: FloatArray
@@ -63,7 +63,7 @@ class Layout:
         return np.concatenate([self.centre - half, self.centre + half])
 
     def box(self, column: float, row: float) -> FloatArray:
-        """The box of the window at a place of the response map, shape (4,); the middle is ``reach``."""
+        """The box, shape (4,), of the window at a place of the response map; the middle one is at ``reach``."""
         offset = (np.array([column, row]) - np.array(self.reach)) * self.pitch
         size = self.pitch * SIDE / (1.0 + 2.0 * MARGIN)
         return to_xyxy(np.concatenate([self.centre + offset, size]))
@@ -81,14 +81,14 @@ def layout(box: FloatArray, radius: float, scale: float = 1.0) -> Layout:
 
 
 def pixel_extent(extent: FloatArray) -> tuple[int, int, int, int]:
-    """The whole pixels that sampling inside an extent may touch."""
+    """Bounds ``x1, y1, x2, y2`` of all pixels that sampling inside an extent (4,) may read."""
     x1, y1 = np.floor(extent[:2]).astype(int) - 1
     x2, y2 = np.ceil(extent[2:]).astype(int) + 1
     return int(x1), int(y1), int(x2), int(y2)
 
 
 def cell_maps(picture: Picture, origin: tuple[int, int], place: Layout) -> NDArray[np.float32]:
-    """Cell averages at every position of the resampled region.
+    """Cell means at every position of the resampled region.
 
     Args:
         picture: pixels that cover ``place.extent``.
@@ -96,7 +96,7 @@ def cell_maps(picture: Picture, origin: tuple[int, int], place: Layout) -> NDArr
         place: the windows.
 
     Returns:
-        Shape (9, H, W): element ``[c, y, x]`` is the mean of channel c over the cell with top-left (x, y).
+        Shape (9, H, W), float32: ``[c, y, x]`` is the mean of channel c over the cell whose top-left px is (x, y).
     """
     qx, qy = place.pitch
     smooth = picture
@@ -131,9 +131,9 @@ def respond(
     Args:
         maps: shape (9, H, W) from :func:`cell_maps`.
         weights: shape (9, 6, 6).
-        offset: the SVM's b.
+        offset: the SVM's offset b.
         pad: position of the first window.
-        out: shape (windows down, windows across), receives the values.
+        out: shape (windows down, windows across); receives the values.
     """
     rows, columns = out.shape
     planes, cells, _ = weights.shape
@@ -156,7 +156,7 @@ def respond(
                 for x in range(columns):
                     norms[x] += squares[x]
                 for c in range(0, planes, 3):
-                    # Three planes a pass, so that the running total is loaded and stored less often.
+                    # Each pass adds three planes, so that the total is loaded and stored less often.
                     w0, w1, w2 = weights[c, i, j], weights[c + 1, i, j], weights[c + 2, i, j]
                     m0 = maps[c, v, u : u + columns]
                     m1 = maps[c + 1, v, u : u + columns]
@@ -168,17 +168,17 @@ def respond(
 
 
 def gather(maps: NDArray[np.float32], row: int, column: int) -> FloatArray:
-    """The unit-length descriptor of one window of the maps, shape (324,), float64."""
+    """The descriptor of one window of the maps, shape (324,), float64, unit length."""
     y, x = PAD + row, PAD + column
     cells = maps[:, y : y + SIDE : CELL, x : x + SIDE : CELL].astype(np.float64).ravel()
     return np.asarray(cells / np.sqrt((cells**2).sum() + 1e-12))
 
 
 def describe(pixels: PixelSource, box: FloatArray) -> FloatArray:
-    """The descriptor of one box of a frame, shape (324,), float64, unit length.
+    """The descriptor of one box (4,) of a frame, shape (324,), float64, unit length.
 
     Raises:
-        ValueError: an empty or non-finite box.
+        ValueError: the box is not finite or smaller than 1x1 px.
     """
     check_box(box)
     place = layout(box, 0.0)
@@ -194,13 +194,13 @@ def describe_around(
     Args:
         pixels: the frame.
         box: shape (4,).
-        offsets: displacement of each window, (x, y) in window px.
+        offsets: displacements (x, y) of m windows, in window px.
 
     Returns:
-        Descriptors, shape (1 + m, 324), the box's own first; the boxes of the m windows.
+        Descriptors, shape (1 + m, 324), that of the box first; and the boxes of the m windows.
 
     Raises:
-        ValueError: an empty or non-finite box.
+        ValueError: the box is not finite or smaller than 1x1 px.
     """
     check_box(box)
     middle = layout(box, 0.0)
@@ -213,6 +213,10 @@ def describe_around(
 
 
 def check_box(box: FloatArray) -> None:
-    """Raise ValueError unless the box is finite and has an area."""
+    """Check that a box is finite and at least 1x1 px.
+
+    Raises:
+        ValueError: it is not.
+    """
     if np.shape(box) != (4,) or not np.isfinite(box).all() or box[2] - box[0] < 1.0 or box[3] - box[1] < 1.0:
         raise ValueError(f"A box must be finite x1, y1, x2, y2 of at least 1x1 px. Got {box} instead.")

@@ -33,26 +33,25 @@ _ACCEPTED = 2e-11
 class IncrementalSVC:
     """Exact incremental and decremental two-class C-SVC.
 
-    After any sequence of :meth:`partial_fit` and :meth:`unlearn` the model is the batch solution on the samples
-    that are left, to rounding. Samples keep the order in which they came; :meth:`unlearn` closes the gaps.
+    After any sequence of :meth:`partial_fit` and :meth:`unlearn` the model is the batch solution on the remaining
+    samples, up to rounding. Samples keep their order; :meth:`unlearn` closes the gaps.
 
-    The offset of a batch solution is not unique where no coefficient lies strictly between 0 and ``C``. The
-    convention here is that of libsvm, so that decision values compare: the middle of the interval of optimal
-    offsets. With samples of one class only the interval has one end, and the offset is that end (``+1`` or
-    ``-1``); without samples it is 0.
+    The offset of a batch solution is not unique if no coefficient lies strictly between 0 and ``C``. As in libsvm, the
+    offset is then the middle of the interval of optimal offsets. If all samples have one class, the interval has only
+    one end, and the offset is that end (``+1`` or ``-1``). Without samples it is 0.
 
-    The same sequence of calls gives the same bits, whatever the number of threads. Rounding grows with the kernel:
-    :meth:`kkt_residual` is of the order of ``1e-16 C max K(x, x)``, so features of about unit size are best. Where
-    the kernel hardly tells samples apart (all its values equal to ten digits, or coefficients within a share of 1e-12
-    of a bound), it can be 1e-12 to 1e-10 times ``C max K(x, x)``.
+    The same sequence of calls gives the same bits for any number of threads. Rounding grows with the kernel:
+    :meth:`kkt_residual` is of the order of ``1e-16 C max K(x, x)``, so features of about unit size are best. It can be
+    1e-12 to 1e-10 times ``C max K(x, x)`` if the kernel hardly distinguishes samples (all its values equal to ten
+    digits, or coefficients within a share of 1e-12 of a bound).
 
     Args:
         C: upper bound of the coefficients, in (0, 1e12].
         kernel: ``"linear"`` (``<x, z>``) or ``"rbf"`` (``exp(-gamma |x - z|^2)``).
-        gamma: width of the RBF kernel, > 0; ``None`` for ``1 / n_features``. Without effect on a linear kernel.
+        gamma: coefficient of the RBF kernel, > 0; ``None`` for ``1 / n_features``. Unused by a linear kernel.
 
     Attributes:
-        X_: shape (n, d), the samples in force.
+        X_: shape (n, d), the current samples.
         y_: shape (n,), their labels, -1 or +1.
         alpha_: shape (n,), dual coefficients in [0, C].
         intercept_: offset b.
@@ -84,7 +83,7 @@ class IncrementalSVC:
     # -- learning ------------------------------------------------------------------------------------------
 
     def partial_fit(self, X: ArrayLike, y: ArrayLike) -> IncrementalSVC:
-        """Learn samples, one after the other.
+        """Learn samples one by one.
 
         Args:
             X: shape (m, d), finite; m may be 0. With a linear kernel ``C |x|^2`` is at most 1e12.
@@ -94,7 +93,7 @@ class IncrementalSVC:
             The model itself.
 
         Raises:
-            ValueError: wrong shapes, labels or values; the model is unchanged.
+            ValueError: a shape, label or value is wrong; the model is unchanged.
         """
         samples = as_samples(X, self._store.features)
         labels = as_labels(y, len(samples))
@@ -110,17 +109,17 @@ class IncrementalSVC:
         return self
 
     def unlearn(self, indices: int | Iterable[int] | NDArray[np.generic]) -> IncrementalSVC:
-        """Forget samples.
+        """Unlearn samples; later samples move up in ``X_``.
 
         Args:
-            indices: positions in ``X_`` *before* the call, in 0..n-1, without repetition.
+            indices: indices of ``X_`` *before* the call, in 0..n-1, without repetition.
 
         Returns:
-            The model itself. Later samples move up.
+            The model itself.
 
         Raises:
-            IndexError: an index out of range; the model is unchanged.
-            ValueError: an index twice, or not a whole number; the model is unchanged.
+            IndexError: an index is out of range; the model is unchanged.
+            ValueError: an index occurs twice or is not a whole number; the model is unchanged.
         """
         chosen = as_indices(indices, len(self._store))
         for position in sorted(chosen, reverse=True):
@@ -134,7 +133,7 @@ class IncrementalSVC:
         """``sum_j y_j alpha_j K(x_j, x) + b`` for each row of X, shape (m,).
 
         Raises:
-            ValueError: wrong shape or values.
+            ValueError: the shape or a value is wrong.
         """
         samples = as_samples(X, self._store.features)
         if not len(self._store) or not len(samples):
@@ -151,14 +150,14 @@ class IncrementalSVC:
         return result + self._b
 
     def predict(self, X: ArrayLike) -> NDArray[np.int64]:
-        """Labels -1 or +1 (+1 at decision 0), shape (m,)."""
+        """Labels -1 or +1, shape (m,); +1 for a decision value of 0."""
         return np.where(self.decision_function(X) >= 0.0, 1, -1).astype(np.int64)
 
     def kkt_residual(self) -> float:
-        """Largest violation of the optimality conditions, computed anew from samples and coefficients.
+        """Largest violation of the optimality conditions, computed from samples and coefficients.
 
-        For alpha = 0 it is ``max(0, -g)``, for alpha = C ``max(0, g)``, otherwise ``|g|``; also counted are
-        ``|sum y alpha|`` and coefficients outside [0, C].
+        The violation is ``max(0, -g)`` for alpha = 0, ``max(0, g)`` for alpha = C, and ``|g|`` otherwise.
+        ``|sum y alpha|`` and coefficients outside [0, C] count as well.
         """
         store = self._store
         n = store.n
@@ -183,7 +182,7 @@ class IncrementalSVC:
 
     @property
     def X_(self) -> FloatArray:  # noqa: N802
-        """Samples in force, shape (n, d)."""
+        """The current samples, shape (n, d)."""
         return self._store.X[self._store.order]
 
     @property

@@ -23,11 +23,11 @@ def kernel_row(X: FloatArray, n: int, x: FloatArray, kind: int, gamma: float, ou
 
     Args:
         X: shape (>= n, d).
-        n: rows that count.
+        n: number of rows to use.
         x: shape (d,).
         kind: ``LINEAR`` (``<x, z>``) or ``RBF`` (``exp(-gamma |x - z|^2)``).
-        gamma: width of the RBF kernel, ignored for the linear one.
-        out: shape (>= n,), receives the values.
+        gamma: coefficient of the RBF kernel; unused by the linear one.
+        out: shape (>= n,); receives the values.
     """
     d = x.shape[0]
     if kind == LINEAR:
@@ -46,13 +46,13 @@ def kernel_row(X: FloatArray, n: int, x: FloatArray, kind: int, gamma: float, ou
 
 
 def signed_kernel(X: FloatArray, y: FloatArray, kind: int, gamma: float) -> FloatArray:
-    """``y_i y_j K(x_i, x_j)`` of all samples, apart from what :func:`kernel_row` has summed.
+    """``y_i y_j K(x_i, x_j)`` of all samples, computed without :func:`kernel_row`, for checks of its sums.
 
     Args:
         X: shape (n, d).
         y: shape (n,), -1 or 1.
         kind: ``LINEAR`` or ``RBF``.
-        gamma: width of the RBF kernel, ignored for the linear one.
+        gamma: coefficient of the RBF kernel; unused by the linear one.
 
     Returns:
         Shape (n, n).
@@ -60,7 +60,7 @@ def signed_kernel(X: FloatArray, y: FloatArray, kind: int, gamma: float) -> Floa
     if kind == LINEAR:
         return np.asarray(product(X, X.T) * np.outer(y, y))
     squares = np.empty((len(X), len(X)))
-    with np.errstate(over="ignore"):  # what lies too far apart for doubles has the kernel value 0
+    with np.errstate(over="ignore"):  # an overflowing distance gives the kernel value 0
         for i in range(len(X)):
             squares[i] = ((X - X[i]) ** 2).sum(axis=1)
         return np.ascontiguousarray(np.exp(-gamma * squares) * np.outer(y, y))

@@ -1,4 +1,4 @@
-"""The inverse of the bordered margin kernel matrix, kept by rank-one updates.
+"""Maintains the inverse of the bordered margin kernel matrix by rank-one updates.
 
 For margin vectors S the matrix is ``A = [[0, y_S'], [y_S, Q_SS]]`` and its inverse ``R`` gives the sensitivities
 ``[d b, d alpha_S] = -R [y_c, Q_Sc] d alpha_c`` (Cauwenberghs & Poggio 2000, eq. 8-14). Row and column 0 belong
@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from tsr_engine.records import FloatArray
 
 DEPENDENT = 1e-10
-"""A sample whose Schur complement is below this share of the largest kernel diagonal does not enter S."""
+"""A sample does not enter S if its Schur complement is below this share of the largest kernel diagonal."""
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
 def sensitivity(
     R: FloatArray, S: NDArray[np.int64], size: int, Q: FloatArray, y: FloatArray, c: int, beta: FloatArray
 ) -> float:
-    """``beta = -R [y_c, Q_Sc]`` and the Schur complement ``Q_cc + [y_c, Q_Sc]' beta`` of sample ``c``."""
+    """Compute ``beta = -R [y_c, Q_Sc]``; returns the Schur complement ``Q_cc + [y_c, Q_Sc]' beta`` of sample ``c``."""
     bordered = np.empty(size + 1)
     bordered[0] = y[c]
     for j in range(size):
@@ -42,7 +42,7 @@ def sensitivity(
 def expand(
     R: FloatArray, S: NDArray[np.int64], size: int, Q: FloatArray, y: FloatArray, c: int, beta: FloatArray, schur: float
 ) -> None:
-    """Enter ``c`` as the last margin vector; ``beta`` and ``schur`` as from :func:`sensitivity`."""
+    """Append ``c`` to the margin vectors; ``beta`` and ``schur`` are those of :func:`sensitivity`."""
     if size == 0:
         R[0, 0] = -Q[c, c]
         R[0, 1] = y[c]
@@ -64,12 +64,12 @@ def expand(
 
 @njit(cache=True, nogil=True)
 def contract(R: FloatArray, S: NDArray[np.int64], size: int, position: int) -> None:
-    """Take out the margin vector at ``position``; the last one takes its place."""
+    """Remove the margin vector at ``position``; the last one takes its place."""
     last = size
     k = position + 1
     if size > 1 and not 0.0 < R[k, k] < np.inf:
-        # The diagonal is the inverse of a Schur complement: here rounding has destroyed R. Zeros make the next check
-        # of the margin equations fail, which builds it anew.
+        # The diagonal is the inverse of a Schur complement, so rounding has destroyed R here. Zeros make the next check
+        # of the margin equations fail, which rebuilds R.
         R[:size, :size] = 0.0
     elif size > 1:
         pivot = 1.0 / R[k, k]
@@ -77,7 +77,7 @@ def contract(R: FloatArray, S: NDArray[np.int64], size: int, position: int) -> N
             if i == k:
                 continue
             factor = R[i, k] * pivot
-            # Column k is overwritten below or dropped: it may be touched, which keeps the loop free of branches.
+            # Column k is overwritten below or dropped, so the loop may write to it and needs no branch.
             for j in range(last + 1):
                 R[i, j] -= factor * R[k, j]
         if k != last:
@@ -113,7 +113,7 @@ def rebuild(
         smallest: a member depends on the others if its Schur complement is below this share of ``scale``.
 
     Returns:
-        How many members are independent: they are ``S[:result]``, the others depend on them.
+        The number of independent members: they are ``S[:result]``; the others depend on them.
     """
     if size == 0:
         return 0

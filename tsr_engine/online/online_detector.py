@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tsr_engine.online.features import FEATURES, SIDE, describe, describe_around
+from tsr_engine.online.features import FEATURES, SIDE, describe_around
 from tsr_engine.online.incremental_svm import IncrementalSVC
 from tsr_engine.online.relocalisation import relocalise
 from tsr_engine.params.online import OnlineParams
@@ -35,27 +35,29 @@ class OnlineDetector:
     """The online detector of one track (Algorithms 1 and 2).
 
     Attributes:
-        params: parameters.
-        svm: the incremental SVM; its samples are, in order, those of ``samples``.
-        samples: what the model consists of at present.
+        params: parameters of the online detector.
+        svm: the incremental SVM; its samples have the order of ``samples``.
+        samples: the current samples.
     """
 
     params: OnlineParams
     svm: IncrementalSVC
     samples: list[Sample]
 
-    def describe(self, pixels: PixelSource, box: FloatArray) -> FloatArray:
-        """The descriptor of a box, shape (324,)."""
-        return describe(pixels, box)
-
     def learn(self, pixels: PixelSource, box: FloatArray, label: int, frame: int) -> tuple[Sample, ...]:
-        """Learn the crop of a prediction (Algorithm 1) and unlearn what is older than ``sample_age`` frames.
+        """Learn the crop of a prediction (Algorithm 1), and unlearn samples older than ``sample_age`` frames.
 
-        With ``background_negatives``, windows around a positive crop are learned as negative ones; without
-        ``learn_rejected`` a negative crop itself is not learned.
+        With ``background_negatives``, windows around a positive crop are learned as negative samples. Without
+        ``learn_rejected``, a negative crop itself is not learned.
+
+        Args:
+            pixels: the frame.
+            box: the prediction, shape (4,), px.
+            label: +1 for a confident prediction, else -1.
+            frame: ordinal of the frame.
 
         Returns:
-            What was learned and unlearned, in this order.
+            The learned samples, then the unlearned ones.
         """
         done: list[Sample] = []
         if usable(box) and (label > 0 or self.params.learn_rejected):
@@ -63,15 +65,11 @@ class OnlineDetector:
         return (*done, *self._forget(frame))
 
     def begin(self, pixels: PixelSource, box: FloatArray, frame: int) -> tuple[Sample, ...]:
-        """Learn the box that the track was born with."""
+        """Learn the box of the track's first frame; returns the learned samples."""
         return tuple(self._learn_around(pixels, box, 1, frame, "result")) if usable(box) else ()
 
-    def relocalise(self, pixels: PixelSource, box: FloatArray, frame: int) -> Relocalisation | None:
-        """The best window around a prediction (Algorithm 2); None where the box cannot be searched.
-
-        ``frame`` is accepted for symmetry with :meth:`learn`; the search depends on the samples alone.
-        """
-        del frame
+    def relocalise(self, pixels: PixelSource, box: FloatArray) -> Relocalisation | None:
+        """The best window around a prediction (Algorithm 2); None if the box is too small or not finite."""
         return relocalise(pixels, box, self.svm, self.params) if usable(box) else None
 
     def _learn_around(
@@ -100,7 +98,7 @@ class OnlineDetector:
 
 
 class OnlineDetectorMaker:
-    """Makes the online detectors of a run from the offline samples; they are solved once.
+    """Makes the online detectors of a run; all start from one solution on the offline samples.
 
     Args:
         X: offline descriptors, shape (m, 324).
@@ -108,7 +106,7 @@ class OnlineDetectorMaker:
         params: parameters of the run.
 
     Raises:
-        ValueError: arrays of another shape, or labels other than -1 and +1.
+        ValueError: an array has another shape, or a label is neither -1 nor +1.
     """
 
     def __init__(self, X: ArrayLike, y: ArrayLike, params: OnlineParams) -> None:
@@ -120,13 +118,13 @@ class OnlineDetectorMaker:
         self._samples = [Sample("learned", int(label), "offline", -1) for label in self._svm.y_]
 
     def __call__(self, pixels: PixelSource, box: FloatArray, frame: int) -> tuple[OnlineDetector, tuple[Sample, ...]]:
-        """The detector of a track born in ``box``, and the samples that it starts from."""
+        """The detector of a track whose first box is ``box``, and its first samples."""
         detector = OnlineDetector(self._params, self._svm.copy(), list(self._samples))
         return detector, (*self._samples, *detector.begin(pixels, box, frame))
 
 
 def ring_offsets(count: int) -> list[tuple[int, int]]:
-    """Displacements of ``count`` windows on two rings around the middle one, in window px, in turn near and far."""
+    """Displacements of ``count`` windows on two rings around the middle one, in window px, alternately far and near."""
     offsets = []
     for k in range(count):
         angle = 2.0 * math.pi * (k + 0.5 * (k % 2)) / count

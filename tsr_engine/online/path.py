@@ -1,7 +1,7 @@
-"""One sample enters or leaves the dual solution along the path that keeps all others optimal.
+"""Adds one sample to the dual solution, or removes it, along the path on which all others stay optimal.
 
-Notation of Cauwenberghs & Poggio (2000): ``Q_ij = y_i y_j K_ij``, ``g_i = sum_j Q_ij alpha_j + y_i b - 1``. The
-optimum of the C-SVC dual is where every sample belongs to the
+Notation of Cauwenberghs & Poggio (2000): ``Q_ij = y_i y_j K_ij``, ``g_i = sum_j Q_ij alpha_j + y_i b - 1``. At the
+optimum of the C-SVC dual, every sample belongs to the
 
 * **reserve** set R: ``alpha = 0``, ``g >= 0``;
 * **margin** set S: ``0 <= alpha <= C``, ``g = 0``;
@@ -56,7 +56,7 @@ def _slopes(
         for j in range(size):
             slope[S[j]] = 0.0
         return
-    # Most samples are margin vectors: whole rows of the few others cost less than columns of the many.
+    # Most samples are margin vectors, so rows of the few others take less time than columns of the margin vectors.
     spread = np.zeros(n)
     for j in range(size):
         spread[S[j]] = beta[j + 1]
@@ -75,7 +75,7 @@ def _slopes(
 def _shift_offset(
     n: int, y: FloatArray, C: float, alpha: FloatArray, g: FloatArray, status: NDArray[np.int8], c: int, adding: bool
 ) -> tuple[int, float]:
-    """With S empty: how far b moves until a sample reaches g = 0, and which (-1: none can)."""
+    """For an empty S: the sample that reaches g = 0 first when b moves (-1: none), and the move of b."""
     direction = y[c] if adding else -y[c]
     limit, index = np.inf, -1
     if adding and g[c] < 0.0:
@@ -113,7 +113,7 @@ def follow_path(
     slope: FloatArray,
     blocked: NDArray[np.bool_],
 ) -> tuple[float, int, bool]:
-    """Move the candidate's alpha up until it is optimal (adding), or down to 0 (removing).
+    """Raise the candidate's alpha until it is optimal (adding), or lower it to 0 (removing).
 
     Args:
         Q: shape (>= n, >= n), signed kernel matrix.
@@ -166,7 +166,7 @@ def follow_path(
             continue
         sensitivity(R, S, size, Q, y, c, beta)
         _slopes(Q, y, n, status, S, size, c, beta, slope)
-        # The six events; the candidate's own come first so that they win ties.
+        # The six events; those of the candidate come first, so that they win ties.
         step, leaving = (C - alpha[c] if adding else alpha[c]), -1
         finished = True
         if adding and slope[c] > flat and -g[c] / slope[c] <= step:

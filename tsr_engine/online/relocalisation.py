@@ -1,4 +1,4 @@
-"""Algorithm 2: searches for the sign around a prediction with the online detector."""
+"""Searches for the sign around a prediction with the online detector (Algorithm 2)."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from tsr_engine.records import FloatArray, Relocalisation
 __all__ = ["relocalise", "search_extent", "vertex"]
 
 _NEAR = 3
-"""Windows on each side of the peak that are scored at the other sizes."""
+"""Number of windows on each side of the peak to score at the other sizes."""
 _NEIGHBOURHOOD = 0.5
-"""The runner-up's centre is further from the peak than this share of the box's side."""
+"""Least distance of the runner-up's centre from the peak, in sides of the box."""
 
 
 def search_extent(box: FloatArray, params: OnlineParams) -> tuple[int, int, int, int]:
-    """The pixels that :func:`relocalise` asks for, ``x1, y1, x2, y2`` in the frame (may reach beyond it).
+    """The bounds ``x1, y1, x2, y2`` of the pixels that :func:`relocalise` reads; they may reach beyond the frame.
 
-    It grows with ``search_radius`` and ``search_scales``: with the largest that a replay may use, it covers all.
+    They grow with ``search_radius`` and ``search_scales``, so the largest values of a replay cover all others.
 
     Raises:
-        ValueError: an empty or non-finite box.
+        ValueError: the box is not finite or smaller than 1x1 px.
     """
     check_box(box)
     extents = np.array([place.extent for place in _layouts(box, params)])
@@ -39,18 +39,18 @@ def search_extent(box: FloatArray, params: OnlineParams) -> tuple[int, int, int,
 def relocalise(pixels: PixelSource, box: FloatArray, svm: IncrementalSVC, params: OnlineParams) -> Relocalisation:
     """Search the windows within ``search_radius`` of a predicted box (Algorithm 2).
 
-    ``P(y = 1)`` is the logistic of the decision value, so the most probable window is the one with the highest
-    decision value, less ``search_penalty`` for its displacement. All windows of the size nearest to the predicted
-    one are scored; those of the other ``search_scales`` next to its peak.
+    ``P(y = 1)`` is the logistic of the decision value, so the result is the window with the highest decision value,
+    minus ``search_penalty`` for its displacement. All windows of the size nearest to the predicted one are scored. At
+    the other ``search_scales``, only windows near the first peak are scored.
 
     Args:
-        pixels: the frame; exactly one crop, :func:`search_extent`, is read.
-        box: the prediction, shape (4,).
-        svm: a linear model over descriptors.
-        params: how far, at which sizes.
+        pixels: the frame; only the crop of :func:`search_extent` is read.
+        box: the prediction, shape (4,), px.
+        svm: linear model of descriptors.
+        params: radius, sizes and penalty of the search.
 
     Raises:
-        ValueError: an empty or non-finite box.
+        ValueError: the box is not finite or smaller than 1x1 px.
     """
     x1, y1, x2, y2 = search_extent(box, params)
     picture = pixels.crop(x1, y1, x2, y2)
@@ -82,7 +82,7 @@ def relocalise(pixels: PixelSource, box: FloatArray, svm: IncrementalSVC, params
 
 @dataclass(frozen=True, slots=True)
 class _Response:
-    """Decision values of one window size, and the same less the penalty."""
+    """Decision values of one window size, without and with the penalty."""
 
     place: Layout
     values: NDArray[np.float32]
@@ -98,13 +98,13 @@ class _Response:
 
 
 def _layouts(box: FloatArray, params: OnlineParams) -> list[Layout]:
-    """The windows of each size, the one nearest to the predicted size first."""
+    """The windows of each size, the size nearest to the predicted one first."""
     scales = sorted(params.search_scales, key=lambda scale: abs(math.log(scale)))
     return [layout(box, params.search_radius, scale) for scale in scales]
 
 
 def _narrowed(place: Layout, centre: FloatArray, peak: FloatArray, params: OnlineParams) -> Layout:
-    """The windows of another size next to the peak of the first, all within the search radius."""
+    """The windows of another size near the first peak, all within the search radius."""
     across, down = (min(_NEAR, reach) for reach in place.reach)
     room = params.search_radius - np.array([across, down]) * place.pitch
     return Layout(centre + np.clip(peak - centre, -room, room), place.pitch, (across, down))
@@ -125,12 +125,12 @@ def _penalty(place: Layout, centre: FloatArray, params: OnlineParams) -> NDArray
 
 
 def _refined(score: NDArray[np.float32], row: int, column: int) -> tuple[float, float]:
-    """Column and row of the peak of the parabolas through it and its neighbours."""
+    """Column and row of the peak, refined by parabolas through its neighbours."""
     return column + vertex(score[row], column), row + vertex(score[:, column], row)
 
 
 def vertex(values: NDArray[np.float32], at: int) -> float:
-    """Where the parabola through the value at a place and its neighbours peaks, relative to it, in [-0.5, 0.5]."""
+    """Peak of the parabola through ``values[at]`` and its neighbours, relative to ``at``, in [-0.5, 0.5]."""
     if not 0 < at < len(values) - 1:
         return 0.0
     before, here, after = (float(v) for v in values[at - 1 : at + 2])
@@ -139,7 +139,7 @@ def vertex(values: NDArray[np.float32], at: int) -> float:
 
 
 def _runner_up(responses: list[_Response], peak: FloatArray) -> tuple[FloatArray, float]:
-    """The best window away from the peak; the peak's own box where all windows are near it."""
+    """The best window outside the peak's neighbourhood; the peak's box if all windows are near it."""
     cx, cy, w, h = to_cxcywh(peak)
     best, result = -math.inf, (peak, -math.inf)
     for response in responses:
@@ -158,7 +158,7 @@ def _runner_up(responses: list[_Response], peak: FloatArray) -> tuple[FloatArray
 
 
 def _outer(places: list[Layout]) -> FloatArray:
-    """Outer edge of all boxes that were scored."""
+    """The smallest box around all scored windows."""
     boxes = np.array([b for p in places for b in (p.box(0.0, 0.0), p.box(2.0 * p.reach[0], 2.0 * p.reach[1]))])
     return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 

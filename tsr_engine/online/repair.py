@@ -1,8 +1,8 @@
 """Returns to an exact solution when the path fails on a numerically singular margin set.
 
-First sequential minimal optimisation with second-order pair selection (Fan, Chen & Lin, JMLR 2005), which needs no
-inverse and makes progress with any positive semi-definite kernel; then the active-set method of
-:mod:`tsr_engine.online.active_set`, which takes its result to rounding where SMO would crawl.
+The first step is sequential minimal optimisation (SMO) with second-order pair selection (Fan, Chen & Lin, JMLR 2005).
+It needs no inverse and works with any positive semi-definite kernel. The second step is the active-set method of
+:mod:`tsr_engine.online.active_set`, which reaches an exact solution where SMO converges slowly.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from tsr_engine.records import FloatArray
 TOLERANCE = 1e-10
 """Largest violation of a pair at which SMO stops."""
 ROUNDS = 3
-"""SMO and active-set rounds; one is enough unless the active set stalls in a degenerate corner."""
+"""Rounds of SMO and active set; one suffices unless the active set stalls at a degenerate point."""
 
 
 @njit(cache=True, nogil=True)
 def balance(y: FloatArray, n: int, alpha: FloatArray) -> None:
-    """Lower coefficients, first come first, until ``sum y alpha = 0``."""
+    """Lower coefficients in their order until ``sum y alpha = 0``."""
     excess = 0.0
     for i in range(n):
         excess += y[i] * alpha[i]
@@ -38,7 +38,7 @@ def balance(y: FloatArray, n: int, alpha: FloatArray) -> None:
 def minimise_pairs(
     Q: FloatArray, y: FloatArray, n: int, C: float, alpha: FloatArray, g: FloatArray, limit: int
 ) -> bool:
-    """SMO on the dual from a feasible ``alpha``; ``g`` is kept with offset 0.
+    """SMO on the dual from a feasible ``alpha``; ``g`` is the gradient for offset 0.
 
     Returns:
         Whether the largest violation fell below ``TOLERANCE`` within ``limit`` pairs.
@@ -94,7 +94,7 @@ def repair(
     R: FloatArray,
     beta: FloatArray,
 ) -> tuple[float, int]:
-    """Solve again from the present coefficients, which need not balance, and rebuild the sets.
+    """Solve from the current coefficients, for which ``sum y alpha`` may differ from 0, and rebuild the sets.
 
     Returns:
         Offset and number of margin vectors.

@@ -1,7 +1,7 @@
-"""Completes a dual solution: exact gradient, refinement, offset without margin vectors, repair.
+"""Completes a dual solution: exact gradient, refinement, and the offset if there are no margin vectors.
 
-The path of :mod:`tsr_engine.online.path` accumulates rounding. After each sample the gradient is computed again
-from the coefficients and the margin equations are refined against it, so that errors do not add up over a track.
+The path of :mod:`tsr_engine.online.path` accumulates rounding. After each sample, the gradient is computed from the
+coefficients, and the margin equations are refined with it, so that errors do not add up over a track.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tsr_engine.online.path import ERROR, RESERVE
 from tsr_engine.records import FloatArray
 
 AT_BOUND = 1e-12
-"""An alpha within this share of C of a bound is at the bound."""
+"""Distance from a bound, as a share of C, within which an alpha counts as at the bound."""
 
 
 @njit(cache=True, nogil=True)
@@ -32,7 +32,7 @@ def gradient(Q: FloatArray, y: FloatArray, n: int, alpha: FloatArray, b: float, 
 
 @njit(cache=True, nogil=True)
 def violation(y: FloatArray, n: int, C: float, alpha: FloatArray, g: FloatArray) -> float:
-    """Largest violation of the KKT conditions: signs of g by alpha, the box, and ``sum y alpha = 0``."""
+    """Largest violation of the KKT conditions: the signs of g, the bounds of alpha, and ``sum y alpha = 0``."""
     worst, balance = 0.0, 0.0
     for i in range(n):
         balance += y[i] * alpha[i]
@@ -48,12 +48,12 @@ def violation(y: FloatArray, n: int, C: float, alpha: FloatArray, g: FloatArray)
 
 @njit(cache=True, nogil=True)
 def central_offset(y: FloatArray, n: int, g: FloatArray) -> float:
-    """How far the offset is from the middle of its optimal interval, the convention of libsvm.
+    """The step from the current offset to the middle of its optimal interval, as in libsvm.
 
-    As a function of the offset alone the primal is ``C`` times a sum of hinges with kinks at ``-y_i g_i`` from
-    here. From one kink to the next its slope grows by C, from -C times the number of positive samples: the minimum
-    lies between the kinks of that number and the next. This holds with and without margin vectors and depends on g
-    continuously. With samples of one class the interval has one end, which is taken; without samples 0.
+    As a function of the offset, the primal is ``C`` times a sum of hinges with kinks at ``-y_i g_i``, relative to the
+    current offset. Its slope starts at -C times the number p of positive samples and grows by C at each kink. So the
+    minimum lies between kink p and kink p + 1. This holds with and without margin vectors and is continuous in g. If
+    all samples have one class, the interval has only one end, which is the result. Without samples the result is 0.
     """
     positive = 0
     kinks = np.empty(n)
@@ -82,7 +82,7 @@ def refine(
     R: FloatArray,
     residual: FloatArray,
 ) -> tuple[float, float]:
-    """One Newton step on ``g_S = 0, sum y alpha = 0`` and the exact gradient after it.
+    """One Newton step on ``g_S = 0, sum y alpha = 0``, and the exact gradient after it.
 
     Returns:
         The offset and the residual *before* the step.
@@ -111,7 +111,7 @@ def refine(
 def _leave_bounds(
     C: float, alpha: FloatArray, status: NDArray[np.int8], S: NDArray[np.int64], size: int, R: FloatArray
 ) -> int:
-    """Move margin vectors whose alpha is at a bound to the reserve and error sets; the new size of S."""
+    """Move margin vectors whose alpha is at a bound to the reserve or error set; returns the new size of S."""
     bound = AT_BOUND * C
     for j in range(size - 1, -1, -1):
         i = S[j]
@@ -137,14 +137,14 @@ def _solve_margin(
     R: FloatArray,
     beta: FloatArray,
 ) -> tuple[float, bool]:
-    """Refine until the margin equations hold to rounding; False if S turns out to be dependent."""
+    """Refine until the margin equations hold up to rounding; returns False if the members of S are dependent."""
     rebuilt = False
     before = np.inf
     for _ in range(6):
         b, worst = refine(Q, y, n, alpha, g, b, S, size, R, beta)
         if worst <= 1e-12:
             break
-        # An exact inverse takes a residual to rounding in one step: if not, it has drifted.
+        # One step with an exact inverse reduces the residual to rounding; otherwise the inverse has drifted.
         if not rebuilt and (worst > 1e-8 or (worst > 1e-2 * before and worst > 1e-11)):
             rebuilt = True
             if rebuild(R, S, size, Q, y, scale, beta, DEPENDENT) < size:
@@ -169,12 +169,12 @@ def settle(
     R: FloatArray,
     beta: FloatArray,
 ) -> tuple[float, int, bool]:
-    """Exact gradient, refinement of the margin equations, bounds, and the offset if no alpha is free.
+    """Compute the exact gradient, refine the margin equations, apply the bounds, and set the offset if S is empty.
 
     Returns:
-        Offset, number of margin vectors, and whether the margin matrix is regular enough to go on with.
+        Offset, number of margin vectors, and whether the margin matrix is regular enough for further steps.
     """
-    # Each round that does not end the loop takes a member out of S.
+    # Each round ends the loop or removes a member from S.
     for _ in range(size + 1):
         size = _leave_bounds(C, alpha, status, S, size, R)
         gradient(Q, y, n, alpha, b, g)

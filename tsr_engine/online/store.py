@@ -1,7 +1,7 @@
 """Growing buffers of the incremental SVM: samples, kernel matrix, coefficients and sets.
 
-Samples live in slots 0..n-1 so that rows of the kernel matrix stay contiguous; ``order`` maps the position that
-a user sees to the slot. Dropping a sample moves the last slot into the gap, which costs O(n) instead of O(n^2).
+Samples occupy slots 0..n-1, so that rows of the kernel matrix stay contiguous; ``order`` maps a user's index to the
+slot. When a sample is dropped, the last slot moves into the gap, which takes O(n) time instead of O(n^2).
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ class SampleStore:
         return self._order[: self.n]
 
     def scale(self) -> float:
-        """The largest kernel diagonal, the unit of all tolerances; 1 if all are zero."""
+        """The largest element of the kernel's diagonal, the unit of all tolerances; 1 if all are zero."""
         largest = float(self.diagonal[: self.n].max(initial=0.0))
         return largest if largest > 0.0 else 1.0
 
     def append(self, x: FloatArray, label: float) -> int:
-        """A new slot for a sample; its kernel row is left to the caller."""
+        """Add a sample; returns its slot. The caller computes the kernel row."""
         if self.n == len(self.y):
             self._allocate(max(32, 2 * self.n))
         slot = self.n
@@ -64,7 +64,7 @@ class SampleStore:
         return slot
 
     def leave_margin(self, slot: int, size: int) -> int:
-        """Take a slot out of S if it is in it; returns the new size of S."""
+        """Remove a slot from S if it is a member; returns the new size of S."""
         places = np.flatnonzero(self.S[:size] == slot)
         if len(places):
             contract(self.R, self.S, size, int(places[0]))
@@ -72,7 +72,7 @@ class SampleStore:
         return size
 
     def drop(self, position: int, size: int) -> None:
-        """Free the slot at a position; it must not be in S."""
+        """Free the slot of a position; it must not be in S."""
         slot = int(self._order[position])
         last = self.n - 1
         self._order[position:last] = self._order[position + 1 : self.n].copy()
@@ -97,7 +97,7 @@ class SampleStore:
         return twin
 
     def _allocate(self, capacity: int) -> None:
-        """Buffers for ``capacity`` samples that keep the present ones."""
+        """Allocate buffers for ``capacity`` samples and copy the current ones."""
         n = self.n
         shapes: dict[str, tuple[tuple[int, ...], type]] = {
             "X": ((capacity, self.features), np.float64),

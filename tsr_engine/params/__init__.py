@@ -50,7 +50,7 @@ class Params(Section):
         """The parameters of a named preset.
 
         Raises:
-            UsageError: no such preset.
+            UsageError: the preset is unknown.
         """
         if name not in PRESETS:
             raise UsageError(f"There is no preset '{name}'. Choose one of: {', '.join(sorted(PRESETS))}.")
@@ -60,11 +60,11 @@ class Params(Section):
         """A copy with some parameters changed.
 
         Args:
-            settings: pairs of a name (``tau`` or ``gate.tau``) and a value, which may be text as typed by a user. The
-                old name of a renamed parameter is understood; :mod:`tsr_engine.params.renamed` has the warning.
+            settings: pairs of a name (``tau`` or ``gate.tau``) and a value or its text. Old names of renamed parameters
+                are valid; :mod:`tsr_engine.params.renamed` has their warnings.
 
         Raises:
-            UsageError: an unknown name, or a value out of range, NaN or of the wrong type.
+            UsageError: a name is unknown, or a value is out of range, NaN or of a wrong type.
         """
         tree = self.model_dump()
         places = {leaf: (section, leaf) for section, leaf in self.names()}
@@ -76,9 +76,7 @@ class Params(Section):
             section, leaf = places[name]
             parsed = _parse(value)
             if _has_switch(parsed) and not self._is_switch(section, leaf):
-                raise UsageError(
-                    f"Parameter {section}.{leaf}: is no switch to be true or false. Got {value!r} instead."
-                )
+                raise UsageError(f"Parameter {section}.{leaf}: must not be true or false. Got {value!r} instead.")
             alone = isinstance(parsed, str) and isinstance(tree[section][leaf], tuple)
             tree[section][leaf] = (parsed,) if alone else parsed
         try:
@@ -107,16 +105,16 @@ class Params(Section):
 
 
 def _has_switch(value: object) -> bool:
-    """Whether a value is or holds true or false, which pydantic would take for 1 and 0."""
+    """Whether a value is or contains true or false, which pydantic would convert to 1 and 0."""
     return any(isinstance(part, bool) for part in (value if isinstance(value, list | tuple) else (value,)))
 
 
 def _parse(value: object) -> object:
-    """Text of the command line to a value that pydantic validates: ``none`` and comma lists are understood."""
+    """Convert text of the command line to a value for pydantic; ``none`` and comma-separated lists are valid."""
     if not isinstance(value, str):
         return value
     text = value.strip()
-    if text.startswith("[") and text.endswith("]"):  # as `tsr params` shows a list
+    if text.startswith("[") and text.endswith("]"):  # `tsr params` shows lists this way
         text = text[1:-1].strip()
     if text.lower() in {"none", "null"}:
         return None

@@ -10,7 +10,7 @@ from tsr_engine.params.base import Section
 
 
 class GateParams(Section):
-    """When a prediction is a confident one."""
+    """Conditions for a confident prediction."""
 
     tau: float = Field(15.0, gt=0, le=1e6, description="a prediction is confident if L_positive < tau")
     gate_margin: float = Field(

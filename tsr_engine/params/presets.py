@@ -1,6 +1,6 @@
 """The presets that ship: ``default`` measures best, ``realtime`` finds new signs later, ``paper`` follows the text.
 
-A preset is a list of departures from the field defaults; ``default`` therefore is empty.
+A preset is a list of departures from the parameters' defaults; ``default`` is therefore empty.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which parameters a replay can change: those of the steps after detection."""
+"""The parameters that a replay can change: those of the steps after detection."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ FIXED = (
     "detector.",
     "tracking.use_camera_shift",
     "tracking.shift_scale",
-    # The shifts were measured about it.
+    # The stored shifts were measured with this focus.
     "tracking.foe_x",
     "tracking.foe_y",
 )
-"""Parameters of steps that a replay does not repeat; a name that ends in a dot stands for its whole section."""
+"""Parameters of steps that a replay does not repeat; a name that ends in a dot means its whole section."""
 
 ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
     {
@@ -35,9 +35,9 @@ ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
         "online.learn_undetected": True,
     }
 )
-"""What a run did whose evidence is older than these parameters and so does not name them."""
+"""Values in force in runs whose evidence is older than these parameters."""
 
 
 def is_replayable(name: str) -> bool:
-    """Whether a replay may change a parameter, named in full as in ``gate.tau``."""
+    """Whether a replay may change a parameter; the name includes the section, as in ``gate.tau``."""
     return not any(name.startswith(fixed) if fixed.endswith(".") else name == fixed for fixed in FIXED)

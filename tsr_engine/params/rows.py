@@ -1,4 +1,4 @@
-"""Every parameter as a row of a table, for people."""
+"""A table of all parameters for display."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ __all__ = ["parameter_rows"]
 
 
 def parameter_rows(preset: str = "default") -> list[JsonObject]:
-    """One row a parameter: ``section``, ``name``, ``default``, ``value``, ``range``, ``description``.
+    """One row for each parameter: ``section``, ``name``, ``default``, ``value``, ``range``, ``description``.
 
-    ``value`` is that of the preset, ``default`` that of the field.
+    ``value`` is the preset's value.
 
     Raises:
-        UsageError: no such preset.
+        UsageError: the preset is unknown.
     """
     defaults, chosen = Params().model_dump(mode="json"), Params.preset(preset).model_dump(mode="json")
     rows = []

@@ -10,7 +10,7 @@ from pydantic import Field
 from tsr_engine.params.base import Section
 
 _MOST_NOISE_SCALE = 1e6
-"""Noise so many times a detection's says nothing of where the sign is; far beyond, doubles overflow."""
+"""Largest factor on the noise. Such a measurement has no effect; far larger factors overflow."""
 
 
 class TrackingParams(Section):
@@ -137,7 +137,7 @@ class TrackingParams(Section):
     def noise_scale(self, score: float) -> float:
         """Factor on the noise of a detection with this score, in 1..1e6.
 
-        What is far, blurred, turned away or partly covered scores lower, and its box lies less exactly.
+        Signs that are far, blurred, turned or partly covered have lower scores and less exact boxes.
         """
         exponent = self.noise_score * max(0.0, self.clear_score - score)
         return math.exp(min(exponent, math.log(_MOST_NOISE_SCALE)))

@@ -172,7 +172,7 @@ class TrackingCore:
         if verdict.confident and (after is None or alone < after):
             return _Note(verdict, None, samples)
         with _timed(seconds, "relocalise"):
-            found = track_context.online.relocalise(frame.pixels, prediction.box, frame.ordinal)
+            found = track_context.online.relocalise(frame.pixels, prediction.box)
         sure = found is not None and found.probability >= self.params.pipeline.sure_probability
         if verdict.confident:
             if found is not None and found.probability >= self.params.pipeline.search_probability:

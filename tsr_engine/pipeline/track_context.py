@@ -19,11 +19,11 @@ class OnlineLearner(Protocol):
     """The online detector of one track (Algorithms 1 and 2)."""
 
     def learn(self, pixels: PixelSource, box: FloatArray, label: int, frame: int) -> tuple[Sample, ...]:
-        """Learn one crop, unlearn what is too old, and say what was done."""
+        """Learn one crop and unlearn old samples; returns the learned and unlearned samples."""
         ...
 
-    def relocalise(self, pixels: PixelSource, box: FloatArray, frame: int) -> Relocalisation | None:
-        """The best window around a box; None where nothing can be searched."""
+    def relocalise(self, pixels: PixelSource, box: FloatArray) -> Relocalisation | None:
+        """The best window around a box (4,); None if the box cannot be searched."""
         ...
 
 
@@ -31,7 +31,7 @@ class OnlineMaker(Protocol):
     """Makes the online detector of a new track."""
 
     def __call__(self, pixels: PixelSource, box: FloatArray, frame: int) -> tuple[OnlineLearner, tuple[Sample, ...]]:
-        """The detector and the samples that it starts from, given the box of the track's first frame."""
+        """The detector of a track whose first box is ``box``, and its first samples."""
         ...
 
 
@@ -39,7 +39,7 @@ class WindowScorer(Protocol):
     """Rescores a place that the offline detector's scan has not found."""
 
     def __call__(self, pixels: PixelSource, box: FloatArray) -> ScoredBox | None:
-        """What is seen at a box, shape (4,); None where nothing can be reported."""
+        """Rescore a box (4,), px; None if it cannot be rescored."""
         ...
 
 
@@ -49,9 +49,9 @@ class Models:
 
     Attributes:
         classifier: class probabilities of crops.
-        names: what people read for each of its classes.
+        names: display name of each class.
         make_online: makes the online detector of a new track.
-        look: window rescoring at the windows that it finds.
+        look: rescores the windows that an online detector finds.
     """
 
     classifier: CropClassifier
@@ -67,7 +67,7 @@ class TrackContext:
     box: FloatArray
     """Result of the last frame, shape (4,)."""
     memory: HashMemory
-    """The looks of its earlier crops."""
+    """Mean of the track's earlier crops."""
     fusion: Fusion
     online: OnlineLearner | None = None
     label: int | None = None
@@ -75,7 +75,7 @@ class TrackContext:
 
     @classmethod
     def start(cls, params: Params, box: FloatArray, classes: int) -> TrackContext:
-        """The memory of a track in its first frame."""
+        """The context of a track in its first frame."""
         return cls(box, HashMemory.empty(), Fusion.start(params.fusion, classes))
 
     def vote(self, probabilities: FloatArray, scale: float) -> Recognition:

@@ -1,7 +1,7 @@
 """The 43 sign classes of the GTSRB benchmark (Stallkamp et al. 2012): names, category and shape.
 
-The numbering is the benchmark's own; GTSDB uses the same one. The categories are those of the GTSDB competition
-(Houben et al. 2013).
+The class numbers are those of the benchmark and of GTSDB. The categories are those of the GTSDB competition (Houben et
+al. 2013).
 """
 
 from __future__ import annotations
@@ -84,21 +84,21 @@ CATALOGUE: tuple[SignClass, ...] = (
     SignClass(41, "end of no overtaking", "end no ovtk", "other", "circle"),
     SignClass(42, "end of no overtaking by lorries", "end no HGV", "other", "circle"),
 )
-"""All classes; the position is the class number."""
+"""All classes; the index is the class number."""
 
 CLASS_COUNT = len(CATALOGUE)
 CLASS_NAMES = tuple(sign.name for sign in CATALOGUE)
-"""What people read for each class."""
+"""Display name of each class."""
 
 TURNED: tuple[tuple[int, int], ...] = ((12, 12), (15, 15), (17, 17), (32, 32))
-"""``(class, class after a turn by 180 degrees)`` for the signs that stay valid."""
+"""``(class, class after a turn by 180 degrees)`` of the signs that stay valid."""
 
 
 def class_name(class_id: int) -> str:
     """Full name of a class.
 
     Raises:
-        ValueError: not a class number.
+        ValueError: the number is not in 0..42.
     """
     if not 0 <= class_id < CLASS_COUNT:
         raise ValueError(f"class_id must be in 0..{CLASS_COUNT - 1}. Got {class_id} instead.")

@@ -3,8 +3,8 @@
 The features come from a descriptor with its feature map, or from a network.
 
 The paper maps the scores of a multi-class SVM to probabilities by softmax (III-E). On raw margins the softmax
-saturates, and confident errors then dominate a track's votes. A temperature, fitted on tracks that the machine has not
-seen, calibrates the probabilities.
+saturates, and confident errors then dominate a track's votes. A temperature, fitted on tracks outside the training set,
+calibrates the probabilities.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ NETWORK_COMPONENT = "network_classifier"
 ARRAYS = ("filters", "filter_bias", "hidden", "hidden_bias", "weights", "bias")
 """Names under which models store the feature map and the hyperplanes."""
 GEOMETRY = {"side": SIDE, "cell": CELL, "channels": CHANNELS, "margin": MARGIN}
-"""What the weights assume of the descriptor; stored with them and checked. Those of a network: ``NETWORK_GEOMETRY``."""
+"""Settings of the descriptor that the weights depend on; stored and checked. For networks: ``NETWORK_GEOMETRY``."""
 
 Array = NDArray[np.float32]
 
@@ -45,17 +45,17 @@ class SignClassifier:
 
     features: FeatureMap | NetworkMap
     weights: Array
-    """Shape (h, c): one hyperplane a class."""
+    """Shape (h, c): one hyperplane for each class."""
     bias: Array
     """Shape (c,)."""
     temperature: float
     """Margins are divided by it before the softmax, > 0."""
     margin: float = MARGIN
-    """Border on each side of the box that a crop must carry, as a share of the box's side."""
+    """Border that a crop must have on each side of the box, as a share of the box's side."""
     paired: bool = False
-    """A crop is read in two views (:mod:`~.views`), and the hyperplanes judge the mean of their features."""
+    """Whether the hyperplanes get the mean of the features of two views of a crop (:mod:`~.views`)."""
     labels: tuple[str, ...] = ()
-    """Key of the label that each class is; empty: the 43 classes of the catalogue."""
+    """Label key of each class; empty: the 43 classes of the catalogue."""
 
     def __post_init__(self) -> None:
         count = len(self.labels) or CLASS_COUNT
@@ -119,7 +119,7 @@ class SignClassifier:
         paired: bool = False,
         labels: Sequence[str] = (),
     ) -> SignClassifier:
-        """From arrays named as ``to_arrays`` of the features and the attributes of this class, of any float type.
+        """Make a classifier from arrays of any float type, named as in ``to_arrays`` of the features and as here.
 
         Raises:
             KeyError: an array is missing.
@@ -131,12 +131,12 @@ class SignClassifier:
 
     @classmethod
     def from_component(cls, component: Any) -> SignClassifier:
-        """The classifier that a model component (``arrays`` and ``params``) holds.
+        """Make the classifier of a model component (``arrays`` and ``params``).
 
-        The parameter ``labels`` lists the keys of its classes; a component without it has the 43 of the catalogue.
+        The parameter ``labels`` lists the keys of the classes; without it, they are the 43 of the catalogue.
 
         Raises:
-            ModelError: missing or misshapen arrays, or weights for another descriptor.
+            ModelError: an array is missing or has a wrong shape, or the weights are for another descriptor.
         """
         arrays: Mapping[str, NDArray[np.generic]] = component.arrays
         params: JsonMapping = component.params

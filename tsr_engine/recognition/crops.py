@@ -10,7 +10,7 @@ from tsr_engine.records import Picture
 
 
 def crop_bounds(box: ArrayLike, margin: float) -> tuple[int, int, int, int]:
-    """Whole-pixel bounds of a box grown by a border.
+    """Whole-pixel bounds of a box with a border.
 
     Args:
         box: shape (4,), ``x1, y1, x2, y2`` in px.
@@ -28,7 +28,7 @@ def crop_bounds(box: ArrayLike, margin: float) -> tuple[int, int, int, int]:
 
 
 def cut(picture: Picture, box: ArrayLike, margin: float) -> Picture:
-    """The pixels of a box and its border; beyond the picture the border is replicated.
+    """Cut out the pixels of a box and its border; the picture's border is replicated beyond its edges.
 
     Args:
         picture: BGR, uint8, shape (height, width, 3).

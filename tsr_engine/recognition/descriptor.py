@@ -4,7 +4,7 @@ A crop is resized to 48x48 px and divided into 12x12 cells of 4 px. Each cell ho
 
 * 18 signed and 9 unsigned orientation bins of the gradient of the square-root picture, each normalised by the four
   2x2 blocks around the cell, clipped at 0.2 and summed (Dalal & Triggs 2005; Felzenszwalb et al. 2010). The
-  square root lifts what lies in the dark, the blocks cancel local contrast, so that glare, shade and blur change
+  square root brightens dark parts and the blocks normalise local contrast, so that glare, shade and blur change
   little;
 * red against green and blue against yellow, divided by the brightness, and the brightness itself against the crop's
   mean and spread.
@@ -34,17 +34,17 @@ CHANNELS = SIGNED + UNSIGNED + 3
 LENGTH = GRID * GRID * CHANNELS
 """Values of a descriptor."""
 MARGIN = 0.1
-"""Border on each side of the sign that a crop carries, as a share of the sign's side."""
+"""Border of a crop on each side of the sign, as a share of the sign's side."""
 
 _ROOT = np.sqrt(np.arange(256, dtype=np.float64) / 255).astype(np.float32)
 _ROOT.setflags(write=False)
 
 
 def resize_crop(crop: Picture) -> Picture:
-    """A crop of any size as 48x48 px, averaged when it shrinks, interpolated when it grows.
+    """A crop of any size resized to 48x48 px: averaged if larger, interpolated if smaller.
 
     Raises:
-        ValueError: not a BGR picture, or empty.
+        ValueError: the crop is not a BGR picture, or is empty.
     """
     if crop.ndim != 3 or crop.shape[2] != 3 or crop.dtype != np.uint8 or crop.size == 0:
         raise ValueError(f"A crop must be uint8 of shape (h, w, 3). Got {crop.dtype} {crop.shape} instead.")
@@ -62,17 +62,21 @@ def describe(crops: Sequence[Picture]) -> NDArray[np.float32]:
         crops: BGR, uint8; each is a sign's box plus ``MARGIN`` of its side on each side.
 
     Returns:
-        Shape (n, 4320): the cells row by row, the 30 values of a cell together; gradient values in [0, 0.8] times
-        2, colour values within about 4.
+        Shape (n, 4320), float32: the cells row by row, 30 values for each. Gradient values lie in [0, 1.6], colour
+        values within about 4 of 0.
 
     Raises:
-        ValueError: a crop that is not a BGR picture.
+        ValueError: a crop is not a BGR picture, or is empty.
     """
     return describe_patches(resize_crops(crops))
 
 
 def resize_crops(crops: Sequence[Picture]) -> NDArray[np.uint8]:
-    """Crops of any sizes as patches, shape (n, 48, 48, 3); raises as :func:`resize_crop`."""
+    """Crops of any sizes as patches, shape (n, 48, 48, 3).
+
+    Raises:
+        ValueError: a crop is not a BGR picture, or is empty.
+    """
     patches = np.empty((len(crops), SIDE, SIDE, 3), dtype=np.uint8)
     for patch, crop in zip(patches, crops, strict=True):
         patch[:] = resize_crop(crop)
@@ -80,7 +84,11 @@ def resize_crops(crops: Sequence[Picture]) -> NDArray[np.uint8]:
 
 
 def describe_patches(patches: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Descriptors of crops that already have the size of the grid, shape (n, 48, 48, 3) -> (n, 4320)."""
+    """Descriptors of crops of 48x48 px, shape (n, 48, 48, 3) -> (n, 4320).
+
+    Raises:
+        ValueError: the patches have another shape.
+    """
     if patches.ndim != 4 or patches.shape[1:] != (SIDE, SIDE, 3):
         raise ValueError(f"Patches must have shape (n, {SIDE}, {SIDE}, 3). Got {patches.shape} instead.")
     out = np.empty((len(patches), GRID, GRID, CHANNELS), dtype=np.float32)
@@ -88,8 +96,8 @@ def describe_patches(patches: NDArray[np.uint8]) -> NDArray[np.float32]:
     return out.reshape(len(patches), LENGTH)
 
 
-# None of these kernels may reorder sums (fastmath): the code of a first compile and that read from the cache then
-# differ in the last bits, and with them the evidence of two runs.
+# These kernels must not reorder sums (fastmath). Freshly compiled code and code from the cache would then differ in the
+# last bits, and so would the evidence of two runs.
 @nb.njit(cache=True, nogil=True)
 def _describe(patches, root, out):  # type: ignore[no-untyped-def]
     picture = np.empty((3, SIDE, SIDE + 2), dtype=np.float32)
@@ -107,7 +115,7 @@ def _describe(patches, root, out):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True, nogil=True)
 def _root_planes(patch, root, picture):  # type: ignore[no-untyped-def]
-    """Square roots, (48, 48, 3) to (3, 48, 50): a pixel is replicated on either side of a row."""
+    """Square roots, (48, 48, 3) to (3, 48, 50), with one replicated pixel at both ends of a row."""
     for y in range(SIDE):
         for x in range(SIDE):
             picture[0, y, x + 1] = root[patch[y, x, 0]]
@@ -132,9 +140,9 @@ def _gradient(picture, angle, magnitude):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True, nogil=True)
 def _take_stronger(here, above, below, gx, gy, energy):  # type: ignore[no-untyped-def]
-    """One channel's differences where their squares sum up to more than ``energy``; ``here`` has a pixel on each side.
+    """Takes one channel's differences where the sum of their squares exceeds ``energy``; ``here`` is padded by 1 px.
 
-    Here and in the next loop no branch is taken, so that neighbouring pixels share vector instructions.
+    This loop and the next have no branches, so that the compiler can vectorise them.
     """
     left, right = here[:SIDE], here[2:]
     for x in range(SIDE):
@@ -148,7 +156,7 @@ def _take_stronger(here, above, below, gx, gy, energy):  # type: ignore[no-untyp
 
 @nb.njit(cache=True, nogil=True, error_model="numpy")
 def _polar_row(gx, gy, angle, energy):  # type: ignore[no-untyped-def]
-    """Orientations in bins; energies become magnitudes."""
+    """Computes orientations in bins, and turns energies into magnitudes."""
     for x in range(SIDE):
         angle[x] = _turn(gx[x], gy[x]) * np.float32(SIGNED)
         energy[x] = np.sqrt(energy[x])
@@ -156,7 +164,7 @@ def _polar_row(gx, gy, angle, energy):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True, nogil=True, inline="always", error_model="numpy")
 def _turn(x, y):  # type: ignore[no-untyped-def]
-    """Direction of a vector as a share of a full turn in [0, 1), to 2e-5 (odd polynomial on an octant)."""
+    """Direction of a vector as a share of a full turn, in [0, 1), error at most 2e-5 (odd polynomial on an octant)."""
     ax, ay = abs(x), abs(y)
     steep = ay > ax
     low, high = ax if steep else ay, ay if steep else ax
@@ -172,7 +180,7 @@ def _turn(x, y):  # type: ignore[no-untyped-def]
         )
     )
     t = np.float32(0.25) - t if steep else t
-    # compared with an int they would be computed in 64 bits
+    # A comparison with an int would make Numba compute in 64 bits.
     t = np.float32(0.5) - t if x < np.float32(0) else t
     t = np.float32(1) - t if y < np.float32(0) else t
     return np.float32(0) if t >= np.float32(1) else t
@@ -180,7 +188,7 @@ def _turn(x, y):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True, nogil=True)
 def _histograms(angle, magnitude, bins):  # type: ignore[no-untyped-def]
-    """Trilinear votes; ``bins`` has a border of one cell that takes what falls beside the grid."""
+    """Adds trilinear votes; ``bins`` has a border of one cell for votes outside the grid."""
     bins[:] = 0
     for y in range(SIDE):
         cy = (y + CELL - (CELL // 2)) // CELL
@@ -209,7 +217,7 @@ def _histograms(angle, magnitude, bins):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True, nogil=True)
 def _normalise(bins, scale, cells):  # type: ignore[no-untyped-def]
-    """Four block norms a cell; beyond the grid the nearest cell stands in."""
+    """Normalises each cell by its four blocks; blocks at the border repeat the nearest cells."""
     energy = np.empty((GRID, GRID), dtype=np.float32)
     for y in range(GRID):
         for x in range(GRID):

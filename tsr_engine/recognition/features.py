@@ -1,9 +1,8 @@
 """The explicit feature map between descriptor and support vector machine.
 
-Filters look at windows of 4x4 cells of the descriptor every 2 cells (25 positions), a hidden layer combines what
-they find; both are followed by ``max(0, .)``. The map replaces a kernel. It is learned together with the
-machine, so some hundred features do the work of thousands of fixed ones (Tang 2013: deep learning with linear
-support vector machines).
+Filters read windows of 4x4 cells of the descriptor, every 2 cells (25 positions). A hidden layer combines their
+outputs; ``max(0, .)`` follows both. The map replaces a kernel. It is learned together with the machine, so a few
+hundred features replace thousands of fixed ones (Tang 2013: deep learning with linear support vector machines).
 """
 
 from __future__ import annotations
@@ -62,7 +61,7 @@ class FeatureMap:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], prefix: str = "") -> FeatureMap:
-        """From arrays named as the attributes behind a prefix, of any float type.
+        """Make a map from arrays of any float type, named by the prefix and the attributes' names.
 
         Raises:
             KeyError: an array is missing.
@@ -71,7 +70,7 @@ class FeatureMap:
         return cls(*(np.ascontiguousarray(arrays[prefix + name], dtype=np.float32) for name in _ARRAYS))
 
     def to_arrays(self, prefix: str = "") -> dict[str, NDArray[np.generic]]:
-        """Arrays from which :meth:`from_arrays` makes a map; matrices as float16, in which learned ones are kept."""
+        """Arrays from which :meth:`from_arrays` makes a map; matrices as float16, the type of trained ones."""
         arrays = {prefix + name: getattr(self, name) for name in _ARRAYS}
         return {name: array.astype(np.float16) if array.ndim == 2 else array for name, array in arrays.items()}
 
@@ -83,9 +82,9 @@ class FeatureMap:
         """Features, shape (n, 4320) -> (n, h), all >= 0.
 
         Args:
-            descriptors: of crops.
-            together: rows that are mapped at once, a divisor of n; always the same for a crop, whose features then do
-                not depend on its batch. The hidden layer is read once for all of them.
+            descriptors: descriptors of crops, shape (n, 4320).
+            together: number of rows to map at once, a divisor of n. The hidden layer is read once for all of them. Use
+                the same number for a crop each time; its features then do not depend on the batch.
         """
         out = np.empty((len(descriptors), self.length), dtype=np.float32)
         given = np.asarray(descriptors, dtype=np.float32)
@@ -99,7 +98,7 @@ def linear(features: Array, weights: Array, bias: Array) -> Array:
 
 
 def windows(descriptors: Array) -> Array:
-    """All windows of a batch of descriptors as rows, shape (n, 4320) -> (n * 25, 480): cell by cell, row by row."""
+    """All windows of descriptors as rows, shape (n, 4320) -> (n * 25, 480): row by row, cell by cell."""
     out = np.empty((len(descriptors) * POSITIONS, WINDOW_LENGTH), dtype=np.float32)
     _gather(np.asarray(descriptors, dtype=np.float32), out)
     return out
@@ -107,7 +106,7 @@ def windows(descriptors: Array) -> Array:
 
 @nb.njit(cache=True, nogil=True)
 def _gather(descriptors, out):  # type: ignore[no-untyped-def]
-    """Four runs of four cells each a window: what lies side by side is copied together."""
+    """Copies the windows; each is four runs of four neighbouring cells."""
     run, row = WINDOW * CHANNELS, 0
     for i in range(len(descriptors)):
         for top in range(0, GRID - WINDOW + 1, STRIDE):
@@ -120,7 +119,7 @@ def _gather(descriptors, out):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True, nogil=True)
 def _features(descriptors, together, filters, filter_bias, hidden, hidden_bias, out):  # type: ignore[no-untyped-def]
-    """``together`` descriptors at a time: what the filters find in them then stays in the first-level cache."""
+    """Maps ``together`` descriptors at a time, so that the filters' outputs stay in the first-level cache."""
     seen = np.empty((together * POSITIONS, WINDOW_LENGTH), np.float32)
     for first in range(0, len(descriptors), together):
         _gather(descriptors[first : first + together], seen)
@@ -135,9 +134,9 @@ def _features(descriptors, together, filters, filter_bias, hidden, hidden_bias, 
 def _combine(found, hidden, bias, out):  # type: ignore[no-untyped-def]
     """``max(0, max(0, found) @ hidden + bias)``, shape (n, 25 f) -> (n, h).
 
-    Most of what the filters find is not above 0, and those rows of the hidden layer need not be read: the layer is
-    large, so to read it takes longer than to compute with it. The sums have one order, so that the bits do not depend
-    on a library.
+    Most outputs of the filters are not above 0, and their rows of the hidden layer are skipped. This saves time, since
+    the layer is large and reading it takes longer than the arithmetic. The sums have a fixed order, so that the bits do
+    not depend on a library.
     """
     for row in range(len(found)):
         for j in range(len(bias)):

@@ -13,14 +13,14 @@ from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.records import FloatArray, Recognition
 
 FLOOR = 1e-12
-"""Least weight relative to the peak: a track seen only far from ``fusion_scale`` must still be able to vote."""
+"""Least weight, relative to the peak, so that a track whose sizes are all far from ``fusion_scale`` has votes."""
 
 
 def frame_weight(scale: float, params: FusionParams) -> float:
     """``w_t`` of one frame.
 
     * ``scale``: Eq. 5, ``exp(-(s_t - s_c)^2 / (2 delta^2)) / (delta sqrt(2 pi))``;
-    * ``clamped``: Eq. 5 below ``s_c``, its peak from ``s_c`` on: larger crops are never worse to read;
+    * ``clamped``: Eq. 5 below ``s_c``, its peak from ``s_c`` on, since larger crops are not harder to read;
     * ``equal``: 1.
 
     Args:
@@ -28,7 +28,7 @@ def frame_weight(scale: float, params: FusionParams) -> float:
         params: mode, ``delta`` and ``s_c``.
 
     Raises:
-        ValueError: a scale that is negative or not finite.
+        ValueError: the scale is negative or not finite.
     """
     if not (math.isfinite(scale) and scale >= 0):
         raise ValueError(f"The scale must be finite and >= 0 px. Got {scale} instead.")
@@ -43,7 +43,7 @@ def frame_weight(scale: float, params: FusionParams) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fusion:
-    """The votes of one track so far; immutable, so that a track's state can be kept and replayed."""
+    """The votes of one track up to now; immutable."""
 
     params: FusionParams
     votes: FloatArray
@@ -51,7 +51,7 @@ class Fusion:
 
     @classmethod
     def start(cls, params: FusionParams, count: int = CLASS_COUNT) -> Fusion:
-        """The state before the first frame, with a number of classes >= 2."""
+        """The state before the first frame, for ``count`` >= 2 classes."""
         votes = np.zeros(count)
         votes.setflags(write=False)
         return cls(params, votes)
@@ -67,7 +67,8 @@ class Fusion:
             The next state and the frame's record; ``class_id`` is the argmax of Eq. 4, the lower id on a tie.
 
         Raises:
-            ValueError: probabilities of another shape, negative, not finite or all zero, or a bad scale.
+            ValueError: the probabilities have another shape, are negative, not finite or all zero, or the scale is
+                negative or not finite.
         """
         p = np.asarray(probabilities, dtype=np.float32)
         if p.shape != self.votes.shape:

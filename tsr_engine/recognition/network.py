@@ -1,8 +1,8 @@
 """Features of sign crops by a small convolutional network, in place of descriptor and feature map.
 
-Only training needs PyTorch (``tsr train network``). Here the layers are sums in one order, so the bits depend neither
-on threads nor on the processor. Most outputs of a layer are 0; skipping those products makes the loops faster than
-OpenCV's convolutions.
+Only training needs PyTorch (``tsr train network``). Here the layers are sums in a fixed order, so the bits depend
+neither on threads nor on the processor. Most outputs of a layer are 0; the loops skip these products, which makes them
+faster than OpenCV's convolutions.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["FEATURES", "LAYERS", "LEAST_SPREAD", "NETWORK_GEOMETRY", "Layer", "N
 FEATURES: Final = 256
 """Number of features."""
 LEAST_SPREAD: Final = 12.0
-"""Crops are divided by the standard deviation of their values, but never by less than this, grey levels."""
+"""Least divisor of a crop's values, grey levels; above it, the divisor is their standard deviation."""
 
 Array = NDArray[np.float32]
 
@@ -37,8 +37,8 @@ class Layer:
         outputs: channels out.
         size: side of the kernel, odd.
         stride: 1 or 2.
-        added: the layer's input is added to its answer before ``max(0, .)``.
-        padded: zeros surround the input, so that stride 1 keeps its size.
+        added: whether the layer's input is added to its output before ``max(0, .)``.
+        padded: whether zeros surround the input, so that stride 1 keeps its size.
     """
 
     inputs: int
@@ -54,7 +54,7 @@ class Layer:
         return self.size // 2 if self.padded else 0
 
     def side(self, before: int) -> int:
-        """Side of the answer for an input of a side."""
+        """Side of the output for an input of side ``before``."""
         return (before + 2 * self.reach - self.size) // self.stride + 1
 
 
@@ -73,7 +73,7 @@ NETWORK_GEOMETRY: Final = {
     "margin": MARGIN,
     "layers": [[layer.inputs, layer.outputs, layer.size, layer.stride] for layer in LAYERS],
 }
-"""What the weights assume of crop and layers; stored with them and checked."""
+"""Settings of crop and layers that the weights depend on; stored and checked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,9 +81,9 @@ class NetworkMap:
     """Weights of the network, plain float32 arrays."""
 
     kernels: tuple[Array, ...]
-    """One a layer, shape (size * size * inputs, outputs): row by row, the channels of a place together."""
+    """One for each layer, shape (size * size * inputs, outputs): row by row, the channels of a place together."""
     biases: tuple[Array, ...]
-    """One a layer, shape (outputs,)."""
+    """One for each layer, shape (outputs,)."""
 
     def __post_init__(self) -> None:
         wanted = [(layer.size * layer.size * layer.inputs, layer.outputs) for layer in LAYERS]
@@ -98,7 +98,7 @@ class NetworkMap:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], prefix: str = "") -> NetworkMap:
-        """From arrays named as :meth:`to_arrays` names them, of any float type.
+        """Make a map from arrays of any float type, named as by :meth:`to_arrays`.
 
         Raises:
             KeyError: an array is missing.
@@ -111,7 +111,7 @@ class NetworkMap:
         return cls(kernels, biases)
 
     def to_arrays(self, prefix: str = "") -> dict[str, NDArray[np.generic]]:
-        """Arrays from which :meth:`from_arrays` makes a map; kernels as float16, in which learned ones are kept."""
+        """Arrays from which :meth:`from_arrays` makes a map; kernels as float16, the type of trained ones."""
         arrays: dict[str, NDArray[np.generic]] = {}
         for number, (kernel, bias) in enumerate(zip(self.kernels, self.biases, strict=True)):
             name = f"{prefix}kernel{number}"
@@ -123,7 +123,7 @@ class NetworkMap:
 
         Args:
             patches: the crops.
-            together: as for a :class:`~.features.FeatureMap`; a crop's features depend on nothing else here.
+            together: unused; see :class:`~.features.FeatureMap`.
         """
         sides = [SIDE]
         for layer in LAYERS:
@@ -143,7 +143,7 @@ class NetworkMap:
 
 @nb.njit(cache=True, nogil=True)
 def _normalise(patch, out):  # type: ignore[no-untyped-def]
-    """Values less their mean, by their spread: light and haze change little then."""
+    """Subtracts the mean of the values and divides by their spread, to cancel light and haze."""
     total, squares, count = 0, 0, patch.size
     for value in patch.flat:
         total += int(value)
@@ -159,7 +159,7 @@ def _normalise(patch, out):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True, nogil=True)
 def _convolve(seen, kernel, bias, size, stride, reach, added, out):  # type: ignore[no-untyped-def]
-    """One layer: for each place what it sees that is not 0 is listed, then those rows of the kernel are summed."""
+    """Computes one layer: for each place, lists the inputs that are not 0 and sums their rows of the kernel."""
     height, width, inputs = seen.shape
     outputs = len(bias)
     rows = np.empty(size * size * inputs + 1, np.int64)
@@ -176,7 +176,7 @@ def _convolve(seen, kernel, bias, size, stride, reach, added, out):  # type: ign
                     if u < 0 or u >= width:
                         continue
                     place, first = seen[v, u], (j * size + i) * inputs
-                    for c in range(inputs):  # without a branch, which could not be foreseen
+                    for c in range(inputs):  # without a branch, which the processor could not predict
                         rows[count], values[count] = first + c, place[c]
                         count += place[c] != 0
             _sum_rows(kernel, bias, rows, values, count, out[y, x])
@@ -189,7 +189,7 @@ def _convolve(seen, kernel, bias, size, stride, reach, added, out):  # type: ign
 
 @nb.njit(cache=True, nogil=True, inline="always")
 def _sum_rows(kernel, bias, rows, values, count, out):  # type: ignore[no-untyped-def]
-    """``bias`` and the rows times their values, first to last; eight a pass, so that ``out`` is loaded less often."""
+    """Sums ``bias`` and rows times values in order; a pass adds eight rows, so that ``out`` is loaded less often."""
     for k in range(len(bias)):
         out[k] = bias[k]
     n = 0

@@ -1,8 +1,8 @@
 """Two views of a crop, shifted against each other.
 
-A classifier's answer changes with the place of the box and, in the dark, with the noise of single pixels. The mean over
-two views, each 1.5 px of 48 from the crop's place along the diagonal, depends less on either, because a view between
-pixels is the mean of four of them.
+A classifier's result changes with the place of the box and, in the dark, with the noise of single pixels. The mean over
+two views, shifted by 1.5 px of 48 along the diagonal in both directions, depends less on both. A view between pixels
+also averages four of them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ __all__ = ["diagonal_pairs"]
 
 
 def diagonal_pairs(patches: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Patches moved by 1.5 px to the upper left and to the lower right; the border is replicated.
+    """Patches moved by 1.5 px to the upper left and to the lower right, borders replicated.
 
     Args:
         patches: shape (n, s, s, 3).
@@ -32,10 +32,10 @@ def diagonal_pairs(patches: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @nb.njit(cache=True, nogil=True)
 def _move(patches, out):  # type: ignore[no-untyped-def]
-    """Both views are made of the same means of four neighbours: one shows those up and left, the other down and right.
+    """Makes both views from the same means of four neighbours, shifted up and left, or down and right.
 
-    Rows hold three values a pixel. The patch is thought to go on for two pixels beyond each edge; row ``r`` of means
-    lies between its rows ``r - 2`` and ``r - 1``.
+    Rows hold three values for each pixel. The patch is padded by two pixels on each side; row ``r`` of the means lies
+    between its rows ``r - 2`` and ``r - 1``.
     """
     height, length = patches.shape[1:3]
     sums = np.empty(length + 12, dtype=np.uint16)
