@@ -1,4 +1,4 @@
-"""The frame loop of Algorithm 3, and what surrounds it in a live run and in a replay."""
+"""The frame loop of Algorithm 3, and its inputs and results in live runs and replays."""
 
 from tsr_engine.pipeline.ahead import Detected, detected_ahead
 from tsr_engine.pipeline.components import (

@@ -1,9 +1,9 @@
 """Detection on several cores: processes detect frames in parallel, and the frames come out in order.
 
-Detection has no state, so a frame's detections do not depend on when or where they are made: a run on any number of
-cores stores the same bytes. Tracking needs the frames in order and stays in this process, which also detects if the
-next frame is not ready. No core waits while there is a frame to detect. With ``d`` seconds of detection and ``t``
-of the rest, ``n`` cores take ``max((d + t) / n, t)`` a frame.
+Detection has no state, so a run stores the same bytes on any number of cores. Tracking needs the frames in order and
+stays in this process, which also detects if the next frame is not ready. No core waits while there is a frame to
+detect. With ``d`` seconds of detection and ``t`` of other work, ``n`` cores take ``max((d + t) / n, t)`` seconds per
+frame.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ F = TypeVar("F", bound=_Numbered)
 
 @dataclass(slots=True)
 class _Place(Generic[F]):
-    """A frame that has not come out yet.
+    """A frame in the queue.
 
     Attributes:
-        state: ``open`` is to be given to a helper or detected here, ``own`` is to be detected here, ``given`` is with a
-            helper, ``done`` has detections, a failure, or neither where nobody wants them.
+        state: ``open``: waits for a helper or this process; ``own``: waits for this process; ``given``: a helper works
+            on it; ``done``: has detections or a failure, or is not wanted.
     """
 
     frame: F
@@ -67,21 +67,21 @@ class _Ahead(Generic[F]):
 
     @property
     def full(self) -> bool:
-        """Whether as many frames wait as are worth their memory."""
+        """Whether enough frames wait to keep all cores busy."""
         helpers = len(self._working) + (self._warm and self._missing > 0)
         return len(self.waiting) > (HELD + 1) * helpers
 
     def first(self) -> _Place[F]:
-        """The first frame, as soon as it is done; meanwhile others are detected here."""
+        """The first frame, once it is done; until then, this process detects others."""
         place = self.waiting[0]
         while place.state != "done":
-            self._hear(0.0)
-            self._give()
+            self._collect(0.0)
+            self._hand_out()
             if place.state == "done":
                 break
             mine = next((each for each in self.waiting if each.state in {"open", "own"}), None)
             if mine is None:
-                self._hear(None)
+                self._collect(None)
             else:
                 self._detect_here(mine)
         return self.waiting.popleft()
@@ -95,8 +95,8 @@ class _Ahead(Generic[F]):
         place.state = "done"
         self._warm = True
 
-    def _give(self) -> None:
-        """Let no helper be without work."""
+    def _hand_out(self) -> None:
+        """Give open frames to helpers that have room for them."""
         for place in [each for each in self.waiting if each.state == "open"]:
             working = self._free(place.frame.picture.shape)
             if working is None:
@@ -110,9 +110,9 @@ class _Ahead(Generic[F]):
             working.places.append(place)
 
     def _free(self, shape: tuple[int, ...]) -> _Working[F] | None:
-        """The helper that has least to do, a new one if that is too much; None: all have enough.
+        """The helper with the fewest frames, or a new one if all have work; None if all are full.
 
-        Helpers begin after the first frame: what was loaded and compiled for it is there in each.
+        Helpers start after the first frame, so that they share what it loaded and compiled.
         """
         least = min(self._working, key=lambda working: len(working.places), default=None)
         if (least is None or least.places) and self._warm and self._missing:
@@ -121,8 +121,8 @@ class _Ahead(Generic[F]):
             self._working.append(least)
         return None if least is None or len(least.places) == HELD else least
 
-    def _hear(self, seconds: float | None) -> None:
-        """Take what helpers have done; wait for one of them for so long, None: until there is something."""
+    def _collect(self, seconds: float | None) -> None:
+        """Take the results of helpers; wait at most ``seconds`` for the first, None: without limit."""
         if not self._working:
             return
         ready = wait([working.helper.talk for working in self._working], seconds)
@@ -136,7 +136,7 @@ class _Ahead(Generic[F]):
             place.found, place.state = found, "own" if found is None else "done"
 
     def _lose(self, working: _Working[F]) -> None:
-        """Go on without a helper that has ended, such as one that was killed where memory is short."""
+        """Continue without a helper that has ended, for example because memory ran out."""
         for place in working.places:
             place.state = "open"
         self._working.remove(working)
@@ -155,17 +155,20 @@ def detected_ahead(
     cores: int,
     wanted: Callable[[F], bool] = lambda _: True,
 ) -> Iterator[tuple[F, float, Detected | None]]:
-    """Frames with their detections, in order.
+    """Yield frames with their detections, in order.
 
     Args:
         frames: frames whose pictures have one shape, each with a number that is passed on.
-        detect: detections of a frame by its number and picture, from this process or another.
-        cores: processes that detect, >= 1, of which this is one. At most four frames a core wait or are worked on.
-        wanted: whether a frame is detected; the others come with None.
+        detect: computes the detections of a frame from its ordinal and picture, in this process or another.
+        cores: number of processes that detect, >= 1, this one included. At most four frames per core are in memory.
+        wanted: whether to detect a frame; the others come with None.
+
+    Yields:
+        Frame, its number, and its detections with their seconds.
 
     Raises:
         ValueError: ``cores`` is below 1.
-        Whatever ``frames`` or ``detect`` raise, after the frames before.
+        Exception: any error of ``frames`` or ``detect``, after the frames before it.
     """
     if cores < 1:
         raise ValueError(f"cores must be at least 1. Got {cores}.")

@@ -46,7 +46,7 @@ class Components:
         detector: the offline detector.
         parts: what the core needs.
         models: component name -> sha256, recorded with the run.
-        learned_lambda: ``lambda`` of Eq. 2 as it was learned (Eq. 8).
+        learned_lambda: ``lambda`` of Eq. 2, learned by Eq. 8.
         labels: keys of the classifier's classes; None: those of ``gtsrb-43``.
     """
 
@@ -59,12 +59,12 @@ class Components:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """An ONNX network that takes the place of the ACF detector.
+    """An ONNX network that replaces the ACF detector.
 
     Attributes:
         path: the file.
         size: (width, height) of the network's input, px.
-        layout: of its output, see :mod:`tsr_engine.detection.onnx`.
+        layout: layout of its output, see :mod:`tsr_engine.detection.onnx`.
     """
 
     path: Path
@@ -78,7 +78,7 @@ def load_components(params: Params, folder: Path | None = None, network: Network
     Args:
         params: all parameters.
         folder: the model folder; unset: the shipped one.
-        network: what detects instead of the folder's ACF component; its hash is recorded in place of that one's.
+        network: replaces the folder's ACF component; its hash is recorded instead.
 
     Raises:
         ModelError: a component is missing, damaged, or of another version, or the network is none.
@@ -109,7 +109,7 @@ def load_components(params: Params, folder: Path | None = None, network: Network
 def load_network(network: Network, params: Params, prior: Component | None = None) -> tuple[OnnxDetector, str]:
     """An ONNX network as the detector, and the sha256 of its file.
 
-    The network is run once on an empty picture, so that a wrong size or layout shows before any frame is decoded.
+    The network runs once on an empty picture, so that a wrong size or layout is found before any frame is decoded.
 
     Args:
         network: the file and how to use it.
@@ -167,7 +167,7 @@ def load_detector(params: Params, folder: Path | None = None) -> AcfDetector:
 
 
 def load_other_shapes(params: Params, folder: Path | None = None) -> OtherShapes:
-    """What finds signs outside the classes of a model folder; unset: the shipped one.
+    """The detector of signs outside the classes, from a model folder; unset: the shipped one.
 
     Raises:
         ModelError: missing, damaged, or of another version.

@@ -5,7 +5,7 @@
     predict -> associate -> gate each predicted crop -> learn, correct or relocalise -> births and deaths
             -> classify each result -> fuse the votes of its track
 
-Live runs and replays use the same code: it reads pixels only through ``PixelSource.crop``.
+Live runs and replays use the same code, because it reads pixels only through ``PixelSource.crop``.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class TrackingCore:
         width: width of the pictures, px.
         height: height of the pictures, px.
         interval: nominal time between two frames, seconds.
-        first_id: id of the first track; a resumed run goes on counting.
+        first_id: id of the first track; a resumed run continues the count.
     """
 
     def __init__(
@@ -72,10 +72,10 @@ class TrackingCore:
         self._clock: float | None = None
 
     def step(self, frame: FrameInput) -> FrameEvidence:
-        """Take one frame.
+        """Process one frame.
 
         Args:
-            frame: frames come in presentation order.
+            frame: the next frame in presentation order.
 
         Returns:
             The frame's evidence, with timings of the stages and without regions.
@@ -122,7 +122,7 @@ class TrackingCore:
         )
 
     def skip(self, seconds: float) -> None:
-        """Set the clock to a frame that had no tracks and is not taken again."""
+        """Set the clock to the time of a frame without tracks, which is not processed again."""
         self._clock = seconds
 
     def _advance(self, seconds: float) -> float:
@@ -143,8 +143,8 @@ class TrackingCore:
     ) -> _Note:
         """Gate one prediction; learn, correct or relocalise (steps 4 to 6).
 
-        A smooth prediction is always near the one before, so the gate hardly ever rejects what a detector that has
-        gone blind leaves behind. After ``relocalise_after`` such frames the online detector is asked all the same.
+        Predictions without detections move smoothly, so the gate hardly ever rejects them. After ``relocalise_after``
+        such frames the online detector searches regardless of the gate.
         """
         track_context = self._track_contexts[track_id]
         verdict: GateVerdict | None = None
@@ -157,7 +157,7 @@ class TrackingCore:
             return _Note(verdict, None, ())
         alone = 0 if detected is not None else self._tracker.undetected(track_id)
         samples: tuple[Sample, ...] = ()
-        # What was predicted only would teach the detector its own drift. Nor is anything forgotten then.
+        # A prediction without a detection would teach the detector its own drift. Old samples stay then, too.
         if not (alone and verdict.confident) or self.params.online.learn_undetected:
             with _timed(seconds, "learn"):
                 label = 1 if verdict.confident else -1
@@ -190,10 +190,10 @@ class TrackingCore:
     def _take(
         self, pixels: PixelSource, track_id: int, alone: int, prediction: Prediction, found: Relocalisation
     ) -> Event:
-        """Correct a prediction that looks like the sign by a window of the search, unless that lies too far off.
+        """Correct a confident prediction by a window of the search, unless the window is too far away.
 
-        What covers a sign looks somewhat like it to a detector that has learned a few of its views: a window that
-        would throw the track aside is such a thing rather than the sign.
+        An object in front of the sign looks somewhat like it to a detector that has learned only a few views. So a
+        window that would move the track far away probably shows such an object.
         """
         p = self.params.pipeline
         off = to_cxcywh(found.box)[:2] - to_cxcywh(prediction.box)[:2]
@@ -203,7 +203,7 @@ class TrackingCore:
         sure = found.probability >= p.sure_probability
         seen = self._models.look(pixels, found.box) if p.rescore_windows and self._models.look is not None else None
         taken = seen if seen is not None and seen.score >= p.rescore_score else None
-        # What hides a sign, or blurs it, looks little like one, and a window on it says little of where the sign is.
+        # A hidden or blurred sign has a low score, and its window is a poor measurement of the place.
         refused = seen if taken is None and p.inflate_rejected_noise else None
         scored = taken or refused
         noise_scale = 1.0 if scored is None else self.params.tracking.noise_scale(scored.score)
@@ -224,7 +224,7 @@ class TrackingCore:
         return self._gate.judge(crop, track_context.memory, centre[:2], before[:2], side, frame.shift)
 
     def _remember(self, frame: FrameInput, status: TrackStatus, note: _Note, seconds: dict[str, float]) -> None:
-        """What the next frame needs to know of this one's result; starts the memory of a new track."""
+        """Store in the track's context what the next frame needs; make the context of a new track."""
         track_context = self._track_contexts.get(status.track_id)
         if track_context is None:
             track_context = self._track_contexts[status.track_id] = TrackContext.start(
@@ -271,7 +271,7 @@ class TrackingCore:
 
 
 def worth_looking_at(box: FloatArray, width: int, height: int) -> bool:
-    """Whether a box is of a sane size, and at least partly in a picture of ``width`` x ``height`` px."""
+    """Whether a box (4,) has a plausible size and is at least partly in a picture of ``width`` x ``height`` px."""
     if not np.isfinite(box).all():
         return False
     across, down = box[2] - box[0], box[3] - box[1]
@@ -281,7 +281,7 @@ def worth_looking_at(box: FloatArray, width: int, height: int) -> bool:
 
 
 def is_seen(source: Source, gate: GateVerdict | None) -> bool:
-    """Whether a result is a sight of the sign, so that its crop goes into the track's memory."""
+    """Whether a result shows the sign, so that its crop goes into the track's memory."""
     return source != "predicted" or (gate is not None and gate.confident)
 
 
@@ -311,7 +311,7 @@ def _track_frame(status: TrackStatus, note: _Note, recognitions: Mapping[int, Re
 
 
 def _last_frame(track_id: int, prediction: Prediction, detection: int | None, note: _Note) -> TrackFrame:
-    """The frame in which a track ended: why it was given up stays on record."""
+    """The record of a track in the frame in which it ended, with the decisions that ended it."""
     return TrackFrame(
         track_id=track_id,
         state="dead",

@@ -17,15 +17,15 @@ class VideoDetector:
     """Interface between a run and its detector.
 
     Attributes:
-        detector: any.
-        alone: frames are detected in several processes, so each is detected on one core.
+        detector: any offline detector.
+        alone: whether each frame uses only one core, because several processes detect.
     """
 
     detector: OfflineDetector
     alone: bool = False
 
     def detect(self, ordinal: int, picture: Picture) -> Detections:
-        """Detections of a frame, without memory: in any order and any process."""
+        """Detections of a frame; independent of other frames, so in any order and any process."""
         detector = self.detector
         if isinstance(detector, AcfDetector):
             if detector.params.scan_turns > 1:
@@ -35,7 +35,7 @@ class VideoDetector:
         return detector.detect(picture)
 
     def revisit(self, picture: Picture, found: Detections) -> Revisit | None:
-        """What completes a frame's detections once the core knows where it expects signs; None if they are complete."""
+        """A function that adds detections at the places where the core expects signs; None if they are complete."""
         detector = self.detector
         if not isinstance(detector, AcfDetector) or detector.params.scan_turns == 1:
             return None

@@ -11,21 +11,21 @@ from tsr_engine.records import Detections, FloatArray
 __all__ = ["FrameInput", "Revisit"]
 
 Revisit = Callable[[FloatArray], Detections]
-"""From boxes, shape (n, 4), where signs are expected to the frame's detections, these included."""
+"""Maps expected boxes, shape (n, 4), to the frame's detections, including those found at these boxes."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameInput:
-    """One frame as the core sees it, live or in a replay.
+    """The core's input for one frame, in a live run or a replay.
 
     Attributes:
         ordinal: the frame's 0-based position in presentation order.
         seconds: presentation time.
         detections: offline detections, best first.
         shift: global camera shift since the previous frame, px.
-        pixels: the frame's pixels; everything the core looks at comes from here.
-        revisit: completes the detections where the scan is spread over several frames; None: they are complete, as
-            stored ones are.
+        pixels: the frame's pixels; the core reads no others.
+        revisit: completes the detections if the scan is spread over several frames; None: they are complete, as in
+            evidence.
     """
 
     ordinal: int

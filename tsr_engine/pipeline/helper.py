@@ -1,9 +1,9 @@
 """A process that detects frames for its parent.
 
-The process is forked: it starts within milliseconds with everything loaded and compiled, takes any detector, and works
-where no other program may be started. Because its parent has threads, it only detects: it closes the parent's files,
-collects no garbage, and exits without cleaning up. OpenCV's threads end before the fork, since a child would wait for
-them forever.
+The process is forked. So it starts within milliseconds with everything loaded and compiled, takes any detector, and
+works where other programs must not start. Because its parent has threads, it does nothing but detect: it closes the
+parent's files, collects no garbage, and exits without clean-up. OpenCV's threads end before the fork, since a child
+would wait for them forever.
 
 Pictures go through shared memory, detections through a pipe. The process ends with its parent, because the pipe then
 closes.
@@ -31,23 +31,23 @@ from tsr_engine.records import Detections, Picture
 __all__ = ["HELD", "Detect", "Detected", "Helper"]
 
 HELD: Final = 3
-"""Frames that a helper holds: it detects one, and others lie ready while its parent is busy."""
+"""Largest number of frames of a helper: it detects one, and the others are ready while its parent is busy."""
 
 Detect = Callable[[int, Picture], Detections]
-"""From a frame's number and picture to its detections."""
+"""Computes the detections of a frame from its ordinal and picture."""
 Detected = tuple[Detections, float]
-"""Detections of a frame, and the seconds that they took."""
+"""Detections of a frame, and the seconds that detection took."""
 
 
 class Helper:
     """One process that detects.
 
     Args:
-        detect: what it does.
-        shape: of all pictures.
+        detect: computes detections.
+        shape: shape of all pictures.
 
     Attributes:
-        talk: readable when the next frame is done, or the process has ended.
+        talk: pipe; readable when the next frame is done or the process has ended.
     """
 
     def __init__(self, detect: Detect, shape: tuple[int, ...]) -> None:
@@ -62,7 +62,7 @@ class Helper:
         theirs.close()
 
     def give(self, ordinal: int, picture: Picture) -> None:
-        """Have a frame detected; at most ``HELD`` at a time.
+        """Send a frame to detect; at most ``HELD`` at a time.
 
         Raises:
             OSError: the process has ended.
@@ -73,7 +73,7 @@ class Helper:
         self._given += 1
 
     def take(self) -> Detected | None:
-        """The detections of the frame that was given first; None: it could not be detected.
+        """The detections of the oldest frame in work; None: detection failed.
 
         Raises:
             EOFError, OSError: the process has ended.
@@ -82,7 +82,7 @@ class Helper:
         return found
 
     def close(self) -> None:
-        """End the process, whatever it does."""
+        """End the process at once."""
         self.talk.close()
         with suppress(ProcessLookupError):
             os.kill(self._process, signal.SIGKILL)
@@ -97,7 +97,7 @@ def _quiet() -> Iterator[None]:
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
         try:
             with warnings.catch_warnings():
-                # Python 3.12 warns of every fork of a process with threads.
+                # Python 3.12 warns about every fork of a process with threads.
                 warnings.simplefilter("ignore", DeprecationWarning)
                 yield
         finally:
@@ -108,12 +108,12 @@ def _serve(talk: Connection, detect: Detect, pictures: NDArray[np.uint8]) -> NoR
     """Detect until the parent closes the pipe or ends."""
     try:
         gc.disable()
-        gc.freeze()  # what only the parent may end would be ended here, such as a decoder
+        gc.freeze()  # no finalisers here: objects such as decoders belong to the parent
         signal.set_wakeup_fd(-1)
         for number in signal.valid_signals():
             if callable(signal.getsignal(number)):
                 signal.signal(number, signal.SIG_DFL)
-        for number in (signal.SIGINT, signal.SIGTERM):  # both reach whole groups; the parent decides
+        for number in (signal.SIGINT, signal.SIGTERM):  # both reach the whole process group; the parent handles them
             signal.signal(number, signal.SIG_IGN)
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
         _close_all_but(talk.fileno())
@@ -131,7 +131,7 @@ def _serve(talk: Connection, detect: Detect, pictures: NDArray[np.uint8]) -> NoR
 
 
 def _close_all_but(kept: int) -> None:
-    """Close the parent's files, so that they are closed for everybody when the parent closes them; stderr stays."""
+    """Close the parent's files except ``kept`` and stderr, so that they really close when the parent closes them."""
     nothing = os.open(os.devnull, os.O_RDWR)
     for standard in (0, 1):
         os.dup2(nothing, standard)

@@ -1,4 +1,4 @@
-"""Computes one verdict of the gate again from stored evidence, with all its factors."""
+"""Recomputes one verdict of the gate from stored evidence, with all its factors."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class Inspection:
     """The gate's inputs and factors for one prediction.
 
     Attributes:
-        verdict: recomputed; equals the stored one where the pixels are those of the run.
+        verdict: the recomputed verdict; equals the stored one if the pixels are those of the run.
         crop: the judged crop, BGR, with its margin.
         border: columns and rows of margin on each side of the crop.
-        symmetry: the mirror axis; its pairs are in px of the crop without its margin.
-        memory: the track's earlier looks as they were when the verdict fell.
+        symmetry: the mirror axis, in px of the crop without its margin.
+        memory: the mean of the track's earlier crops at the time of the verdict.
         crop_hash: the crop's 64 bits, first bit highest.
         mean_hash: the memory's 64 bits.
     """
@@ -49,10 +49,10 @@ class Inspection:
 
 
 def stored_pixels(reader: EvidenceReader, frame: int) -> StoredPixels:
-    """The pixels that evidence keeps of a frame.
+    """The pixels of a frame in the evidence.
 
     Raises:
-        EvidenceError: there is no such frame.
+        EvidenceError: the evidence does not have the frame.
     """
     size, _ = _size(reader, frame)
     return StoredPixels(*size, reader.regions(frame))
@@ -63,20 +63,20 @@ def inspect_gate(
 ) -> Inspection | None:
     """Judge one stored prediction again.
 
-    The memory of looks is rebuilt from the track's first frame on, exactly as the run had it.
+    The memory of crops is rebuilt from the track's first frame, so that it equals that of the run.
 
     Args:
         reader: the run.
         params: the run's own parameters.
         track_id: the track.
         frame: ordinal of the frame.
-        pixels: the pixels of a frame by ordinal.
+        pixels: returns the pixels of a frame by its ordinal.
 
     Returns:
-        None where the gate did not judge that track in that frame.
+        The inspection; None if the gate did not judge the track in that frame.
 
     Raises:
-        EvidenceError: the evidence lacks the frames that are needed.
+        EvidenceError: the evidence lacks a frame that is needed.
     """
     gate = Gate(params.gate)
     memory, previous = HashMemory.empty(), None

@@ -1,4 +1,4 @@
-"""Chooses the pixels of a frame that evidence keeps for replays with other parameters."""
+"""Chooses the pixels of a frame that evidence stores for replays with other parameters."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ __all__ = ["replay_regions"]
 
 
 def replay_regions(frame: FrameEvidence, pixels: FramePixels, params: Params) -> tuple[Region, ...]:
-    """The pixels that the step itself asked for, and those that a replay may need.
+    """The pixels that the step has read, and those that a replay may need.
 
-    A replay with a search radius up to ``keep_radius`` looks around every prediction; one with other thresholds
+    A replay with a search radius up to ``keep_radius`` searches around every prediction. A replay with other thresholds
     may start a track at any detection.
 
     Args:
-        frame: the step's evidence, still without regions.
-        pixels: the source that the step has read from.
-        params: of the run.
+        frame: the step's evidence, without regions.
+        pixels: the frame's pixels, which the step has read from.
+        params: parameters of the run.
     """
     kept = params.pipeline
     online = params.online.model_copy(update={"search_radius": max(kept.keep_radius, params.online.search_radius)})
@@ -37,7 +37,7 @@ def replay_regions(frame: FrameEvidence, pixels: FramePixels, params: Params) ->
 
 
 def _touch(pixels: FramePixels, box: FloatArray) -> None:
-    """Ask for the part of a box that lies in the frame."""
+    """Read the part of a box that lies in the frame, so that it is kept."""
     if not np.isfinite(box).all():
         return
     inside = clip(box, pixels.width, pixels.height)

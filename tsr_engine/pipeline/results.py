@@ -1,4 +1,4 @@
-"""Result rows for the CSV and one summary per track, computed while a run goes on."""
+"""Result rows for the CSV and one summary per track, computed during a run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["ResultStream", "TrackSummary"]
 
 @dataclass(slots=True)
 class TrackSummary:
-    """One track over the frames seen so far."""
+    """Summary of one track up to the current frame."""
 
     track_id: int
     first_frame: int
@@ -24,15 +24,15 @@ class TrackSummary:
     class_id: int = NO_CLASS
     """Fused class, -1 before the first recognition."""
     share: float = 0.0
-    """Share of the votes that the class has, in [0, 1]."""
+    """Share of the votes for the class, in [0, 1]."""
     best_score: float = float("-inf")
     largest_side: float = 0.0
     """Longest side of any of its boxes, px."""
     frames: Counter[str] = field(default_factory=Counter)
-    """Frames by source."""
+    """Number of frames by source."""
 
     def extend(self, ordinal: int, track: TrackFrame) -> None:
-        """Take one more frame into account."""
+        """Add one frame."""
         if track.recognition is not None:
             self.class_id, self.share = track.recognition.class_id, float(track.recognition.share)
         if track.state == "dead":
@@ -46,11 +46,11 @@ class TrackSummary:
 
 
 class ResultStream:
-    """Turns frames into result rows: by frame, then by track, confirmed tracks only and from their first frame on.
+    """Turns frames into result rows, sorted by frame and track: all frames of confirmed tracks.
 
-    A row waits until every track of its frame has ended, because its class is fused over the whole life of the
-    physical sign (Eq. 4). ``finish`` releases the remaining rows. Memory grows with the length of the
-    tracks in view, not with that of the video.
+    A row waits until all tracks of its frame have ended, because its class is fused over all frames of the sign (Eq.
+    4). ``finish`` releases the remaining rows. Memory grows with the length of the current tracks, not with that of the
+    video.
     """
 
     def __init__(self) -> None:
@@ -58,10 +58,10 @@ class ResultStream:
         self._live: dict[int, TrackSummary] = {}
         self._ended: dict[int, TrackSummary] = {}
         self.tracks: list[TrackSummary] = []
-        """Confirmed tracks that have ended, in the order of their end; after ``finish`` all of them, by id."""
+        """Confirmed tracks that have ended, in the order of their end; after ``finish`` all, by id."""
 
     def add(self, frame: FrameEvidence) -> Iterator[ResultRow]:
-        """Take one frame and yield the rows that are settled by it."""
+        """Add one frame and yield the rows that are final with it."""
         alive: set[int] = set()
         rows: list[tuple[int, TrackFrame]] = []
         for track in frame.tracks:

@@ -10,7 +10,7 @@ from tsr_engine.records import Event, FloatArray, GateVerdict, Relocalisation
 
 __all__ = ["astray", "found_by_search", "rejected", "relabelled", "relocalised"]
 
-# What the factors are for a sign that is followed well; only the choice of the sentence's reason rests on them.
+# Usual factors of a well-tracked sign. Only the choice of the reason in the sentence depends on them.
 _USUAL_SYMMETRY = 1.5
 _USUAL_BITS = 8.0
 _USUAL_PIXELS = 3.0
@@ -18,7 +18,7 @@ _USUAL_SIDES = 0.08
 
 
 def rejected(track_id: int, verdict: GateVerdict, gate: GateParams, answer: str) -> Event:
-    """The gate has turned a prediction down and no window took its place."""
+    """The event of a prediction that the gate rejects and no window replaces."""
     text = f"Prediction of track {track_id} rejected, {_reason(verdict, gate)}; {answer}."
     return Event("rejected", track_id, text, _values(verdict, gate))
 
@@ -26,7 +26,7 @@ def rejected(track_id: int, verdict: GateVerdict, gate: GateParams, answer: str)
 def relocalised(
     track_id: int, verdict: GateVerdict, gate: GateParams, prediction: FloatArray, found: Relocalisation
 ) -> Event:
-    """The gate has turned a prediction down and the online detector has found the sign beside it."""
+    """The event of a prediction that the gate rejects and a window of the online detector replaces."""
     dx, dy = _displacement(prediction, found)
     text = f"Prediction of track {track_id} rejected, {_reason(verdict, gate)}; relocalised {_move(dx, dy)}."
     values = _values(verdict, gate) | {"dx": dx, "dy": dy, "probability": found.probability}
@@ -41,15 +41,15 @@ def found_by_search(
     seen: ScoredBox | None,
     refused: ScoredBox | None = None,
 ) -> Event:
-    """The online detector has found a sign that the offline detector has not seen for some frames.
+    """The event of a sign that the online detector finds after some frames without a detection.
 
     Args:
-        track_id: of the sign.
-        undetected: frames in a row without a detection.
-        prediction: box, shape (4,).
+        track_id: the sign's track.
+        undetected: number of frames in a row without a detection.
+        prediction: predicted box, shape (4,), px.
         found: the online detector's window.
-        seen: what window rescoring took for a sign there; None: nothing, or none was taken.
-        refused: what it saw and took for none, where the window counts the less for it.
+        seen: the rescored box if window rescoring accepts it as a sign.
+        refused: the rescored box if window rescoring rejects it and the window's noise is increased.
     """
     dx, dy = _displacement(prediction, found)
     text = (
@@ -69,7 +69,7 @@ def found_by_search(
 
 
 def astray(track_id: int, undetected: int, prediction: FloatArray, found: Relocalisation, sigmas: float) -> Event:
-    """The online detector has found something like the sign where the sign can hardly be."""
+    """The event of a window that is too far from the prediction to be the sign."""
     dx, dy = _displacement(prediction, found)
     text = (
         f"Track {track_id} has had no detection for {counted(undetected, 'frame')}; a window like it is "
@@ -80,7 +80,7 @@ def astray(track_id: int, undetected: int, prediction: FloatArray, found: Reloca
 
 
 def relabelled(track_id: int, before: str, after: str, share: float) -> Event:
-    """The fused class of a track has changed."""
+    """The event of a change of a track's fused class."""
     text = f"Track {track_id} is now '{after}' with {share:.0%} of the votes, no longer '{before}'."
     return Event("relabelled", track_id, text, {"before": before, "after": after, "share": share})
 
@@ -96,7 +96,7 @@ def _values(verdict: GateVerdict, gate: GateParams) -> dict[str, float | int | s
 
 
 def _reason(verdict: GateVerdict, gate: GateParams) -> str:
-    """``L = 38.2 > 15, symmetry 0.21 is low``: the product, and the factor that weighs most in it."""
+    """The product and its largest factor: ``L = 38.2 > 15, symmetry 0.21 is low``."""
     if gate.position_unit == "side":
         place, usual = f"{verdict.position_distance:.2f} of its side", _USUAL_SIDES
     else:
@@ -112,13 +112,13 @@ def _reason(verdict: GateVerdict, gate: GateParams) -> str:
 
 
 def _displacement(prediction: FloatArray, found: Relocalisation) -> tuple[float, float]:
-    """From the prediction's centre to the window's, px."""
+    """Displacement from the prediction's centre to the window's, px."""
     before, after = to_cxcywh(prediction), to_cxcywh(found.box)
     return float(after[0] - before[0]), float(after[1] - before[1])
 
 
 def _move(dx: float, dy: float) -> str:
-    """``6 px left and 2 px down``."""
+    """A displacement in words: ``6 px left and 2 px down``."""
     parts = []
     if abs(dx) >= 0.5:
         parts.append(f"{abs(dx):.0f} px {'left' if dx < 0 else 'right'}")

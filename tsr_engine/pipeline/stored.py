@@ -17,21 +17,20 @@ from tsr_engine.records import Detections, FrameEvidence
 
 __all__ = ["RECOMPUTED", "input_of", "rebuild", "rescored", "start_core"]
 
-NOT_COMPARED = frozenset({"timings", "regions", "text"})
-"""Fields of ``FrameEvidence`` and of what is in it in which a replay may differ from the run by nature.
+RECOMPUTED = frozenset({"timings", "regions", "text"})
+"""Fields of ``FrameEvidence`` and its parts in which a correct replay may differ from the run.
 
-``text`` is the sentence of an event: a version that words it anew finds nothing else. What it says is compared, in the
-event's kind and values.
+``text`` is the sentence of an event, whose wording may change between versions. The event's kind and values are
+compared.
 """
-RECOMPUTED = NOT_COMPARED
 
 
 def input_of(frame: FrameEvidence, detections: Detections | None = None) -> tuple[FrameInput, StoredPixels]:
-    """What the core needs to take a stored frame once more, and the pixels that count what they lack.
+    """The core's input for a stored frame, and its pixels, which count missing ones.
 
     Args:
-        frame: with regions.
-        detections: others than the stored ones, such as rescored ones.
+        frame: stored frame with regions.
+        detections: detections to use, such as rescored ones; unset: the stored ones.
     """
     pixels = StoredPixels(frame.width, frame.height, frame.regions)
     used = frame.detections if detections is None else detections
@@ -41,7 +40,7 @@ def input_of(frame: FrameEvidence, detections: Detections | None = None) -> tupl
 def rescored(detections: Detections, weight: float) -> Detections:
     """Detections with the final score ``raw + (P - 1/2) * weight`` (Eq. 2), best first.
 
-    Suppression is not repeated: what the run's own non-maximum suppression dropped is not in the store.
+    Suppression is not repeated, because the evidence lacks the boxes that the run suppressed.
     """
     scores = with_prior(detections.raw_scores, detections.prior, weight)
     order = np.argsort(-scores, kind="stable")
@@ -49,9 +48,9 @@ def rescored(detections: Detections, weight: float) -> Detections:
 
 
 def start_core(reader: EvidenceReader, params: Params, parts: Models, *, first_id: int = 1) -> TrackingCore:
-    """A core for the video that a store belongs to.
+    """Make a core for the video of a run's evidence.
 
-    Where another detector than ours was asked, nobody takes window rescoring.
+    Window rescoring is off if the run used another detector than ACF.
 
     Raises:
         EvidenceError: the store is empty or lacks what the core needs.
@@ -68,7 +67,7 @@ def start_core(reader: EvidenceReader, params: Params, parts: Models, *, first_i
 
 
 def rebuild(reader: EvidenceReader, params: Params, parts: Models, last: int) -> TrackingCore:
-    """The core as it was after frame ``last``: the frames since no track was alive are taken once more.
+    """The core as it was after frame ``last``; the frames since the last one without tracks are processed again.
 
     Args:
         reader: the run, with pixels.
@@ -77,7 +76,7 @@ def rebuild(reader: EvidenceReader, params: Params, parts: Models, last: int) ->
         last: last stored frame.
 
     Raises:
-        EvidenceError: the pixels were not kept, or the frames do not come out as they are stored.
+        EvidenceError: the evidence has no pixels, or a frame comes out differently than stored.
     """
     quiet = reader.quiet_frame(before=last + 1)
     used = [] if quiet is None else [track.track_id for track in reader.tracks(stop=quiet + 1)]
@@ -89,7 +88,7 @@ def rebuild(reader: EvidenceReader, params: Params, parts: Models, last: int) ->
         raise EvidenceError(f"{reader.folder} holds no pixels, so its run cannot go on. Start over in a new folder.")
     for stored in reader.frames(start, last + 1):
         again = core.step(input_of(stored)[0])
-        found = next(differences(again, stored, ignore=NOT_COMPARED), None)
+        found = next(differences(again, stored, ignore=RECOMPUTED), None)
         if found is not None:
             raise EvidenceError(
                 f"{reader.folder} cannot be continued: frame {stored.ordinal} comes out differently here ({found}). "

@@ -1,6 +1,7 @@
-"""One thread for the linear algebra of training, so sums have one order on any number of cores; one for OpenCV.
+"""Limits BLAS or OpenCV to one thread.
 
-A run needs no such block: it multiplies with :mod:`tsr_engine.products`.
+Training needs one BLAS thread, so that sums have the same order on any number of cores. A run does not need it, because
+it multiplies with :mod:`tsr_engine.products`.
 """
 
 from __future__ import annotations

@@ -15,11 +15,11 @@ from tsr_engine.tracking.focus import Focus, find_focus
 __all__ = ["ENOUGH", "MOST", "PORTION", "aimed", "calibrate"]
 
 PORTION = 250
-"""So many frames are looked at before the answer is weighed."""
+"""Number of frames between two estimates."""
 ENOUGH = 0.01
-"""A standard error, share of the height, at which no further portion is looked at."""
+"""Standard error at which the estimation stops, share of the height."""
 MOST = 3000
-"""... and so many frames at most: a car that stands for two minutes may stand for longer."""
+"""Largest number of frames. A car that stands still for two minutes may stand for much longer."""
 
 
 def calibrate(
@@ -33,20 +33,20 @@ def calibrate(
     progress: Callable[[int, int | None], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Focus | None:
-    """The height of the focus of expansion of the camera of a drive.
+    """Estimate the height of the focus of expansion of a drive's camera.
 
     Args:
         path: the video.
         start: first frame.
-        stop: end, exclusive; unset: as soon as a portion is certain enough, ``MOST`` frames after the first at last.
-        x: of the focus, share of the width.
-        scale: flow is looked for in pictures made smaller by this factor.
-        limits: what the video may demand; unset: ``VideoLimits()``.
-        progress: called after each frame with the number of frames done and the most there are to do, if known.
-        cancelled: asked before each frame; true ends the search with what is known by then.
+        stop: end, exclusive; unset: when the estimate is exact enough (``ENOUGH``), at most ``MOST`` frames later.
+        x: horizontal position of the focus, share of the width.
+        scale: factor by which pictures are reduced to measure the flow.
+        limits: limits on the video; unset: ``VideoLimits()``.
+        progress: called after each frame with the number of frames done, and the largest number to do if known.
+        cancelled: called before each frame; if it returns true, the estimation ends with the frames up to then.
 
     Returns:
-        None if the car drives too little for an answer.
+        The focus; None if the car drives too little for an estimate.
 
     Raises:
         VideoError: the video cannot be opened or decoded.
@@ -80,19 +80,20 @@ def aimed(
     limits: VideoLimits | None = None,
     progress: Callable[[int, int | None], None] | None = None,
 ) -> tuple[Params, Focus | None]:
-    """Parameters of a run over a drive whose camera is estimated from the drive, unless they name its focus themselves.
+    """Parameters of a run with the camera's focus, which is estimated from the drive unless they set it.
 
-    The estimate uses the beginning of the drive, whichever frames are tracked, so that every run has the same camera.
+    The estimate always uses the beginning of the drive, so that all runs of a drive have the same camera.
 
     Args:
-        params: of the run.
+        params: parameters of the run.
         path: the video.
-        cancelled: asked before each frame; true ends the search.
-        limits: what the video may demand; unset: ``VideoLimits()``.
-        progress: called after each frame that is looked at, as by :func:`calibrate`.
+        cancelled: called before each frame; true ends the estimation.
+        limits: limits on the video; unset: ``VideoLimits()``.
+        progress: called after each frame, as by :func:`calibrate`.
 
     Returns:
-        The parameters, with ``coast_foe_y`` set if it was asked for and could be estimated, and the estimate.
+        The parameters, with ``coast_foe_y`` set if the motion model needs it and the estimate succeeds; and the
+        estimate.
     """
     tracking = params.tracking
     if tracking.coast_foe_y is not None or tracking.motion != "looming":
@@ -106,6 +107,6 @@ def aimed(
             progress=progress,
             cancelled=cancelled,
         )
-    except (VideoError, UsageError):  # the run itself comes to that frame, and says so
+    except (VideoError, UsageError):  # the run reports it when it reaches that frame
         return params, None
     return (params, None) if focus is None else (params.with_settings([("coast_foe_y", round(focus.y, 3))]), focus)

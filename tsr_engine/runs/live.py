@@ -1,7 +1,7 @@
 """Tracks a video frame by frame in flat memory, and writes evidence, result rows and an annotated video.
 
-A run with an evidence folder survives a kill. The next call with the same folder replays the stored frames since the
-last one without tracks, which rebuilds the tracker, and resumes at the end of the store.
+A run with an evidence folder can be killed at any time. The next call with the same folder replays the stored frames
+since the last one without tracks, which rebuilds the tracker, and continues after the last stored frame.
 """
 
 from __future__ import annotations
@@ -61,21 +61,21 @@ def track_video(
         request: what to do.
         components: detector and trained parts.
         progress: called after each frame.
-        aiming: called before that, while the camera is estimated from the drive: frames looked at, and the most there
-            are.
-        stop: asked before each frame; true ends the run as interrupted, with everything so far written.
+        aiming: called while the camera is estimated from the drive, before the first frame, with the number of frames
+            done and the largest number to do.
+        stop: called before each frame; if it returns true, the run ends as interrupted and its outputs are complete up
+            to then.
 
     Returns:
-        The report. Outputs of an interrupted or failed run hold the frames up to there; one that is stopped while its
-        camera is estimated from the drive has none yet.
+        The report. Outputs of an interrupted or failed run hold the frames up to then. A run that is stopped while its
+        camera is estimated has no outputs.
 
     Raises:
         VideoError: the video cannot be opened or decoded.
         EvidenceError: the evidence folder belongs to something else.
         StorageError: an output cannot be written.
         ExportError: the annotated video cannot be encoded.
-        UsageError: an output is the input, a name that does not say what the output is, or the range lies beyond the
-            end.
+        UsageError: an output is the input or has a name of another kind, or the range lies beyond the end.
     """
     refuse_outputs(request)
     stop = stop or (lambda: False)
@@ -93,9 +93,9 @@ def track_video(
 def _aim(
     request: RunRequest, stop: Callable[[], bool], aiming: Callable[[int, int | None], None] | None
 ) -> tuple[Params, Focus | None]:
-    """Parameters with the camera's focus, and what the drive told of it in this call.
+    """Parameters with the camera's focus, and the estimate if this call made one.
 
-    It is the focus in the parameters, else that of the resumed run, else the estimate from the drive.
+    The focus is that of the parameters, else that of the resumed run, else the estimate from the drive.
     """
     params, folder = request.params, request.evidence
     if params.tracking.coast_foe_y is not None or request.restart or folder is None or not (folder / RUN_FILE).exists():
@@ -130,7 +130,7 @@ class _Run:
             class_names=components.parts.names,
         )
         self.outputs = RunOutputs(request, video, components.parts.names)
-        # Of the packets, also where a decoded table is given: both ways a run begins with the same interval.
+        # The interval comes from the packets even if a decoded table is given, so that it does not depend on the table.
         table = video.table
         self.frames, self.interval, self.time_base = len(table), float(table.interval()), table.time_base
         if request.table is not None and not video.adopt(request.table):
@@ -159,7 +159,7 @@ class _Run:
         return self.report
 
     def _open_outputs(self, stack: ExitStack) -> None:
-        """Evidence comes last: what refuses another output, or the frames, has not touched an earlier run then."""
+        """Open the outputs; evidence last, so that an error of another output leaves an earlier run untouched."""
         self._require_frames()
         self.outputs.open(stack)
         if self.request.evidence is not None:
@@ -168,7 +168,7 @@ class _Run:
             stack.callback(self.evidence.writer.abandon)
 
     def _header(self) -> RunHeader:
-        """What evidence says of the run."""
+        """The evidence's header of the run."""
         file = self.video.file
         return RunHeader(
             video=VideoIdentity(file.path.name, file.sha256(), file.status.st_size),
@@ -187,20 +187,20 @@ class _Run:
         )
 
     def _require_frames(self) -> None:
-        """Refuse a range that begins behind the last frame: the video itself says so when it is asked for it."""
+        """Read the first frame of the range, which raises an error if the range begins behind the last frame."""
         start = self.request.start
         if start:
             next(self.video.frames(start, start + 1), None)
 
     def _core(self, last: int | None) -> TrackingCore:
-        """A fresh core, or the one that a run had after frame ``last``."""
+        """A new core, or that of the resumed run after frame ``last``."""
         params, parts = self.request.params, self.components.parts
         if last is None or self.evidence is None:
             return TrackingCore(params, parts, self.video.width, self.video.height, interval=self.interval)
         return self.evidence.core(params, parts, last)
 
     def _compute(self, last: int | None, began: float) -> None:
-        """Everything after the last stored frame."""
+        """Process all frames after the last stored one."""
         request = self.request
         core = self._core(last)
         tracking = request.params.tracking
@@ -269,7 +269,7 @@ class _Run:
         return TableEntry(int(frame.time / self.time_base), frame.key, frame.corrupt)
 
     def _pass_on(self, frame: FrameEvidence) -> None:
-        """Count a frame and write the rows that it settles."""
+        """Count a frame and write the rows that are final with it."""
         self.report.frames += 1
         self.report.events.update(event.kind for event in frame.events)
         self.outputs.add(frame)
@@ -293,10 +293,10 @@ class _Run:
         self.progress(Progress(self.report.frames, total, rate, left))
 
     def _finish(self, failure: BaseException | None) -> BaseException | None:
-        """Close the outputs with whatever has been computed; they stay readable after a failure too.
+        """Close the outputs with the frames up to now; they are readable after a failure, too.
 
         Returns:
-            The failure, or that of the last rows: what becomes of one output is no matter to the others.
+            The given failure, or else that of writing the last rows, which does not keep other outputs from closing.
         """
         try:
             self.outputs.settle()
@@ -312,7 +312,7 @@ class _Run:
 
 
 def _timed_frames(frames: Iterator[Frame]) -> Iterator[tuple[Frame, float]]:
-    """Each frame with the seconds that decoding it took."""
+    """Each frame with its decoding time, s."""
     while True:
         began = time.perf_counter()
         frame = next(frames, None)

@@ -1,7 +1,7 @@
 """The outputs of a live run besides its evidence: result rows as CSV, and the annotated video.
 
-They are opened before anything is computed, and hold what was computed however the run ends. The failure of one does
-not affect the other.
+They are opened before the first frame, and hold all results up to the end of the run, even if it fails. The failure of
+one does not affect the other.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _VIDEO_ENDINGS = (".mp4", ".m4v")
 
 
 def refuse_outputs(request: RunRequest) -> None:
-    """Refuse names that outputs cannot have, before a file is touched.
+    """Check the names of the outputs before any file is written.
 
     Raises:
-        UsageError: an output is the input, a file of the run's evidence, the other output, or a name that does not
-            say what the output is.
+        UsageError: an output is the input, a file of the run's evidence or the other output, or the annotated video is
+            not named as an MP4.
     """
     outputs = [path for path in (request.csv, request.annotated) if path is not None]
     refuse_inputs(outputs, [named(request.video)])
@@ -45,15 +45,15 @@ def refuse_outputs(request: RunRequest) -> None:
 
 
 class RunOutputs:
-    """Rows and annotated video of one run, those of them that it was asked for."""
+    """Result rows and annotated video of one run, as requested."""
 
     def __init__(self, request: RunRequest, video: Video, names: Sequence[str]) -> None:
-        """Take what is asked for.
+        """Prepare the outputs.
 
         Args:
-            request: of the run.
-            video: open.
-            names: what people read for each class number.
+            request: request of the run.
+            video: the open video.
+            names: display name of each class.
         """
         self._request = request
         self._video = video
@@ -63,10 +63,10 @@ class RunOutputs:
         self._annotated: VideoWriter | None = None
 
     def open(self, stack: ExitStack) -> None:
-        """Open the files; what leaves the stack without :meth:`finish` leaves no annotated video.
+        """Open the files; the stack discards the annotated video unless :meth:`close_video` was called.
 
         Raises:
-            StorageError: one cannot be written.
+            StorageError: a file cannot be written.
             ExportError: the video cannot be encoded.
         """
         if self._request.csv is not None:
@@ -81,7 +81,7 @@ class RunOutputs:
 
     @property
     def draws(self) -> bool:
-        """Whether frames are to be drawn, also those that an earlier call has tracked."""
+        """Whether there is an annotated video; it also needs the frames that an earlier call has tracked."""
         return self._annotated is not None
 
     @property
@@ -91,14 +91,14 @@ class RunOutputs:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Of the annotated video."""
+        """Warnings of the annotated video."""
         return () if self._annotated is None else self._annotated.warnings
 
     def add(self, evidence: FrameEvidence) -> None:
-        """Take the next frame, and write the rows that it settles.
+        """Add the next frame, and write the rows that are final with it.
 
         Raises:
-            StorageError: no room for them.
+            StorageError: the rows cannot be written.
         """
         self._write(self._results.add(evidence))
 
@@ -106,29 +106,29 @@ class RunOutputs:
         """Add a frame to the annotated video.
 
         Raises:
-            StorageError: no room for it.
+            StorageError: the video cannot be written.
         """
         if self._annotated is not None:
             shown = replace(evidence, tracks=tuple(track for track in evidence.tracks if track.state != "dead"))
             self._annotated.write(draw(frame.picture, shown, self._names), frame.time)
 
     def settle(self) -> None:
-        """Write the rows of the tracks that are still open: no frame comes any more.
+        """Write the remaining rows after the last frame.
 
         Raises:
-            StorageError: no room for them.
+            StorageError: the rows cannot be written.
         """
         self._write(self._results.finish())
 
     def close_video(self, *, failed: bool) -> None:
-        """Close the annotated video with what it holds.
+        """Close the annotated video.
 
         Args:
-            failed: the run has failed for another reason, which is not to be hidden by what happens here.
+            failed: whether the run has failed for another reason; errors of the video are then suppressed.
 
         Raises:
-            StorageError: no room, unless ``failed``.
-            ExportError: it cannot be encoded to its end, unless ``failed``.
+            StorageError: the video cannot be written, unless ``failed``.
+            ExportError: the video cannot be encoded, unless ``failed``.
         """
         if self._annotated is not None:
             with suppress(*((StorageError, ExportError) if failed else ())):

@@ -1,7 +1,7 @@
 """Replays a run: takes its evidence through the core with other parameters, without decoding or detecting.
 
-With the run's own parameters every record equals the stored one bit by bit. With others the report lists the tracks
-that differ, and counts the requested pixels that the evidence does not hold.
+With the run's own parameters every record equals the stored one bit by bit. With other parameters, the report lists the
+tracks that differ, and counts the pixels that the evidence lacks.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from tsr_engine.records import FrameEvidence
 __all__ = ["ReplayReport", "TrackDiff", "changed_parameters", "check_models", "replay", "run_params"]
 
 MATCH_IOU = 0.3
-"""Two boxes of one frame belong together from this IoU on."""
+"""IoU from which two boxes of a frame show the same sign."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrackDiff:
-    """How the confirmed tracks of a replay differ from those of the run.
+    """Differences between the confirmed tracks of a replay and those of the run.
 
     Attributes:
-        gained: ids of replayed tracks that lie on no track of the run.
-        lost: ids of the run's tracks that no replayed track lies on.
-        switched: pairs ``(run's id, replayed ids)`` of tracks that now have another number of parts.
-        relabelled: triples ``(replayed id, class before, class now)``.
+        gained: ids of replayed tracks that match no track of the run.
+        lost: ids of the run's tracks that match no replayed track.
+        switched: pairs ``(run's id, replayed ids)`` of tracks that match several replayed tracks.
+        relabelled: triples ``(replayed id, class in the run, class in the replay)``.
     """
 
     gained: tuple[int, ...] = ()
@@ -61,13 +61,13 @@ class ReplayReport:
 
     frames: int = 0
     identical: int = 0
-    """Frames whose every record equals the stored one, bit by bit; how an event is worded is left aside."""
+    """Number of frames in which every record equals the stored one bit by bit, except the wording of events."""
     first_difference: str = ""
-    """Where the first other frame differs first."""
+    """The first difference in the first frame that is not identical."""
     missing_pixels: int = 0
-    """Pixels asked for that the evidence does not hold."""
+    """Number of requested pixels that the evidence lacks."""
     missing_frames: int = 0
-    """Frames in which any were missing."""
+    """Number of frames with missing pixels."""
     seconds: float = 0.0
     before: list[TrackSummary] = field(default_factory=list)
     """Confirmed tracks of the run."""
@@ -75,14 +75,14 @@ class ReplayReport:
     """Confirmed tracks of the replay."""
     diff: TrackDiff = field(default_factory=TrackDiff)
     class_names: tuple[str, ...] = CLASS_NAMES
-    """What people read for each class number."""
+    """Display name of each class."""
 
 
 def run_params(reader: EvidenceReader) -> Params:
-    """The parameters that a run was made with.
+    """The parameters of a run.
 
     Raises:
-        EvidenceError: this version does not know them.
+        EvidenceError: this version does not have one of them.
     """
     stored = reader.header.parameters
     pairs = [(f"{section}.{name}", value) for section, values in stored.items() for name, value in values.items()]
@@ -93,15 +93,15 @@ def run_params(reader: EvidenceReader) -> Params:
 
 
 def changed_parameters(before: Params, now: Params) -> list[str]:
-    """Dotted names of the parameters that differ."""
+    """Full names, such as ``gate.tau``, of the parameters that differ."""
     old, new = before.model_dump(), now.model_dump()
     return [f"{section}.{leaf}" for section, leaf in Params.names() if old[section][leaf] != new[section][leaf]]
 
 
 def check_models(reader: EvidenceReader, components: Components, params: Params) -> None:
-    """Refuse to replay with other models than those of the run.
+    """Check that the models are those of the run.
 
-    The prior's hash is not checked. The detector's is checked only if it also rescores windows.
+    The prior's hash is not checked. The detector's hash is checked only if it also rescores windows.
 
     Raises:
         ModelError: a component that the replay uses has another hash.
@@ -131,18 +131,18 @@ def replay(
     on_frame: Callable[[FrameEvidence, int, int], None] | None = None,
     report: ReplayReport | None = None,
 ) -> Iterator[FrameEvidence]:
-    """Take the frames of a run through the core and yield the results.
+    """Process the stored frames of a run with the core, and yield the results.
 
     Args:
         folder: the run's evidence.
         params: parameters of the replay.
         components: trained parts; the detector is not used.
-        on_frame: called after each frame with it, the number done and the number to do.
-        report: filled on the way; complete when the iterator is exhausted.
+        on_frame: called after each frame with the frame, the number done and the number to do.
+        report: filled during the replay; complete when the iterator is exhausted.
 
     Raises:
-        EvidenceError: no run, a damaged one, or one without pixels.
-        UsageError: a parameter of a step that a replay does not repeat has been changed.
+        EvidenceError: the folder holds no run, or the run is damaged or has no pixels.
+        UsageError: a changed parameter belongs to a step that a replay does not repeat.
     """
     report = ReplayReport() if report is None else report
     report.class_names = components.parts.names
@@ -197,7 +197,7 @@ def _refuse_fixed(folder: Path, changed: list[str]) -> None:
 
 
 def _weight(reader: EvidenceReader, before: Params, params: Params, components: Components) -> float | None:
-    """The lambda to score detections anew with; None: the stored scores stand."""
+    """The lambda to rescore detections with; None: the stored scores are used."""
     if before.prior == params.prior:
         return None
     if not params.prior.use_prior:
@@ -218,7 +218,7 @@ def _drain(rows: Iterator[object]) -> None:
 
 
 class _Comparison:
-    """Which tracks of two runs lie on each other, from the frames that both have them in."""
+    """Matches the tracks of two runs by their overlap in common frames."""
 
     def __init__(self) -> None:
         self._together: Counter[tuple[int, int]] = Counter()
@@ -237,7 +237,7 @@ class _Comparison:
         pairs = {pair: n for pair, n in self._together.items() if pair[0] in before and pair[1] in now}
         parts: dict[int, list[int]] = {}
         source: dict[int, int] = {}
-        # The run's track that a replayed one lies on most often is its origin; of two equal ones the older.
+        # A replayed track belongs to the run's track that it overlaps most often; to the older one on a tie.
         for a, b in sorted(pairs, key=lambda pair: (-pairs[pair], pair)):
             parts.setdefault(a, []).append(b)
             source.setdefault(b, a)

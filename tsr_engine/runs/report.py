@@ -22,21 +22,22 @@ __all__ = ["Progress", "RunReport", "RunRequest"]
 
 @dataclass(frozen=True, slots=True)
 class RunRequest:
-    """The request: what to track, and where the results go.
+    """The request of a run: its input, parameters and outputs.
 
     Attributes:
         video: the file.
         params: all parameters.
-        evidence: folder of the evidence store; unset: none is kept.
+        evidence: folder of the evidence; unset: no evidence.
         csv: file of the result rows; unset: none.
         annotated: file of the annotated video; unset: none.
         start: first frame.
-        stop: frame after the last; unset: to the end.
-        restart: start over where the evidence folder already holds a run.
-        table: the video's frame table from an earlier pass: a start in the middle is then reached at once.
-        limits: what the video may demand; unset: ``VideoLimits()``.
-        shared: other machines read the evidence while it is written.
-        cores: processes that detect frames, >= 1, this one counted; the results are the same bytes for any number.
+        stop: frame after the last; unset: the end of the video.
+        restart: whether to replace a run that the evidence folder holds.
+        table: the video's frame table from an earlier pass, for fast access to a start in the middle.
+        limits: limits on the video; unset: ``VideoLimits()``.
+        shared: whether other machines read the evidence while it is written.
+        cores: number of processes that detect frames, >= 1, this one included; results are the same bytes for any
+            number.
     """
 
     video: VideoSource
@@ -58,13 +59,13 @@ class Progress:
     """The progress of a run."""
 
     done: int
-    """Frames done, those of an earlier part of the run included."""
+    """Number of frames done, including earlier calls."""
     total: int | None
-    """Frames to do, as far as it is known."""
+    """Number of frames to do; None: unknown."""
     rate: float | None
-    """Frames a second of this call after its first, which waits for kernels; None: there is only that one."""
+    """Frames per second of this call, without the first frame, which compiles kernels; None: only one frame so far."""
     remaining: float | None
-    """Seconds left at that rate."""
+    """Remaining seconds at that rate; None: unknown."""
 
 
 @dataclass(slots=True)
@@ -75,37 +76,37 @@ class RunReport:
     width: int
     height: int
     frames: int = 0
-    """Frames with results, those of an earlier part of the run included."""
+    """Number of frames with results, including earlier calls."""
     first_frame: int = 0
     resumed_at: int | None = None
-    """First frame of this call if an earlier one was continued."""
+    """First frame of this call if it resumed a run."""
     interrupted: bool = False
     seconds: float = 0.0
     """Wall time of this call."""
     params: Params = field(default_factory=Params)
-    """Parameters of the run, its camera's focus among them."""
+    """Parameters of the run, including its camera's focus."""
     focus: Focus | None = None
-    """Where the camera looks, if the drive told it in this call."""
+    """Focus of expansion of the camera, if this call estimated it."""
     focus_seconds: float = 0.0
-    """Wall time that this took, before ``seconds``."""
+    """Wall time of the estimation, s, not part of ``seconds``."""
     first_seconds: float = 0.0
-    """... of which until its first frame was done: models are warm and kernels compiled from then on."""
+    """Part of ``seconds`` up to the end of the first frame; later frames find models loaded and kernels compiled."""
     computed: int = 0
-    """Frames computed by this call."""
+    """Number of frames that this call computed."""
     tracks: list[TrackSummary] = field(default_factory=list)
     events: Counter[str] = field(default_factory=Counter)
-    """Events by kind."""
+    """Number of events by kind."""
     stages: dict[str, array[float]] = field(default_factory=dict)
-    """Stage -> seconds of each frame that went through it, in this call."""
+    """Stage -> seconds for each frame of this call that went through it."""
     warnings: tuple[str, ...] = ()
     class_names: tuple[str, ...] = CLASS_NAMES
-    """What people read for each class number."""
+    """Display name of each class."""
 
     def rate(self, seconds: float | None = None) -> float | None:
-        """Frames a second after the first frame of this call; None: nothing came after it.
+        """Frames per second of this call without its first frame; None: there are no others.
 
         Args:
-            seconds: wall time of this call so far; unset: it is over.
+            seconds: wall time of this call up to now; unset: that of the finished call.
         """
         spent = (self.seconds if seconds is None else seconds) - self.first_seconds
         return None if self.computed < 2 or spent <= 0 else (self.computed - 1) / spent

@@ -1,4 +1,4 @@
-"""Reports of runs in JSON's own types, for ``tsr track --json``, replays and batches."""
+"""Reports of runs as JSON objects, for ``tsr track --json``, replays and batches."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["class_name", "report_as_json", "track_as_json"]
 
 
 def report_as_json(report: RunReport, request: RunRequest) -> JsonObject:
-    """A run's report in JSON's own types."""
+    """A run's report as a JSON object."""
     return {
         "video": report.video,
         "width": report.width,
@@ -43,7 +43,7 @@ def report_as_json(report: RunReport, request: RunRequest) -> JsonObject:
 
 
 def track_as_json(track: TrackSummary, names: Sequence[str]) -> JsonObject:
-    """One track's summary in JSON's own types; ``names`` are those of the classes."""
+    """One track's summary as a JSON object; ``names`` are the display names of the classes."""
     return {
         "track_id": track.track_id,
         "class_id": track.class_id,

@@ -1,4 +1,4 @@
-"""The evidence folder of a live run: the frames that an earlier call has stored, and the writer of the others."""
+"""The evidence folder of a live run: the stored frames of an earlier call, and the writer of new ones."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ __all__ = ["RunEvidence"]
 
 
 class RunEvidence:
-    """A folder that is being written, and that a later call may resume.
+    """The evidence folder of a run, which a later call can resume.
 
     Attributes:
         writer: appends frames.
-        last_frame: the last one that an earlier call has stored; None: there is none.
-        interval: s between frames. It decides predictions, so a resumed run keeps the one it began with.
+        last_frame: last stored frame of an earlier call; None: no frames.
+        interval: time between frames, s. Predictions depend on it, so a resumed run keeps that of the first call.
     """
 
     def __init__(self, folder: Path, request: RunRequest, header: RunHeader) -> None:
         """Open the folder, or make it.
 
         Args:
-            folder: of the evidence.
-            request: says whether to begin anew.
-            header: of the run.
+            folder: folder of the evidence.
+            request: request of the run.
+            header: header of the run.
 
         Raises:
             EvidenceError: the folder belongs to something else.
-            StorageError: it cannot be written.
+            StorageError: the folder cannot be written.
         """
         self._request = request
         if not (folder / RUN_FILE).exists() or request.restart:
@@ -52,7 +52,7 @@ class RunEvidence:
         self.interval = float(self.writer.header.frame_table["interval"])
 
     def earlier_frames(self, video: Video) -> Iterator[FrameEvidence]:
-        """What an earlier call has stored, without pixels; the video takes its frame table from there where it can.
+        """The stored frames of an earlier call, without pixels; the video takes its frame table from them if possible.
 
         Raises:
             EvidenceError: the stored frames are not those of this request, or of this video.
@@ -80,19 +80,19 @@ class RunEvidence:
             yield from reader.frames(start, last + 1, pixels=False)
 
     def frames(self) -> Iterator[FrameEvidence] | None:
-        """The frames of an earlier call once more; None: there are none."""
+        """The stored frames of an earlier call; None: no frames."""
         return None if self.last_frame is None else _read(self.writer.folder, self._request.start, self.last_frame + 1)
 
     def core(self, params: Params, parts: Models, last: int) -> TrackingCore:
-        """The core as a run had it after frame ``last``."""
+        """The run's core as it was after frame ``last``."""
         with EvidenceReader(self.writer.folder) as reader:
             return rebuild(reader, params, parts, last)
 
     def close(self, report: RunReport, failure: BaseException | None) -> None:
-        """Say how the run ended, and release the folder.
+        """Store how the run ended, and close the folder.
 
         Raises:
-            StorageError: what is still in memory cannot be written.
+            StorageError: the remaining data cannot be written.
         """
         if report.interrupted or isinstance(failure, KeyboardInterrupt):
             self.writer.close("interrupted", f"Interrupted after {counted(report.frames, 'frame')}.")
@@ -103,9 +103,9 @@ class RunEvidence:
 
 
 def _confirmed_table(reader: EvidenceReader, time_base: Fraction) -> FrameTable:
-    """The frames that a run has stored, from 0 on, as rows of the frame table: they were decoded then.
+    """The decoded frames of a run, from 0 on, as a frame table.
 
-    Only for videos with presentation times; rows end before the first one without.
+    Rows end before the first frame without a presentation time.
     """
     pts, flags = array("q"), bytearray()
     for _, entry in reader.frame_table():
