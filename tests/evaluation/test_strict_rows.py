@@ -126,7 +126,7 @@ def test_no_rows(read: Callable[[bytes], np.ndarray], head: str) -> None:
 def test_more_rows_than_may_be() -> None:
     rows = "".join(f"{k},1,10,20,30,40,14,1,0\n" for k in range(4))
     assert len(read_truth_table((TRUTH + rows).encode(), most=4)) == 4
-    with pytest.raises(BadRow, match="line 5: a file holds at most 3 rows"):
+    with pytest.raises(BadRow, match="line 5: a file has at most 3 rows"):
         read_truth_table((TRUTH + rows).encode(), most=3)
     with pytest.raises(BadRow, match="frame must be a whole number from 0 to 2, got 3"):
         read_truth_table((TRUTH + rows).encode(), frames=3)

@@ -52,7 +52,7 @@ def test_beyond_the_outer_anchors_it_goes_on() -> None:
 
 def test_one_anchor_has_nothing_between() -> None:
     made = drive(frames=8)
-    with pytest.raises(UsageError, match="needs two"):
+    with pytest.raises(UsageError, match="at least two boxes"):
         next(follow(made.source(), [Anchor(3, made.boxes[3])], PARTS, between=True))
 
 

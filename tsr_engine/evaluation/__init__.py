@@ -1,1 +1,1 @@
-"""Measures, scores and plots."""
+"""Evaluation: matching, scores and plots."""

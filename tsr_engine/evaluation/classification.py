@@ -18,7 +18,7 @@ from tsr_engine.records import Picture
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """The classifier's answer for one picture."""
+    """The classifier's result for one picture."""
 
     item: CropItem
     class_id: int
@@ -26,23 +26,23 @@ class Prediction:
 
 
 def crop_of(item: CropItem, margin: float) -> Picture:
-    """The crop that a classifier wants: the ROI and its margin, or the whole picture where no ROI is given.
+    """The crop for a classifier: the ROI with its margin, or the whole picture without a ROI.
 
-    Without ROI the picture is taken as a GTSRB picture, which carries a border of about 10 % itself.
+    A picture without a ROI counts as a GTSRB picture, which includes a border of about 10 %.
 
     Raises:
-        InputError: an unreadable picture.
+        InputError: the picture cannot be read.
     """
     picture = read_picture(item)
     return picture if item.roi is None else cut(picture, item.roi, margin)
 
 
 def predict_items(items: Iterable[CropItem], classifier: CropClassifier, batch: int = 64) -> Iterator[Prediction]:
-    """Classify pictures in order, ``batch`` in memory at a time.
+    """Classify pictures in order, ``batch`` at a time.
 
     Raises:
-        ValueError: a batch below 1.
-        InputError: an unreadable picture.
+        ValueError: ``batch`` is below 1.
+        InputError: a picture cannot be read.
     """
     if batch < 1:
         raise ValueError(f"batch must be >= 1. Got {batch} instead.")
@@ -56,7 +56,7 @@ def predict_items(items: Iterable[CropItem], classifier: CropClassifier, batch: 
 
 @dataclass(frozen=True, slots=True)
 class Confusion:
-    """Two classes that were taken for each other."""
+    """Pictures of one class that were classified as another."""
 
     true: int
     predicted: int
@@ -67,7 +67,7 @@ class Confusion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClassificationReport:
-    """Figures over pictures with known class."""
+    """Figures over pictures of known classes."""
 
     matrix: NDArray[np.int64]
     """Shape (43, 43): pictures by true class (row) and predicted class (column)."""
@@ -79,12 +79,12 @@ class ClassificationReport:
 
     @property
     def accuracy(self) -> float:
-        """Share of right answers, in [0, 1]; 0 without pictures."""
+        """Share of correctly classified pictures, in [0, 1]; 0 without pictures."""
         return float(np.trace(self.matrix) / max(self.pictures, 1))
 
     @property
     def per_class(self) -> dict[int, float]:
-        """Recall of each class that occurs: right answers divided by its pictures."""
+        """Recall of each class with pictures, in [0, 1]."""
         totals = self.matrix.sum(1)
         return {c: float(self.matrix[c, c] / totals[c]) for c in range(CLASS_COUNT) if totals[c]}
 
@@ -97,7 +97,7 @@ class ClassificationReport:
         return [Confusion(t, p, int(off[t, p]), float(off[t, p] / totals[t])) for t, p in pairs if off[t, p]]
 
     def as_dict(self) -> dict[str, object]:
-        """Plain values for JSON."""
+        """The figures as values for JSON."""
         return {
             "pictures": self.pictures,
             "accuracy": self.accuracy,
@@ -120,7 +120,7 @@ def evaluate_classification(true: Sequence[int], predicted: Sequence[int]) -> Cl
     """Compare true and predicted class ids.
 
     Raises:
-        ValueError: different lengths, or ids outside 0..42.
+        ValueError: the lengths differ, or an id is outside 0..42.
     """
     t, p = np.asarray(true, dtype=np.int64), np.asarray(predicted, dtype=np.int64)
     if t.shape != p.shape or t.ndim != 1:

@@ -17,9 +17,9 @@ class DetectionScore:
     """A precision-recall curve and the figures derived from it.
 
     Attributes:
-        recall: shape (n,), after each detection in order of falling score.
-        precision: same shape.
-        scores: same shape.
+        recall: shape (n,), recall up to each detection, in descending order of score.
+        precision: shape (n,), precision up to each detection.
+        scores: shape (n,), descending.
         signs: number of annotated signs.
         pictures: number of pictures.
     """
@@ -32,7 +32,7 @@ class DetectionScore:
 
     @property
     def average_precision(self) -> float:
-        """Area under the curve, each precision replaced by the best at that recall or above (all points)."""
+        """Area under the curve, with each precision replaced by the best at that recall or above (all points)."""
         if not self.signs or not len(self.recall):
             return 0.0
         envelope = np.maximum.accumulate(self.precision[::-1])[::-1]
@@ -40,14 +40,14 @@ class DetectionScore:
         return float(np.sum(steps * envelope))
 
     def recall_at(self, false_per_picture: float) -> float:
-        """Highest recall reached with at most this many false detections a picture."""
+        """Highest recall with at most this many false detections per picture."""
         rank = np.arange(1, len(self.recall) + 1)
         false = rank - self.recall * self.signs
         allowed = np.nonzero(false <= false_per_picture * self.pictures + 1e-9)[0]
         return float(self.recall[allowed[-1]]) if len(allowed) else 0.0
 
     def threshold_at(self, false_per_picture: float) -> float:
-        """Score at which :meth:`recall_at` is reached; infinity if never."""
+        """Score threshold for :meth:`recall_at`; infinity if no detection is allowed."""
         rank = np.arange(1, len(self.recall) + 1)
         false = rank - self.recall * self.signs
         allowed = np.nonzero(false <= false_per_picture * self.pictures + 1e-9)[0]
@@ -57,10 +57,16 @@ class DetectionScore:
 def match(
     boxes: FloatArray, scores: FloatArray, truth: FloatArray, least_iou: float = 0.5
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Greedy matching of one picture's detections to its signs, best score first, each sign once.
+    """Match one picture's detections to its signs greedily, best score first, each sign once.
+
+    Args:
+        boxes: detected boxes, shape (n, 4).
+        scores: their scores, shape (n,).
+        truth: annotated boxes, shape (m, 4).
+        least_iou: least IoU of a match.
 
     Returns:
-        For each detection whether it is true, shape (n,); for each sign the detection that found it or -1, shape (m,).
+        Whether each detection is true, shape (n,); the detection that found each sign, or -1, shape (m,).
     """
     hit = np.zeros(len(boxes), np.bool_)
     found = np.full(len(truth), -1, np.int64)
@@ -79,14 +85,14 @@ def match(
 def score_detections(
     results: Sequence[tuple[FloatArray, FloatArray, FloatArray]], least_iou: float = 0.5
 ) -> DetectionScore:
-    """Score many pictures.
+    """Score the detections of many pictures.
 
-    scikit-learn's ``precision_recall_curve`` knows no signs without any detection, which lower the recall here, and
-    ``average_precision_score`` has no envelope, which papers on detection take.
+    scikit-learn's functions do not fit: ``precision_recall_curve`` ignores signs without a detection, which lower the
+    recall here, and ``average_precision_score`` lacks the envelope that papers on detection use.
 
     Args:
-        results: per picture the detected boxes (n, 4), their scores (n,) and the annotated boxes (m, 4).
-        least_iou: overlap from which a detection counts.
+        results: for each picture the detected boxes (n, 4), their scores (n,) and the annotated boxes (m, 4).
+        least_iou: least IoU of a match.
     """
     hits, scores, signs = [], [], 0
     for boxes, values, truth in results:

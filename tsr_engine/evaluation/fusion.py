@@ -1,4 +1,4 @@
-"""Evaluates fusion over a track's frames: rate against number of frames, the counterpart of the paper's Fig. 13.
+"""Evaluates fusion over a track's frames: correct tracks by number of frames, as in the paper's Fig. 13.
 
 Table II counts by physical sign; :mod:`tsr_engine.evaluation.tracking` computes it.
 """
@@ -24,14 +24,14 @@ MODES: tuple[Mode, ...] = ("scale", "equal", "clamped")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackVotes:
-    """One physical sign with the classifier's answer for each of its frames."""
+    """One physical sign with the classifier's probabilities for each of its frames."""
 
     class_id: int
     """True class."""
     scales: NDArray[np.float64]
     """Shape (t,): side of the sign in px (geometric mean of width and height), far to near."""
     probabilities: NDArray[np.float32]
-    """Shape (t, 43)."""
+    """Shape (t, 43): class probabilities of each frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,14 +42,14 @@ class FusionReport:
     frames: tuple[int, ...]
     """Numbers of frames: 1, 2, ..."""
     rates: Mapping[str, tuple[float, ...]]
-    """For each mode: share of tracks that are right after so many frames, far to near."""
+    """For each mode: share of tracks whose class is correct after each number of frames, far to near."""
     single: float
-    """Share of single crops that are right."""
+    """Share of single crops whose class is correct."""
     delta: float
     scale: float
 
     def as_dict(self) -> dict[str, object]:
-        """Plain values for JSON."""
+        """The figures as values for JSON."""
         return {
             "tracks": self.tracks,
             "frames": list(self.frames),
@@ -63,15 +63,15 @@ class FusionReport:
 def track_votes(
     items: Sequence[CropItem], classifier: CropClassifier, progress: Callable[[int, int], None] | None = None
 ) -> list[TrackVotes]:
-    """Classify every frame of every track, without fusing.
+    """Classify every frame of every track, without fusion.
 
     Args:
-        items: with tracks, classes and ROIs.
+        items: crops with tracks, classes and ROIs.
         classifier: any crop classifier.
         progress: called after each track with the number done and the number to do.
 
     Raises:
-        InputError: an item without a track or with an unreadable picture.
+        InputError: an item has no track, or its picture cannot be read.
     """
     result: list[TrackVotes] = []
     tracks = tracks_of(items)
@@ -88,9 +88,9 @@ def track_votes(
 def evaluate_fusion(
     tracks: Sequence[TrackVotes], params: FusionParams | None = None, longest: int = 30
 ) -> FusionReport:
-    """Share of tracks whose fused class is right after 1, 2, ... ``longest`` frames, far to near, for all modes.
+    """Share of tracks whose fused class is correct after 1, 2, ... ``longest`` frames, far to near, for all modes.
 
-    A track shorter than a number of frames counts with what it has.
+    A shorter track counts with all of its frames.
 
     Args:
         tracks: at least one.
@@ -98,7 +98,7 @@ def evaluate_fusion(
         longest: largest number of frames, >= 1.
 
     Raises:
-        ValueError: no tracks.
+        ValueError: there are no tracks.
     """
     if not tracks:
         raise ValueError("evaluate_fusion needs at least one track. Got none.")
@@ -119,7 +119,7 @@ def evaluate_fusion(
 
 
 def _right(track: TrackVotes, params: FusionParams, longest: int) -> NDArray[np.bool_]:
-    """Whether the fused class is right after 1, ..., longest frames."""
+    """Whether the fused class is correct after 1, ..., ``longest`` frames, shape (longest,)."""
     state = Fusion.start(params)
     right = np.zeros(longest, dtype=np.bool_)
     for i in range(longest):

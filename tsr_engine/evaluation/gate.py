@@ -1,7 +1,7 @@
 """The experiment behind tau (Fig. 8): the share of candidates that the gate collects correctly, over tau.
 
-For a sign known up to frame k, the candidates in frame k + 1 are the sign's own box, slightly misplaced copies of it,
-and patches around it. The gate is right if it is confident of the first two and not of the patches.
+For a sign known up to frame k, the candidates in frame k + 1 are the sign's box, slightly misplaced copies of it, and
+patches around it. The gate is correct if it is confident for the first two and not for the patches.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ class Candidates:
     """The candidates around each sign.
 
     Attributes:
-        patches: patches in the background around the sign.
-        nearest: smallest distance of a patch's centre from the sign's, in sides of the sign; 0.35 is an IoU of 0.48
-            sideways.
-        farthest: largest such distance.
-        copies: misplaced copies of the sign's box.
+        patches: number of background patches around the sign.
+        nearest: smallest distance of a patch's centre from the sign's, in sides of the sign; 0.35 sideways is an IoU of
+            0.48.
+        farthest: largest such distance, in sides of the sign.
+        copies: number of misplaced copies of the sign's box.
         misplaced: standard deviation of each edge of a copy, in sides: the error of a good prediction.
-        smallest: signs with a shorter side are left out, px.
-        history: frames of the sign that must have come before.
-        every: only frames whose ordinal is a multiple of this are tried.
+        smallest: least side of a sign, px.
+        history: least number of earlier frames of the sign.
+        every: step between the tried frames; their ordinals are multiples of it.
     """
 
     patches: int = 20
@@ -60,13 +60,13 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class CollectionCurve:
-    """Rates over tau, each the mean over the signs so that a long track does not outweigh the others.
+    """Rates over tau, averaged over the signs so that long tracks do not dominate.
 
     Attributes:
         tau: shape (n,), ascending.
-        genuine: shape (n,), share of the sign's own boxes and copies that are confident.
+        genuine: shape (n,), share of the sign's boxes and their copies that are confident.
         patches: shape (n,), share of the patches that are not confident.
-        correct: shape (n,), mean of both: the correct collection rate for as many positives as negatives.
+        correct: shape (n,), mean of both: the correct collection rate for equally many positives and negatives.
     """
 
     tau: FloatArray
@@ -92,9 +92,9 @@ def gate_trials(
     Args:
         frames: ordinal and picture, in order.
         truth: the signs' boxes.
-        params: of the gate; its tau does not matter here.
-        candidates: what is tried; unset: the defaults of :class:`Candidates`.
-        seed: of the random candidates.
+        params: parameters of the gate; its tau is not used.
+        candidates: candidates to try; unset: the defaults of :class:`Candidates`.
+        seed: seed of the random candidates.
     """
     chosen = candidates or Candidates()
     rng = np.random.default_rng(seed)
@@ -122,11 +122,11 @@ def collection_curve(trials: Sequence[tuple[str, Trial]], tau: FloatArray) -> Co
     """Rates of correctly collected candidates over tau.
 
     Args:
-        trials: each with the name of its video.
+        trials: pairs of a video's name and a trial.
         tau: shape (n,), ascending.
 
     Raises:
-        ValueError: there is no genuine candidate or no patch.
+        ValueError: there are no genuine candidates or no patches.
     """
     signs = sorted({(video, trial.sign) for video, trial in trials})
     rates: dict[bool, list[FloatArray]] = {True: [], False: []}
@@ -143,7 +143,7 @@ def collection_curve(trials: Sequence[tuple[str, Trial]], tau: FloatArray) -> Co
 
 
 def cut(picture: Picture, box: FloatArray, margin: float) -> Picture:
-    """A box with its margin out of a picture, rounded to whole pixels; the border is replicated beyond it."""
+    """Cut a box with its margin out of a picture, rounded to whole pixels, borders replicated."""
     height, width = picture.shape[:2]
     x1, y1, x2, y2 = np.round(expand(box, margin)).astype(int)
     columns = np.clip(np.arange(x1, max(x2, x1 + 1)), 0, width - 1)

@@ -1,11 +1,11 @@
 """Matches boxes of a candidate with those of a reference, for tracking figures and comparisons.
 
-In each frame candidate boxes are assigned to counted reference boxes with the largest total IoU; a sign keeps the
-track that it had in its last matched frame while that still overlaps enough (as in CLEAR MOT). A candidate
-box without a match is excused if it lies on an ignored box.
+In each frame, candidate boxes are assigned to counted reference boxes with the largest total IoU. A sign keeps the
+track of its last matched frame as long as both overlap enough (as in CLEAR MOT). A candidate box without a match is
+excused if it lies on an ignored box.
 
-In nearly all frames every box has at most one partner. These frames are matched all at once, and only the others one
-by one, so that a drive of an hour takes a second.
+In nearly all frames every box has at most one partner. These frames are matched together, and only the others one by
+one, so that a drive of an hour takes a second.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from tsr_engine.track_table import BoolArray, IntArray, TrackTable
 __all__ = ["Matching", "Pairs", "box_pairs", "match"]
 
 _KEPT: Final = 10.0
-"""A kept pair outweighs any number of new ones."""
+"""Bonus of a kept pair; it outweighs any number of new pairs."""
 _TOUCHING: Final = 1e-12
 """Least IoU of boxes that overlap at all."""
 _AT_ONCE: Final = 1 << 20
-"""Pairs that are looked at together, so that their memory is bounded."""
+"""Number of pairs to compute together, to limit memory."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pairs:
-    """Pairs of rows of one frame each, by frame.
+    """Pairs of rows with the same frame, sorted by frame.
 
     Attributes:
         a: shape (n,), row of the first table.
@@ -50,8 +50,8 @@ class Matching:
     """The result of matching two tables.
 
     Attributes:
-        reference: shape (m,), rows of the reference, by frame.
-        candidate: shape (m,), the row of the candidate matched to each.
+        reference: shape (m,), matched rows of the reference, sorted by frame.
+        candidate: shape (m,), the candidate's row of each match.
         error: shape (m,), Eq. 7 of each match, in [0, 1].
         missed: shape (r,), counted reference rows without a match.
         false: shape (c,), candidate rows that neither match nor are excused.
@@ -69,9 +69,9 @@ class Matching:
 
 
 def box_pairs(first: TrackTable, second: TrackTable, least: float) -> Pairs:
-    """All pairs of one frame with an IoU of at least ``least``; both tables are ordered by frame.
+    """All pairs of rows of the same frame with an IoU of at least ``least``; both tables must be sorted by frame.
 
-    Pairs of one frame are as many as the product of its boxes, so they are looked at a piece at a time.
+    The number of pairs of a frame is the product of its numbers of boxes, so they are computed in pieces.
     """
     low = np.searchsorted(second.frame, first.frame, side="left")
     count = np.searchsorted(second.frame, first.frame, side="right") - low
@@ -90,7 +90,7 @@ def box_pairs(first: TrackTable, second: TrackTable, least: float) -> Pairs:
 def _pairs_of(
     first: TrackTable, second: TrackTable, low: IntArray, count: IntArray, rows: slice, least: float
 ) -> Pairs:
-    """Those of some rows of the first table."""
+    """The pairs of some rows of the first table."""
     low, count = low[rows], count[rows]
     a = np.repeat(np.arange(rows.start, rows.stop), count)
     inside = np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)
@@ -101,7 +101,7 @@ def _pairs_of(
 
 
 def match(reference: TrackTable, candidate: TrackTable, least: float = 0.5) -> Matching:
-    """Match two tables over the frames that they hold; both are ordered by frame."""
+    """Match two tables, which must be sorted by frame; ``least`` is the least IoU of a match."""
     pairs = box_pairs(reference, candidate, max(least, _TOUCHING))
     counted = ~reference.ignore[pairs.a]
     r, c = _assign(reference, candidate, Pairs(pairs.a[counted], pairs.b[counted], pairs.iou[counted]))
@@ -145,8 +145,8 @@ def _assign(reference: TrackTable, candidate: TrackTable, pairs: Pairs) -> tuple
 
 
 def _best(pairs: Pairs, rows: slice, sign: list[int], track: list[int], held: dict[int, int]) -> BoolArray:
-    """Which of one frame's pairs are the assignment with the largest total."""
-    from scipy.optimize import linear_sum_assignment  # large, and most comparisons never need it
+    """Whether each of one frame's pairs belongs to the assignment with the largest total."""
+    from scipy.optimize import linear_sum_assignment  # slow to import, and most comparisons do not need it
 
     signs, i = np.unique(pairs.a[rows], return_inverse=True)
     boxes, j = np.unique(pairs.b[rows], return_inverse=True)
@@ -160,7 +160,7 @@ def _best(pairs: Pairs, rows: slice, sign: list[int], track: list[int], held: di
 
 
 def _excused(reference: TrackTable, candidate: TrackTable, least: float) -> BoolArray:
-    """Candidate rows that lie on an ignored box: by IoU, or by the share of their own area."""
+    """Whether each candidate row lies on an ignored box, by IoU or by the covered share of its area."""
     excused = np.zeros(len(candidate), np.bool_)
     if not reference.ignore.any():
         return excused

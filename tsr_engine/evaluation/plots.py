@@ -1,4 +1,4 @@
-"""Plots the figures of an evaluation with matplotlib; alone in this package, it needs the extra ``train``."""
+"""Plots the figures of an evaluation with matplotlib. This is the only module here that needs the extra ``train``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["plot_confusion", "plot_curves", "plot_errors", "plot_fusion"]
 
 
 def plot_curves(curves: Mapping[str, DetectionScore], path: Path) -> None:
-    """Write precision-recall curves by name as a PNG.
+    """Write named precision-recall curves as PNG.
 
     Raises:
         OSError: the file cannot be written.
@@ -39,7 +39,7 @@ def plot_curves(curves: Mapping[str, DetectionScore], path: Path) -> None:
 
 
 def plot_confusion(report: ClassificationReport, path: Path) -> None:
-    """Write the confusion matrix, rows normalised to shares, as PNG.
+    """Write the confusion matrix as PNG, rows normalised to shares.
 
     Raises:
         OSError: the file cannot be written.
@@ -62,7 +62,7 @@ def plot_confusion(report: ClassificationReport, path: Path) -> None:
 
 
 def plot_fusion(report: FusionReport, path: Path) -> None:
-    """Write the rates against the number of frames as PNG (compare Fig. 13).
+    """Write the rates over the number of frames as PNG (compare Fig. 13).
 
     Raises:
         OSError: the file cannot be written.
@@ -84,7 +84,11 @@ def plot_fusion(report: FusionReport, path: Path) -> None:
 
 
 def plot_errors(summaries: dict[str, TrackingSummary], path: Path) -> None:
-    """Write the distribution of Eq. 7 (Fig. 11) of one or more named runs as a PNG."""
+    """Write the distribution of Eq. 7 (Fig. 11) of one or more named runs as PNG.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
     figure = Figure(figsize=(6.4, 3.6), layout="constrained")
     axes = figure.subplots()
     edges = np.linspace(0.0, 1.0, BINS + 1)

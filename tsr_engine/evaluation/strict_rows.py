@@ -1,4 +1,4 @@
-"""Reads tables of boxes strictly, one row a track and frame: the error names the first line that breaks a rule.
+"""Reads tables of boxes strictly, one row for each track and frame; an error names the first line that breaks a rule.
 
 A frame of 1.9, an inverted box or a sign twice in one frame are mistakes in the table. A lenient reader would give
 wrong figures that nobody notices.
@@ -34,10 +34,10 @@ TRUTH_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id",
 RESULT_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "score", "source")
 MOT_COLUMNS: Final = ("frame", "id", "left", "top", "width", "height", "flag", "class_id", "visibility")
 FAR: Final = 1e5
-"""px; boxes lie within."""
+"""Largest absolute coordinate of a box, px."""
 _MOST_FRAMES: Final = 2**31
 _MOST_WHOLE: Final = 2**53
-"""Whole numbers below it are exact as floats."""
+"""Whole numbers below this are exact as floats."""
 
 BoolArray = NDArray[np.bool_]
 Columns = Mapping[str, FloatArray]
@@ -49,7 +49,7 @@ class BadRow(Exception):
 
     Attributes:
         line: number of the line in the file, from 1.
-        rule: what must be, and what was got; without a full stop.
+        rule: what was expected and what was got; without a full stop.
     """
 
     def __init__(self, line: int, rule: str) -> None:
@@ -59,12 +59,12 @@ class BadRow(Exception):
 
 @dataclass(frozen=True, slots=True)
 class _Rule:
-    """What all rows must keep.
+    """A rule for all rows.
 
     Attributes:
-        broken: shape (n,): rows that do not.
+        broken: shape (n,): whether each row breaks the rule.
         text: the rule.
-        columns: whose values are reported with it.
+        columns: columns whose values the error reports.
     """
 
     broken: BoolArray
@@ -73,18 +73,18 @@ class _Rule:
 
 
 def read_truth_table(content: bytes, frames: int | None = None, most: int | None = None) -> FloatArray:
-    """Ground truth.
+    """Read ground truth.
 
     Args:
-        content: UTF-8 text; the first line names ``TRUTH_COLUMNS``, in any order and among others.
-        frames: length of the video; unset: not known, so that no frame lies beyond it.
-        most: rows at most; unset: any number.
+        content: UTF-8 text; the first line names ``TRUTH_COLUMNS``, in any order; other columns are ignored.
+        frames: number of frames of the video; unset: unknown, so that any frame is valid.
+        most: largest number of rows; unset: no limit.
 
     Returns:
         Shape (n, 9), columns as in ``TRUTH_COLUMNS``, in the order of the file.
 
     Raises:
-        BadRow: the first line that breaks a rule.
+        BadRow: a line breaks a rule; names the first such line.
     """
 
     def rules(column: Columns) -> list[_Rule]:
@@ -100,16 +100,16 @@ def read_truth_table(content: bytes, frames: int | None = None, most: int | None
 
 
 def read_result_table(content: bytes) -> tuple[FloatArray, tuple[str, ...]]:
-    """Result rows of ``tsr track`` or ``tsr replay``, or of another tracker.
+    """Read result rows of ``tsr track`` or ``tsr replay``, or of another tracker.
 
     Args:
-        content: UTF-8 text; the first line names ``RESULT_COLUMNS``, in any order and among others.
+        content: UTF-8 text; the first line names ``RESULT_COLUMNS``, in any order; other columns are ignored.
 
     Returns:
-        Shape (n, 8), the numeric columns of ``RESULT_COLUMNS``; and n times the source.
+        Shape (n, 8), the numeric columns of ``RESULT_COLUMNS``; and the source of each row.
 
     Raises:
-        BadRow: the first line that breaks a rule.
+        BadRow: a line breaks a rule; names the first such line.
     """
 
     def rules(column: Columns) -> list[_Rule]:
@@ -119,16 +119,16 @@ def read_result_table(content: bytes) -> tuple[FloatArray, tuple[str, ...]]:
 
 
 def read_mot_table(content: bytes) -> FloatArray:
-    """MOTChallenge rows, without a header; further columns are passed over.
+    """Read MOTChallenge rows without a header; further columns are ignored.
 
     Args:
         content: UTF-8 text.
 
     Returns:
-        Shape (n, 9), columns as in ``MOT_COLUMNS``, frames from 1 as they stand there.
+        Shape (n, 9), columns as in ``MOT_COLUMNS``, frames from 1 as in the file.
 
     Raises:
-        BadRow: the first line that breaks a rule.
+        BadRow: a line breaks a rule; names the first such line.
     """
 
     def rules(column: Columns) -> list[_Rule]:
@@ -184,10 +184,10 @@ def _read(
     words: str = "",
     most: int | None = None,
 ) -> tuple[FloatArray, tuple[str, ...]]:
-    """The table and its column of words.
+    """Read the numeric columns of a table and its column of words.
 
-    A line whose values are no numbers ends the reading; what stands before it is checked all the same, so that the
-    first bad line of all is the one that is named.
+    Reading ends at a line whose values are not numbers. The rows before it are still checked, so that the error names
+    the first bad line.
     """
     lines = _lines(content)
     places, width = _places(lines, columns) if header else (list(range(len(columns))), None)
@@ -198,7 +198,7 @@ def _read(
         if not line.strip():
             continue
         if most is not None and len(numbers) == most:
-            failure = BadRow(number, f"a file holds at most {most} rows")
+            failure = BadRow(number, f"a file has at most {most} rows")
             break
         try:
             cells = _cells(number, line, width, len(columns))
@@ -225,7 +225,7 @@ def _lines(content: bytes) -> list[str]:
 
 
 def _places(lines: Sequence[str], columns: Sequence[str]) -> tuple[list[int], int]:
-    """Where each column stands, and how many there are."""
+    """The index of each column, and the number of columns in the file."""
     found = _split(1, lines[0]) if lines else []
     missing = [name for name in columns if found.count(name) != 1]
     if missing:
@@ -273,7 +273,7 @@ def _check(column: Columns, rules: Sequence[_Rule], key: tuple[str, str], number
 
 
 def _first_twice(frame: FloatArray, track: FloatArray) -> tuple[int | None, int]:
-    """The first row whose frame and track an earlier one has, and that one."""
+    """The first row that repeats frame and track of an earlier row, and that earlier row."""
     order = np.lexsort((np.arange(len(frame)), track, frame))
     same = (np.diff(frame[order]) == 0) & (np.diff(track[order]) == 0)
     if not same.any():

@@ -15,7 +15,7 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import BoolArray, TrackTable
 
 BINS = 20
-"""Bins of the histogram of Eq. 7 over [0, 1]."""
+"""Number of bins of the histogram of Eq. 7 over [0, 1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,36 +25,36 @@ class SignReport:
     track_id: int
     class_id: int
     frames: int
-    """Counted frames of at least ``min_width`` px."""
+    """Number of counted frames in which the sign is at least ``min_width`` px wide."""
     covered: int
-    """... of which some track has IoU >= ``match_iou``."""
+    """Number of these frames in which a track matches with IoU >= ``match_iou``."""
     ids: tuple[int, ...]
-    """Track ids that matched it, in order of appearance."""
+    """Ids of the tracks that matched the sign, in order of appearance."""
     switches: int
-    """Changes of the matching id."""
+    """Number of changes of the matching id."""
     fragments: int
-    """Interruptions of its coverage."""
+    """Number of interruptions of the coverage."""
     predicted_class: int | None
     """Fused class in its last matched frame; None if it was never matched."""
 
 
 @dataclass(frozen=True, slots=True)
 class VideoReport:
-    """One video."""
+    """The figures of one video."""
 
     name: str
     frames: int
     signs: tuple[SignReport, ...]
     """Signs with a counted frame of at least ``min_width`` px."""
     errors: tuple[tuple[float, str], ...]
-    """Eq. 7 and source of each matched row on a sign of at least ``min_width`` px: the frames that are covered."""
+    """Eq. 7 and source of each matched row on a sign of at least ``min_width`` px: the covered frames."""
     followed_errors: tuple[float, ...]
-    """Eq. 7 of every row of a sign's tracks against that sign of at least ``min_width`` px, also where they drifted."""
+    """Eq. 7 of every row of a sign's tracks against that sign of at least ``min_width`` px, with or without a match."""
     tracks: int
     false_tracks: tuple[int, ...]
-    """Ids of tracks that never match a counted nor an ignored sign."""
+    """Ids of tracks that match neither a counted nor an ignored sign in any frame."""
     false_rows: int
-    """Rows that match neither."""
+    """Number of rows that match neither."""
     matched: tuple[tuple[int, int], ...] = ()
     """Frame and sign of each of ``errors``."""
     narrow_errors: tuple[float, ...] = ()
@@ -63,43 +63,43 @@ class VideoReport:
 
 @dataclass(frozen=True, slots=True)
 class TrackingSummary:
-    """Figures over one or more videos. Rates are in [0, 1]; NaN-free: a rate over nothing is None."""
+    """Figures over one or more videos. Rates are in [0, 1]; a rate without data is None, never NaN."""
 
     videos: int
     frames: int
     signs: int
-    """Physical signs (Table I)."""
+    """Number of physical signs (Table I)."""
     signs_detected: int
     detection_rate: float | None
     """``signs_detected / signs``."""
     false_tracks: int
-    """False detections in the sense of Table I: tracks on no sign."""
+    """Number of tracks on no sign, the false detections of Table I."""
     false_positives_per_frame: float | None
     coverage: float | None
-    """Share of truth frames of signs of at least ``min_width`` px with IoU >= ``match_iou``."""
+    """Share of the annotated frames of signs of at least ``min_width`` px that have a match of IoU >= ``match_iou``."""
     ids_per_sign: float | None
     """Mean number of ids over the detected signs."""
     switches: int
     fragments: int
     mean_error: float | None
-    """Mean of Eq. 7 over the covered frames, those that ``coverage`` is the share of."""
+    """Mean of Eq. 7 over the covered frames."""
     mean_error_overall: float | None
-    """The same over all frames that ``coverage`` looks at, 1 where a sign is not covered: nothing is left out."""
+    """Mean of Eq. 7 over all annotated frames of signs of at least ``min_width`` px, 1 for frames without a match."""
     mean_error_any_width: float | None
-    """Mean of Eq. 7 over all matched rows, those on signs narrower than ``min_width`` px too."""
+    """Mean of Eq. 7 over all matched rows, including those on signs narrower than ``min_width`` px."""
     median_error: float | None
     mean_error_by_source: dict[str, float]
     mean_error_followed: float | None
     """Mean of Eq. 7 over all rows of the signs' tracks, matched or not."""
     histogram: tuple[int, ...]
-    """Covered frames by Eq. 7, ``BINS`` equal bins over [0, 1]."""
+    """Number of covered frames by Eq. 7, in ``BINS`` equal bins over [0, 1]."""
     signs_classified: int
-    """Detected signs whose fused class is right (Table II)."""
+    """Number of detected signs whose fused class is correct (Table II)."""
     classified_of_detected: float | None
     classified_of_all: float | None
 
     def as_dict(self) -> JsonObject:
-        """The figures as values that JSON can hold."""
+        """The figures as values for JSON."""
         return asdict(self)
 
 
@@ -112,16 +112,16 @@ def evaluate_video(
     match_iou: float = 0.5,
     size: tuple[int, int] | None = None,
 ) -> VideoReport:
-    """Compares one video's rows with its truth, matched by the rule of :mod:`~.matching`.
+    """Compare one video's rows with its ground truth, matched by :mod:`~.matching`.
 
     Args:
-        name: of the video, for the report.
+        name: name of the video, for the report.
         truth: annotated rows.
         results: tracked rows.
         frames: number of frames of the video.
-        min_width: narrowest sign that coverage, Eq. 7 and detection count, px.
+        min_width: least width of signs for coverage, Eq. 7 and detection rate, px.
         match_iou: least IoU of a match.
-        size: width and height of the picture, px, to which both are cut; unset: they are compared as they are.
+        size: width and height of the picture, px, to which all boxes are clipped; unset: no clipping.
     """
     if size is not None:
         truth, results = truth.cut(*size), results.cut(*size)
@@ -148,7 +148,7 @@ def evaluate_video(
 
 
 def summarise(reports: Iterable[VideoReport]) -> TrackingSummary:
-    """Figures over all videos together."""
+    """Combine the figures of all videos."""
     videos = list(reports)
     signs = [sign for video in videos for sign in video.signs]
     found = [sign for sign in signs if sign.ids]
@@ -188,21 +188,21 @@ def summarise(reports: Iterable[VideoReport]) -> TrackingSummary:
 
 
 def _by_place(report: VideoReport) -> dict[tuple[int, int], float]:
-    """Frame and sign -> Eq. 7 of its match."""
+    """Frame and sign -> Eq. 7 of the match."""
     return dict(zip(report.matched, (error for error, _ in report.errors), strict=True))
 
 
 def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
-    """Mean Eq. 7 of two trackers over the signs and frames that both of them have.
+    """Mean Eq. 7 of two trackers over the pairs of sign and frame that both cover.
 
-    A mean over all results of a tracker improves if it leaves out hard signs; this mean does not.
+    A tracker can improve the mean over all of its results by leaving out hard signs, but not this mean.
 
     Args:
         ours: reports of one tracker.
-        theirs: of the other one, on the same videos in the same order.
+        theirs: reports of the other tracker, on the same videos in the same order.
 
     Returns:
-        ``n`` signs and frames in common, ``ours`` and ``theirs`` (None without any).
+        ``n``: number of common pairs; ``ours`` and ``theirs``: the means, None without common pairs.
     """
     pairs = []
     for a, b in zip(ours, theirs, strict=True):
@@ -213,17 +213,17 @@ def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) ->
 
 
 def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
-    """Eq. 7 of two configurations over the signs and frames alone in which they differ.
+    """Mean Eq. 7 of two configurations over only the pairs of sign and frame in which they differ.
 
-    A part of the engine that acts in few frames hardly changes a mean over all frames; this one shows its effect.
+    A part of the engine that acts in few frames hardly changes a mean over all frames; this mean shows its effect.
 
     Args:
         ours: reports of one configuration.
-        theirs: of the other one, on the same videos in the same order.
+        theirs: reports of the other configuration, on the same videos in the same order.
 
     Returns:
-        ``n`` signs and frames that both have and in which Eq. 7 differs, ``ours`` and ``theirs`` there (None without
-        any); ``only_ours`` and ``only_theirs``: signs and frames that one of them alone has.
+        ``n``: number of pairs that both cover with different Eq. 7; ``ours`` and ``theirs``: the means over them, None
+        without such pairs; ``only_ours`` and ``only_theirs``: numbers of pairs that only one of them covers.
     """
     pairs, only_ours, only_theirs = [], 0, 0
     for a, b in zip(ours, theirs, strict=True):
@@ -248,14 +248,14 @@ def _sign_report(sign: int, truth: TrackTable, results: TrackTable, found: Match
         covered=len(seen),
         ids=tuple(dict.fromkeys(sequence)),
         switches=sum(1 for a, b in pairwise(sequence) if a != b),
-        # Interruptions: covered again after a gap.
+        # An interruption is a gap between two covered frames.
         fragments=sum(1 for a, b in pairwise(seen) if b > a + 1),
         predicted_class=int(results.class_id[matched[-1]]) if len(matched) else None,
     )
 
 
 def _followed(truth: TrackTable, results: TrackTable, found: Matching, wanted: BoolArray) -> tuple[float, ...]:
-    """Eq. 7 of each row against the sign that its track matched most often, in the frames where that is wanted."""
+    """Eq. 7 of each row against the sign that its track matched most often, in the wanted frames of that sign."""
     votes: dict[int, Counter[int]] = {}
     for sign, track in zip(truth.track[found.reference].tolist(), results.track[found.candidate].tolist(), strict=True):
         votes.setdefault(track, Counter())[sign] += 1

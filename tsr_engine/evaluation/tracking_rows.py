@@ -19,7 +19,7 @@ __all__ = ["read_clip_truth", "read_mot_truth", "read_results", "result_table", 
 
 
 def truth_table(columns: FloatArray) -> TrackTable:
-    """Ground truth from its numbers, shape (n, 9), columns as in ``strict_rows.TRUTH_COLUMNS``."""
+    """Ground truth from an array (n, 9) with the columns of ``strict_rows.TRUTH_COLUMNS``."""
     return TrackTable(
         frame=columns[:, 0].astype(np.int64),
         track=columns[:, 1].astype(np.int64),
@@ -31,33 +31,33 @@ def truth_table(columns: FloatArray) -> TrackTable:
 
 
 def result_table(rows: Iterable[ResultRow]) -> TrackTable:
-    """Results from the rows of an engine's run."""
+    """Results from the rows of a run."""
     return TrackTable.of_rows((r.frame, r.track_id, r[2:6], r.class_id, r.score, r.source) for r in rows)
 
 
 def thinned(truth: TrackTable, step: int) -> TrackTable:
-    """The rows of every ``step``-th frame, from the first on, with the frames counted anew."""
+    """The rows of every ``step``-th frame from frame 0, with the frames renumbered."""
     here = truth.rows(truth.frame % step == 0)
     return replace(here, frame=here.frame // step)
 
 
 def read_clip_truth(path: Path) -> TrackTable:
-    """Truth from a CSV with the columns ``frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore``.
+    """Read ground truth from a CSV with the columns ``frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore``.
 
     Raises:
-        InputError: no such file, missing columns, or a row that breaks a rule of :mod:`~.strict_rows`.
+        InputError: the file or a column is missing, or a row breaks a rule of :mod:`~.strict_rows`.
     """
     with _named(path):
         return truth_table(read_truth_table(_content(path)))
 
 
 def read_mot_truth(path: Path) -> TrackTable:
-    """Truth from MOTChallenge rows ``frame,id,left,top,width,height,flag,class_id,visibility``, frames from 1.
+    """Read ground truth from MOTChallenge rows ``frame,id,left,top,width,height,flag,class_id,visibility``.
 
-    A flag of 0 marks a row to ignore.
+    Frames count from 1 in the file. A flag of 0 marks a row to ignore.
 
     Raises:
-        InputError: no such file, or a row that breaks a rule of :mod:`~.strict_rows`.
+        InputError: the file is missing, or a row breaks a rule of :mod:`~.strict_rows`.
     """
     with _named(path):
         table = read_mot_table(_content(path))
@@ -73,10 +73,10 @@ def read_mot_truth(path: Path) -> TrackTable:
 
 
 def read_results(path: Path) -> TrackTable:
-    """Results from the CSV of ``tsr track`` or ``tsr replay``.
+    """Read results from the CSV of ``tsr track`` or ``tsr replay``.
 
     Raises:
-        InputError: no such file, missing columns, or a row that breaks a rule of :mod:`~.strict_rows`.
+        InputError: the file or a column is missing, or a row breaks a rule of :mod:`~.strict_rows`.
     """
     with _named(path):
         table, source = read_result_table(_content(path))
@@ -98,7 +98,7 @@ def _content(path: Path) -> bytes:
 
 @contextmanager
 def _named(path: Path) -> Iterator[None]:
-    """A broken rule as a sentence about a file."""
+    """Turn a broken rule into an error that names the file."""
     try:
         yield
     except BadRow as error:

@@ -1,4 +1,4 @@
-"""Follow a sign that a person has drawn once, backwards and forwards through a video."""
+"""Follows a sign from one box that a person has drawn, backwards and forwards through a video."""
 
 from tsr_engine.follow.core import follow
 from tsr_engine.follow.records import (

@@ -1,8 +1,8 @@
 """Alignment of a template with a picture: place and scale, to a fraction of a pixel.
 
-Gauss-Newton on the sum of squared differences, as in efficient second-order minimisation (Benhimane & Malis 2004):
-the gradient is the mean of the template's and the picture's. Gain and offset of light are solved along, and residuals
-are weighted by Cauchy's function, so that what covers a part of a sign counts little.
+Gauss-Newton on the sum of squared differences, as in efficient second-order minimisation (Benhimane & Malis 2004): the
+gradient is the mean of the template's and the picture's. Gain and offset of the light are estimated as well. Cauchy
+weights of the residuals reduce the effect of objects that cover a part of the sign.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ __all__ = ["align"]
 
 _ROUNDS = 12
 _SMALL_STEP = 0.005
-"""Template px: a step below this ends the rounds."""
+"""px of the template: a smaller step ends the iteration."""
 _LARGEST_STEP = 1.5
 _CHANNELS = 3
 
@@ -26,17 +26,18 @@ _CHANNELS = 3
 def align(
     region: NDArray[np.float32], template: NDArray[np.float32], weights: NDArray[np.float32], start: FloatArray
 ) -> FloatArray:
-    """Move and scale a template until it lies on its like.
+    """Move and scale a template until it matches the picture.
 
     Args:
         region: shape (H, W, 3), the picture around the place.
         template: shape (h, w, 3).
-        weights: shape (h, w), >= 0: how much each pixel of the template counts.
-        start: shape (3,): centre (x, y) of the template in the region, pixel centres; region px per template px.
+        weights: shape (h, w), >= 0, weight of each pixel of the template.
+        start: shape (3,): centre (x, y) of the template in the region, in pixel-centre coordinates; and region px per
+            template px.
 
     Returns:
-        Shape (6,): centre, scale, weighted correlation in [-1, 1], share of the weight that fits (0 to 1), standard
-        error of the scale (of the natural logarithm).
+        Shape (6,): centre x, centre y, scale, weighted correlation in [-1, 1], share of the weight that fits in [0, 1],
+        and standard error of the natural logarithm of the scale.
     """
     height, width = weights.shape
     n = 4 + _CHANNELS
@@ -113,7 +114,7 @@ def _light(
     patch: NDArray[np.float32],
     offset: FloatArray,
 ) -> tuple[float, float]:
-    """Sample the region under the template; the gain of light, its offsets, and the correlation."""
+    """Sample the region under the template and fit the offsets of light; returns the gain and the correlation."""
     height, width = weights.shape
     rows, columns, _ = region.shape
     sums = np.zeros((_CHANNELS, 2))
@@ -161,7 +162,7 @@ def _residuals(
     offset: FloatArray,
     size: NDArray[np.float32],
 ) -> float:
-    """Length of each pixel's residual, into ``size``; the spread at which a residual counts half."""
+    """Write the length of each pixel's residual into ``size``; returns the spread at which a residual counts half."""
     height, width = weights.shape
     some = np.empty(height * width)
     count = 0

@@ -1,4 +1,4 @@
-"""Camera rotation between frames, and cuts of the film, from the whole picture."""
+"""Estimates camera rotation between frames, and finds cuts of the film, from the whole picture."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tsr_engine.tracking.camera_shift import CameraShift
 __all__ = ["Camera", "Turn"]
 
 _FLOW_WIDTH: Final = 240
-"""px: the flow is looked for in pictures of about this width."""
+"""Approximate width of the pictures for the optical flow, px."""
 _SMALL: Final = (48, 27)
 _CUT: Final = 0.3
-"""Two pictures whose correlation, made small, is below this are of two scenes."""
+"""Correlation of two reduced pictures below which they show two scenes."""
 _BLANK: Final = 3.0
-"""Grey levels: a picture whose standard deviation is below this is of no scene."""
+"""Standard deviation of a picture, grey levels, below which it shows no scene."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +27,9 @@ class Turn:
     """Change from one frame to the next.
 
     Attributes:
-        shift: of the picture by the camera's turning, px.
-        repeated: the picture is the one before once more.
-        cut: the two pictures are of two scenes.
+        shift: shift of the picture by the camera's rotation, px.
+        repeated: whether the picture repeats the last one.
+        cut: whether the two pictures show two scenes.
     """
 
     shift: tuple[float, float]
@@ -38,10 +38,10 @@ class Turn:
 
 
 class Camera:
-    """Compares each picture with the one before.
+    """Compares each picture with the last one.
 
     Args:
-        picture: the first, BGR, uint8.
+        picture: the first picture, BGR, uint8.
     """
 
     def __init__(self, picture: Picture) -> None:
@@ -64,7 +64,7 @@ class Camera:
 
 
 def _small(picture: Picture) -> Any:
-    # Every few pixels are enough, and reading all of a large picture takes longer than all the rest of this.
+    # Every few pixels suffice; to read all pixels of a large picture would take most of the time here.
     step = max(1, picture.shape[1] // (4 * _SMALL[0]))
     thin = np.ascontiguousarray(picture[::step, ::step])
     return cv2.cvtColor(cv2.resize(thin, _SMALL, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY)

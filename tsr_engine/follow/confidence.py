@@ -1,7 +1,7 @@
 """The probability that a box lies on the sign: a logistic regression over all observations of a frame.
 
-The weights come from ``python -m benchmarks.follow_confidence``, which follows the signs of clips and approaches that
-values are chosen on, as they are and with the sign painted over from some frame on.
+``python -m benchmarks.follow_confidence`` fits the weights. It follows signs of clips and approaches of the tuning set,
+once unchanged and once with the sign painted over from some frame on.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import Final
 __all__ = ["KEPT", "LEARNED", "WEIGHTS", "Evidence"]
 
 KEPT: Final = 0.55
-"""A sign that is less sure is hidden."""
+"""Confidence below which a sign counts as hidden."""
 LEARNED: Final = 0.85
-"""From here on its look is learned."""
+"""Confidence from which the sign's appearance is learned."""
 
 WEIGHTS: Final = {
     "constant": 0.03,
@@ -27,7 +27,7 @@ WEIGHTS: Final = {
     "known": 0.71,
     "decision": 3.19,
 }
-"""Of the terms of :meth:`Evidence.terms`."""
+"""Weights of the terms of :meth:`Evidence.terms`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +36,11 @@ class Evidence:
 
     Attributes:
         similarity: largest correlation with a template.
-        anchor_similarity: correlation with an anchor's template.
+        anchor_similarity: largest correlation with an anchor's template.
         away: distance from the predicted place, in standard deviations.
-        grown: distance from the predicted size, likewise.
-        decision: of the track's own SVM; None: it has none.
-        score: log-odds of the detector; None: it does not know the shape, or cannot look.
+        grown: difference from the predicted size, in standard deviations.
+        decision: decision value of the track's own SVM; None: there is no SVM.
+        score: log-odds of the detector; None: the detector does not know the shape, or cannot score the box.
     """
 
     similarity: float
@@ -51,7 +51,7 @@ class Evidence:
     score: float | None
 
     def terms(self) -> dict[str, float]:
-        """The terms of the logistic by name, each of the order of one."""
+        """The terms of the logistic regression by name, each of the order of one."""
         return {
             "constant": 1.0,
             "similarity": self.similarity,

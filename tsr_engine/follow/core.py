@@ -1,4 +1,4 @@
-"""Follows a sign from the boxes that a person has drawn: outwards in both directions, and between them. Does no I/O.
+"""Follows a sign from the boxes that a person has drawn, outwards in both directions and between them, without I/O.
 
 ::
 
@@ -38,34 +38,34 @@ def follow(
 ) -> Iterator[Event]:
     """Follow one sign.
 
-    The frames between anchors come first: the pass from the left while it runs, then both passes joined. Then the
-    frames beyond the outermost anchors come, outwards, in both directions by turns.
+    The frames between anchors come first: results of the pass from the left during that pass, then the joined results
+    of both passes. The frames beyond the outermost anchors follow, outwards, alternating between both directions.
 
     Args:
-        pictures: gives frames by ordinal; asked for neighbours in turn, in both directions.
-        anchors: one or more, of different frames.
+        pictures: returns frames by ordinal; called for neighbouring frames, alternating between both directions.
+        anchors: one or more boxes of the sign, in different frames.
         parts: the trained parts.
-        direction: the only one to follow beyond the anchors; unset: both.
-        first: no frame before this one is looked at.
-        last: no frame after this one is looked at; unset: to the end of the video.
-        between: only the frames between the outermost anchors.
-        cancelled: asked before each frame; true ends it.
+        direction: direction to follow beyond the anchors; unset: both.
+        first: first frame to read.
+        last: last frame to read; unset: the end of the video.
+        between: whether to follow only between the outermost anchors.
+        cancelled: called before each frame; true ends the iteration.
 
     Yields:
-        Proposals, the anchors' own among them; for each direction beyond the anchors one ending, its last event.
+        Proposals, including those of the anchors' frames; and one ending as the last event of each direction.
 
     Raises:
-        UsageError: an anchor cannot be followed, or lies outside ``first`` to ``last``. Raised before any proposal.
+        UsageError: an anchor cannot be followed or lies outside ``first`` to ``last``; raised before any proposal.
     """
     for anchor in anchors:
         if 0 <= anchor.frame < first or (last is not None and anchor.frame > last):
             end = "the end" if last is None else last
             raise UsageError(
-                f"The box of frame {anchor.frame} lies outside frames {first} to {end}, which may be looked at. Choose "
-                "another box."
+                f"The box of frame {anchor.frame} lies outside the range of frames {first} to {end}. Choose another "
+                "box."
             )
     if between and len(anchors) < 2:
-        raise UsageError("Following between boxes needs two of them. Name another one.")
+        raise UsageError("Following between boxes needs at least two boxes. Add another one.")
     placed = place(pictures, anchors, parts.look)
     for start in placed:
         yield Proposal(start.frame, start.shown, 1.0, "anchor")
@@ -95,7 +95,7 @@ def _gap(
     parts: FollowerModels,
     cancelled: Callable[[], bool],
 ) -> Iterator[Proposal]:
-    """The frames between two anchors; nothing is joined where it was cancelled."""
+    """The proposals of the frames between two anchors; the passes are not joined after a cancellation."""
     ahead: dict[int, Step] = {}
     back: dict[int, Step] = {}
     size = (1, 1)
@@ -120,7 +120,7 @@ def _pass(
     parts: FollowerModels,
     cancelled: Callable[[], bool],
 ) -> Iterator[tuple[int, Step, tuple[int, int]]]:
-    """The frames from one anchor to another, up to a cut of the film."""
+    """Follow from one anchor to another, up to a cut of the film."""
     sign = 1 if goal.frame > start.frame else -1
     shown = pictures(start.frame)
     assert shown is not None, "anchors are of frames that the video has"

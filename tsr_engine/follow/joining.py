@@ -14,23 +14,23 @@ from tsr_engine.records import FloatArray
 __all__ = ["between", "join"]
 
 _APART = 0.3
-"""Boxes with a lower IoU lie on two things: the surer one counts, not their mean."""
+"""IoU below which two boxes show different objects, so that the more certain one counts and not their mean."""
 
 
 def join(
     left: tuple[int, FloatArray], right: tuple[int, FloatArray], ahead: Mapping[int, Step], back: Mapping[int, Step]
 ) -> dict[int, Step]:
-    """The frames between two anchors.
+    """Join two passes over the frames between two anchors.
 
-    Where both passes see the sign, the box is the mean of both by the inverse of their variances: the two-filter form
-    of Kalman smoothing (Fraser & Potter 1969). Where one sees it, its box counts. Where none does, the box is carried
-    over from the nearest frames that are known.
+    If both passes see the sign, the box is the mean of both, weighted by the inverse of their variances: the two-filter
+    form of Kalman smoothing (Fraser & Potter 1969). If one pass sees it, its box counts. If none does, the box is
+    interpolated between the nearest frames with a box.
 
     Args:
-        left: frame and box, shape (4,), of the earlier anchor.
-        right: ... of the later one.
+        left: frame and box, shape (4,), px, of the earlier anchor.
+        right: frame and box, shape (4,), px, of the later anchor.
         ahead: steps of the pass from the left anchor, by frame; it may end early.
-        back: steps of the pass from the right anchor.
+        back: steps of the pass from the right anchor, by frame; it may end early.
     """
     known: dict[int, Step] = {}
     for frame in range(left[0] + 1, right[0]):
@@ -43,7 +43,7 @@ def join(
     for before, after in pairwise(ordered):
         for frame in range(before + 1, after):
             hidden = [s for s in (ahead.get(frame), back.get(frame)) if s is not None]
-            if not hidden:  # beyond a cut of the film, seen from either side
+            if not hidden:  # neither pass reaches these frames, because of cuts of the film
                 continue
             uncertainty = max(s.confidence for s in hidden)
             box = between((before, places[before]), (after, places[after]), frame)
@@ -52,9 +52,9 @@ def join(
 
 
 def between(before: tuple[int, FloatArray], after: tuple[int, FloatArray], frame: int) -> FloatArray:
-    """A box between two others of a sign that is neared at constant speed: its inverse size is linear in time.
+    """Interpolate the box of a sign that the camera approaches at constant speed: its inverse size is linear in time.
 
-    The centre then moves in proportion to the size, as it does along the ray from the focus of expansion.
+    The centre moves in proportion to the size, as along the ray from the focus of expansion.
     """
     share = (frame - before[0]) / (after[0] - before[0])
     a, b = to_cxcywh(before[1]), to_cxcywh(after[1])
@@ -90,6 +90,6 @@ def _mean(one: Step, other: Step) -> Step:
 
 
 def _weight(errors: Sequence[float]) -> float:
-    """Share of the second of two values in their mean."""
+    """Weight of the second of two values in their mean."""
     first, second = (max(error, 1e-9) ** -2 for error in errors)
     return float(second / (first + second))

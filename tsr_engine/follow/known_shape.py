@@ -1,7 +1,7 @@
 """The offline detector's box at a place, adjusted to the way that the person draws boxes.
 
 The detector's later stages know the shapes of signs. They are used if they accept the anchor as a sign and their box is
-close to the person's. The remaining difference is the person's manner and is kept.
+close to the person's. The remaining difference between the boxes is kept as the person's way of drawing.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ __all__ = ["KnownShape", "Look", "Seen", "know"]
 Look = Callable[[PixelSource, FloatArray], ScoredBox | None]
 
 _SURE_ANCHOR: Final = 0.0
-"""Log-odds from which on an anchor is taken for a sign."""
+"""Log-odds from which an anchor counts as a sign."""
 _SAME: Final = 0.6
-"""IoU with the person's box from which on the detector is taken to draw the same thing."""
+"""IoU with the person's box from which the detector's box shows the same object."""
 _SURE: Final = -1.0
-"""Log-odds from which on a box of the detector is a measurement."""
+"""Log-odds from which a box of the detector is a measurement."""
 _FAR: Final = 0.35
-"""Share of the size by which such a box may lie elsewhere, or logarithm by which it may be larger or smaller."""
+"""Largest distance of such a box, as a share of the size, and largest change of size, natural logarithm."""
 _ERROR: Final = 0.05
 """Error of the size of a clear detection, natural logarithm."""
 _CLEAR: Final = 6.0
-"""Log-odds of a clear one; the error grows by ``_ERROR_GROWTH`` of itself with each unit below."""
+"""Log-odds of a clear detection; each unit below adds ``_ERROR_GROWTH`` of the error."""
 _ERROR_GROWTH: Final = 0.3
 _DRAWN_PX: Final = 0.3
-"""How exact the person's edges are, px: on a small anchor the manner is hardly known."""
+"""Error of the person's edges, px; on a small anchor it hides the person's way of drawing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +45,9 @@ class Seen:
     """The detector's result at a place.
 
     Attributes:
-        score: log-odds that there is a sign.
+        score: log-odds of being a sign.
         box: shape (4,), px, as the person would draw it; None: too uncertain, or too far away.
-        error: of the natural logarithm of the box's size.
+        error: standard error of the natural logarithm of the box's size.
     """
 
     score: float
@@ -61,9 +61,9 @@ class KnownShape:
 
     Attributes:
         look: the detector's later stages.
-        shift: of the person's centre against the detector's, in sides of the detector's box, shape (2,).
-        factor: of the person's width and height on the detector's, shape (2,).
-        size: of the anchor, px.
+        shift: shape (2,), from the detector's centre to the person's, in sides of the detector's box.
+        factor: shape (2,), the person's width and height, divided by the detector's.
+        size: size of the anchor (root of its area), px.
     """
 
     look: Look
@@ -72,7 +72,7 @@ class KnownShape:
     size: float
 
     def at(self, picture: Picture, box: FloatArray) -> Seen | None:
-        """Look at a box, shape (4,); None where the detector cannot."""
+        """The detector's result at a box (4,), px; None if the detector cannot score it."""
         own = to_cxcywh(box)
         own[2:] /= self.factor
         own[:2] -= self.shift * own[2:]
@@ -90,7 +90,7 @@ class KnownShape:
 
 
 def know(look: Look | None, picture: Picture, box: FloatArray) -> KnownShape | None:
-    """What the detector knows of an anchor's sign; None: it does not take it for one, or draws it elsewhere."""
+    """The known shape of an anchor's sign; None if the detector rejects it as a sign, or its box is too different."""
     seen = None if look is None else look(PicturePixels(picture), box)
     if look is None or seen is None or seen.score < _SURE_ANCHOR or iou_each(seen.box, box)[0] < _SAME:
         return None

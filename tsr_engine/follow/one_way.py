@@ -27,23 +27,23 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["OneWay", "Step", "visible_share"]
 
 _TEMPLATES: Final = 14
-"""Looks that are remembered."""
+"""Largest number of templates."""
 _COMPARED: Final = 3
-"""... and compared in each frame: those of the most similar size, an anchor's among them."""
+"""Number of templates to compare in each frame: those of the most similar size, including one of an anchor."""
 _NEW_SIZE: Final = math.log(1.2)
-"""A look is worth remembering at a size that differs by this from all that are known."""
+"""Least difference in size, natural logarithm, between a new template and all others."""
 _LIKELY: Final = 0.5
-"""Below this similarity the expected place is judged instead of the match, which then counts if it lies there."""
+"""Similarity below which the expected place is scored, not the match; the match then counts only if it lies there."""
 _THERE: Final = 0.5
-"""IoU of a match with the expected place from which it lies there."""
+"""IoU with the scored place from which a match lies there."""
 _UNCERTAIN: Final = 0.7
-"""Below this similarity the search is repeated farther away."""
+"""Similarity below which the search is repeated in a larger area."""
 _BETTER: Final = 0.1
-"""... and must be better by this to count."""
+"""Least gain in similarity for the result of the larger search to count."""
 _SPREAD_FAR: Final = 0.16
-"""How far the size may differ in that search at least, natural logarithm."""
+"""Least range of sizes of the larger search, natural logarithm."""
 _WHOLE: Final = 0.98
-"""Visible share from which on a look is learned."""
+"""Visible share from which a template is learned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,10 +53,10 @@ class Step:
     Attributes:
         box: shape (4,), px; may reach beyond the picture.
         confidence: see :class:`tsr_engine.follow.records.Proposal`.
-        source: what the box comes from.
+        source: source of the box.
         place_error: standard deviation of the centre, px.
-        size_error: ... of the natural logarithm of the size.
-        evidence: what it rests on; None for a repeated picture before anything was seen.
+        size_error: standard deviation of the natural logarithm of the size.
+        evidence: observations behind the confidence; None if there are none.
     """
 
     box: FloatArray
@@ -67,23 +67,23 @@ class Step:
     evidence: Evidence | None
 
     def within(self, error: float) -> Step:
-        """The same, if the box that it began with is wrong by a share of its size."""
+        """The step with errors that include an error of the first box, as a share of its size."""
         place = math.hypot(self.place_error, error * size_of(self.box))
         return replace(self, place_error=place, size_error=math.hypot(self.size_error, error))
 
 
 class OneWay:
-    """Follows one sign from an anchor on.
+    """Follows one sign from an anchor in one direction.
 
     Args:
-        picture: of the anchor's frame.
-        box: the anchor's, shape (4,), px.
-        templates: looks of all anchors.
-        direction: of time.
+        picture: picture of the anchor's frame.
+        box: the anchor's box, shape (4,), px.
+        templates: templates of all anchors.
+        direction: direction of time.
         parts: the trained parts.
 
     Attributes:
-        hidden: frames since the sign was seen; 0: it is seen.
+        hidden: number of frames since the sign was seen; 0: it is seen.
     """
 
     def __init__(
@@ -103,13 +103,13 @@ class OneWay:
         self._last = Step(box, 1.0, "matched", self._path.place_error, self._path.size_error, None)
 
     def step(self, picture: Picture, shift: tuple[float, float], repeated: bool = False, learn: bool = True) -> Step:
-        """Take the next frame.
+        """Process the next frame.
 
         Args:
             picture: BGR, uint8, of the same size as the anchor's.
-            shift: of the camera since the frame before, px.
-            repeated: the picture is the one before once more.
-            learn: whether its pixels may be remembered.
+            shift: shift by camera rotation since the last frame, px.
+            repeated: whether the picture repeats the last one.
+            learn: whether the sign's appearance in this picture may be learned.
         """
         self._frames += 1
         self._waiting += 1
@@ -157,14 +157,14 @@ class OneWay:
         return Step(expected, confidence, "predicted", self._path.place_error, self._path.size_error, evidence)
 
     def _match(self, picture: Picture, expected: FloatArray) -> tuple[Match | None, float]:
-        """The best match near the expected box, or farther away; and the error of the place that was allowed."""
+        """The best match near the expected box or in a larger area, and the error of place that the search allowed."""
         error, spread = self._path.place_error, min(3.0 * self._path.size_error, 0.3)
         widest = 1.2 * float(max(expected[2:] - expected[:2])) + 24.0
         radius = min(3.0 * error + 3.0, widest)
         near = self._comparable(size_of(expected))
         match = search(picture, near, expected, self._stretch, radius, spread)
         similarity = 0.0 if match is None else match.similarity
-        # A sign that stays hidden is not worth a wide search in every frame.
+        # While a sign stays hidden, wide searches become rarer, to save time.
         due = self.hidden & (self.hidden - 1) == 0
         if radius < 0.7 * widest and similarity < _UNCERTAIN and due:
             farther = search(picture, near, expected, self._stretch, widest, max(spread, _SPREAD_FAR))
@@ -173,7 +173,7 @@ class OneWay:
         return match, error
 
     def _comparable(self, size: float) -> list[Template]:
-        """The templates to compare at a size, the best first."""
+        """The templates to compare for a size, the nearest first."""
         ranked = sorted(self._templates, key=lambda template: abs(math.log(size / template.size)))
         chosen = ranked[:_COMPARED]
         if not any(template.anchor for template in chosen):
@@ -187,7 +187,7 @@ class OneWay:
         return float(self._online.svm.decision_function(described[None])[0])
 
     def _learn(self, picture: Picture, box: FloatArray) -> None:
-        """Remember the look of a sure box, if it is of a new size and wholly seen."""
+        """Learn the sign's appearance in a box if its size is new and the sign is wholly visible."""
         size = size_of(box)
         if min(abs(math.log(size / template.size)) for template in self._templates) < _NEW_SIZE:
             return
@@ -204,6 +204,6 @@ class OneWay:
 
 
 def visible_share(box: FloatArray, width: int, height: int) -> float:
-    """The share of a box, shape (4,), that lies in a picture of width x height px."""
+    """The share of a box's area, shape (4,), that lies in a picture of width x height px."""
     whole = float(area(box))
     return float(area(clip(box, width, height))) / whole if whole > 0.0 else 0.0

@@ -17,25 +17,25 @@ from tsr_engine.records import FloatArray
 __all__ = ["HIDDEN_LIMIT", "LEAST_SEEN", "Outwards"]
 
 HIDDEN_LIMIT: Final = 15
-"""Frames without a sight of the sign after which it is gone."""
+"""Number of frames in which the sign is not seen after which it is gone."""
 LEAST_SEEN: Final = 0.45
-"""Share of a sign below which it has left the picture: of one that is drawn at the edge, the rest may be a seventh
-less."""
+"""Visible share of the box below which the sign has left the picture. The true share of a sign that was drawn at the
+edge may be smaller by a seventh."""
 _LET_PASS: Final = 3
-"""Frames without a sight that still count where the sign leaves the picture, or the video ends."""
+"""Number of frames in which the sign is not seen that still keep their proposals at the end."""
 
 
 class Outwards:
     """Follows in one direction.
 
     Args:
-        pictures: gives frames by ordinal.
+        pictures: returns frames by ordinal.
         start: the outermost anchor.
         placed: all anchors.
         parts: the trained parts.
-        direction: of time.
-        limit: the last frame that may be looked at; unset: the video's last.
-        cancelled: asked before each frame.
+        direction: direction of time.
+        limit: last frame to read; unset: the end of the video.
+        cancelled: called before each frame; true ends the iteration.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class Outwards:
             if step.source == "predicted":
                 hidden.append(proposal)
             else:
-                # Now that it is seen on both sides of where it was hidden, what was predicted there is set right.
+                # The sign is seen again, so the predictions of the frames in which it was hidden are corrected.
                 for late in hidden:
                     box = between((seen, sight), (frame, step.box), late.frame)
                     yield replace(late, box=clip(box, width, height))
@@ -90,7 +90,7 @@ class Outwards:
             yield proposal
 
     def _bound(self, frame: int) -> Reason | None:
-        """Why a frame may not be looked at."""
+        """The reason not to read a frame; None: there is none."""
         if self._cancelled():
             return "cancelled"
         if frame < 0:
@@ -100,7 +100,7 @@ class Outwards:
         return None
 
     def _stop(self, box: FloatArray, left: bool, cut: bool, hidden: int) -> Reason | None:
-        """Why a box is no proposal any more."""
+        """The reason to end before a box; None: there is none."""
         if cut:
             return "cut"
         if left:
@@ -110,9 +110,9 @@ class Outwards:
         return "gone" if hidden > HIDDEN_LIMIT else None
 
     def _end(self, reason: Reason, before: int, seen: int) -> Ending:
-        """The ending after frame ``before``, where the sign was seen in frame ``seen`` last.
+        """The ending after frame ``before``; the sign was last seen in frame ``seen``.
 
-        What was predicted after that stays where the sign leaves the picture, or the video ends, a few frames on.
+        Predictions after that stay if the sign leaves the picture, or the video ends, within ``_LET_PASS`` frames.
         """
         few = abs(before - seen) <= _LET_PASS
         if reason in ("video", "limit", "small") and not few:
@@ -122,10 +122,10 @@ class Outwards:
         beyond = "after" if ahead else "before"
         sentences: dict[Reason, str] = {
             "video": f"The video {'ends' if ahead else 'begins'} with frame {before}.",
-            "limit": f"Frame {before} is the {'last' if ahead else 'first'} that may be looked at.",
+            "limit": f"Frame {before} is the {'last' if ahead else 'first'} of the range.",
             "picture edge": f"The sign leaves the picture {beyond} frame {frame}.",
             "small": f"The sign is narrower than {NARROWEST:g} px {beyond} frame {frame}.",
-            "gone": f"Nothing looks like the sign {beyond} frame {frame}, as far as frame {before}.",
+            "gone": f"The sign is not found {beyond} frame {frame}; the search ended at frame {before}.",
             "cut": f"The film is cut {beyond} frame {before}, and the sign is not on the other side.",
             "cancelled": f"Following was cancelled {beyond} frame {frame}.",
         }

@@ -1,4 +1,4 @@
-"""The path of a sign through the picture: the looming filter, started by an exact box, in either direction of time."""
+"""The path of a sign through the picture: the looming filter, started by a drawn box, in either direction of time."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from tsr_engine.tracking.noise import MeasurementNoise
 __all__ = ["SignPath"]
 
 _START: Final = 0.015
-"""Growth per frame that is assumed at first, as in tracking; backwards a sign shrinks by it."""
+"""Initial growth per frame, as in tracking; negative backwards."""
 _SPREAD: Final = 0.08
 _PROCESS: Final = LoomingNoise(
     growth=0.002, aspect=0.001, centre=0.03, centre_px=1.0, drift_px=0.5, foe_spread=0.06, growth_spread=_SPREAD
 )
 _NOISE: Final = MeasurementNoise(centre=0.5, size=1.0)
-"""Per unit of a match's own error: centres are known twice as well as sizes."""
+"""Noise per unit of a match's error: centres are twice as exact as sizes."""
 _ANCHOR_PX: Final = 0.5
 _ANCHOR_SIZE: Final = 0.01
 _ANCHOR_SHAPE: Final = 0.02
-"""How exact a person's box is: px of its centre, shares of its size and of its shape."""
+"""Errors of a person's box: px of its centre, shares of its size and of its shape."""
 
 
 class SignPath:
     """A filter that starts on an anchor.
 
     Args:
-        box: shape (4,), px, the anchor's.
+        box: the anchor's box, shape (4,), px.
         size: width and height of the pictures, px.
-        direction: of time.
+        direction: direction of time.
     """
 
     def __init__(self, box: FloatArray, size: tuple[int, int], direction: Direction) -> None:
@@ -49,11 +49,11 @@ class SignPath:
         self._state = MotionState(state.mean, covariance)
 
     def predict(self, frames: float, shift: tuple[float, float]) -> None:
-        """Go on by some frames, through which the camera's turning shifted the picture by ``shift`` px."""
+        """Advance by a number of frames in which the camera's rotation shifted the picture by ``shift`` px."""
         self._state = self._model.predict(self._state, frames, shift)
 
     def correct(self, box: FloatArray, error: float) -> None:
-        """Take a measured box, shape (4,), with the standard error of the natural logarithm of its size."""
+        """Update by a measured box (4,), px; ``error`` is the standard error of the natural logarithm of its size."""
         self._state = self._model.update(self._state, to_cxcywh(box), MeasurementQuality(error, error))
 
     @property
@@ -63,7 +63,7 @@ class SignPath:
 
     @property
     def place_error(self) -> float:
-        """Standard deviation of the centre, px: of the axis that is known worse."""
+        """Standard deviation of the centre along its less certain axis, px."""
         return math.sqrt(max(self._state.covariance[CX, CX], self._state.covariance[CY, CY], 0.0))
 
     @property

@@ -16,5 +16,5 @@ class PicturePixels:
         self.height, self.width = picture.shape[:2]
 
     def crop(self, x1: int, y1: int, x2: int, y2: int) -> Picture:
-        """The pixels of a rectangle that overlaps the picture; beyond its edge the border is replicated."""
+        """The pixels of a rectangle that overlaps the picture; the border is replicated beyond the edges."""
         return cut(self._picture, (x1, y1, x2, y2), 0.0)

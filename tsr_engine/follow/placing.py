@@ -1,4 +1,4 @@
-"""Converts anchors as given to anchors that can be followed."""
+"""Checks anchors, and completes those that the picture's edge cuts off."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["Placed", "continued", "looks_from", "opened", "place"]
 
 _TOUCHES: Final = 1.0
-"""px: a box that is so near the picture's edge ends there because the picture does."""
+"""Distance from the picture's edge, px, within which the edge cuts a box off."""
 _LEAST_SHAPE: Final = 0.5
-"""Shorter side / longer side of what is seen of a sign whose edge is cut off."""
+"""Least ratio of shorter to longer side of the visible part of a sign that is cut off."""
 _BEYOND: Final = 1 / 7
-"""Share of what is seen of a sign that is assumed beyond the picture's edge, where nothing else is known."""
+"""Assumed extent beyond the picture's edge, as a share of the visible part, of a sign of unknown shape."""
 _ALIKE: Final = math.log(1.2)
-"""Anchors whose width / height differs by more than this, natural logarithm, show different parts of the sign."""
+"""Difference of the aspect ratio, natural logarithm, above which two anchors show different parts of the sign."""
 _FLAT: Final = 2.0
-"""Grey levels: pixels whose standard deviation is below this show nothing that could be found again."""
+"""Standard deviation of a box's pixels, grey levels, below which there is nothing to match."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,10 +37,10 @@ class Placed:
 
     Attributes:
         frame: ordinal.
-        shown: the person's box, cut to the picture, shape (4,).
-        box: the whole sign's box, which may reach beyond the picture.
-        look: how the sign looks.
-        guess: error of the box where it goes on beyond the picture, a share of its size; 0: all of the sign is seen.
+        shown: the person's box, shape (4,), px, clipped to the picture.
+        box: the whole sign's box, shape (4,), px; may reach beyond the picture.
+        look: template of the sign.
+        guess: error of the box if it reaches beyond the picture, as a share of its size; 0 for a box within.
     """
 
     frame: int
@@ -51,18 +51,18 @@ class Placed:
 
 
 def place(pictures: Pictures, anchors: Sequence[Anchor], look: Look | None) -> list[Placed]:
-    """Check anchors, and take their looks.
+    """Check anchors and cut their templates.
 
     Args:
-        pictures: gives frames by ordinal.
-        anchors: as they are given.
+        pictures: returns frames by ordinal.
+        anchors: anchors in any order.
         look: the offline detector's later stages; None: there is no detector.
 
     Returns:
-        In the order of their frames.
+        The anchors in the order of their frames.
 
     Raises:
-        UsageError: there is none, or one cannot be followed.
+        UsageError: there are no anchors, two have the same frame, or one cannot be followed.
     """
     if not anchors:
         raise UsageError("Following needs a box to start from. Name at least one.")
@@ -84,14 +84,13 @@ def _placed(pictures: Pictures, anchor: Anchor, look: Look | None) -> Placed:
         raise UsageError(f"The box of frame {frame} must have x1 < x2 and y1 < y2. Got {_reported(box)}.")
     shown = pictures(frame) if frame >= 0 else None
     if shown is None:
-        raise UsageError(f"The video has no frame {frame}. Choose a box of one that it has.")
+        raise UsageError(f"The video has no frame {frame}. Choose a box in one of its frames.")
     height, width = shown.picture.shape[:2]
     inside = clip(box, width, height)
     if (inside[2:] <= inside[:2]).any():
         raise UsageError(
             f"The box of frame {frame} lies outside the picture of {width}x{height} px. Got {_reported(box)}; draw it "
-            "on "
-            "the sign."
+            "on the sign."
         )
     if (inside[2:] - inside[:2] < LEAST_SIDE).any():
         raise UsageError(
@@ -100,12 +99,12 @@ def _placed(pictures: Pictures, anchor: Anchor, look: Look | None) -> Placed:
         )
     if shown.corrupt:
         raise UsageError(
-            f"Frame {frame} is damaged in the file, so its pixels are not the sign's. Draw the box in another frame."
+            f"Frame {frame} is damaged in the file, so its pixels do not show the sign. Draw the box in another frame."
         )
     if _contrast(shown.picture, inside) < _FLAT:
         raise UsageError(
-            f"The box of frame {frame} shows one colour only, so there is nothing to find again. Draw it where the "
-            "sign can be seen."
+            f"The box of frame {frame} shows only one colour, so there is nothing to follow. Draw it where the sign is "
+            "visible."
         )
     whole = _whole(box, shown.picture, look)
     guess = 0.0 if (whole == box).all() else _BEYOND / 2.0
@@ -113,7 +112,7 @@ def _placed(pictures: Pictures, anchor: Anchor, look: Look | None) -> Placed:
 
 
 def looks_from(start: Placed, placed: Sequence[Placed]) -> list[Template]:
-    """What to look for from an anchor on: the looks of all anchors that show as much of the sign as it does."""
+    """The templates of all anchors that show the same part of the sign as ``start``."""
     return [other.look for other in placed if abs(_shape(other.box) - _shape(start.box)) <= _ALIKE]
 
 
@@ -122,7 +121,7 @@ def _shape(box: FloatArray) -> float:
 
 
 def _whole(box: FloatArray, picture: Picture, look: Look | None) -> FloatArray:
-    """The whole sign's box where the picture's edge cuts it: how far it goes on is known of a sign that is known."""
+    """The whole sign's box if the picture's edge cuts it off: square if the detector knows its shape."""
     height, width = picture.shape[:2]
     beyond = continued(box, width, height)
     if (beyond == box).all():
@@ -132,15 +131,15 @@ def _whole(box: FloatArray, picture: Picture, look: Look | None) -> FloatArray:
 
 
 def continued(box: FloatArray, width: int, height: int) -> FloatArray:
-    """A box that goes on a little beyond the picture's edge where it ends there.
+    """Extend a box beyond the picture's edges that cut it off, by a seventh of the visible part.
 
-    Signs are drawn where most of them is seen. Between nothing and a quarter that is hidden, a seventh of what is seen
-    is wrong by an eighth at most.
+    People draw a sign where most of it is visible. If nothing to a quarter of the sign is hidden, the error of this
+    extension is at most an eighth.
 
     Args:
         box: shape (4,), px.
-        width: of the picture, px.
-        height: of the picture, px.
+        width: width of the picture, px.
+        height: height of the picture, px.
     """
     more = _BEYOND * (box[2:] - box[:2])
     low = np.where(np.abs(box[:2]) <= _TOUCHES, box[:2] - more, box[:2])
@@ -149,14 +148,15 @@ def continued(box: FloatArray, width: int, height: int) -> FloatArray:
 
 
 def opened(box: FloatArray, width: int, height: int) -> FloatArray:
-    """A box that the picture's edge cuts, made as wide as it is high, or as high as it is wide.
+    """Extend a box beyond the picture's edge that cuts it off, to a square.
 
-    A box of less than half that shape is a long board's: of a sign that is drawn, at least half is seen.
+    A box whose sides differ by more than a factor of two stays as it is. At least half of a drawn sign is visible, so
+    such a box belongs to a long board.
 
     Args:
         box: shape (4,), px.
-        width: of the picture, px.
-        height: of the picture, px.
+        width: width of the picture, px.
+        height: height of the picture, px.
     """
     x1, y1, x2, y2 = (float(v) for v in box)
     across, down = x2 - x1, y2 - y1

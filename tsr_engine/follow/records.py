@@ -25,15 +25,15 @@ __all__ = [
 ]
 
 NARROWEST: Final = 10.0
-"""px: a sign is followed until its box is narrower than this."""
+"""px: following ends when the sign's box is narrower than this."""
 
 Direction = Literal["backward", "forward"]
 Source = Literal["anchor", "detected", "matched", "predicted"]
-"""``anchor``: a person's box. ``detected``: the look of the anchors was found there, and the offline detector takes it
-for a sign. ``matched``: the look was found there. ``predicted``: the sign is hidden, and its motion goes on."""
+"""``anchor``: a person's box. ``detected``: the offline detector accepts the box as a sign. ``matched``: only a
+template matches. ``predicted``: the sign is hidden, and the box follows its motion."""
 Reason = Literal["video", "limit", "picture edge", "small", "gone", "cut", "cancelled"]
-"""Why a direction ends: the video ends; the frame that the caller named is reached; the sign leaves the picture; it is
-narrower than :data:`NARROWEST`; nothing looks like it any more; the film is cut; the caller cancelled."""
+"""Why a direction ends: the video ends; the range of frames ends; the sign leaves the picture; it is narrower than
+:data:`NARROWEST`; it is not found any more; the film is cut; the caller cancelled."""
 
 
 class Shown(Protocol):
@@ -51,16 +51,16 @@ class Shown(Protocol):
 
 
 Pictures = Callable[[int], Shown | None]
-"""Gives a frame by its ordinal; None: the video has no such frame."""
+"""Returns a frame by its ordinal; None: the video has no such frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class FollowerModels:
-    """The trained parts for following; without any it follows by correlation alone.
+    """The trained parts for following. Both are optional; without them, following uses only correlation.
 
     Attributes:
-        make_online: makes the online detector that tells this sign from what surrounds it.
-        look: the offline detector's later stages at one place.
+        make_online: makes the online detector that separates the sign from its surroundings.
+        look: applies the offline detector's later stages to one box.
     """
 
     make_online: OnlineDetectorMaker | None = None
@@ -69,7 +69,7 @@ class FollowerModels:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Anchor:
-    """A box that a person has set.
+    """A box that a person has drawn.
 
     Attributes:
         frame: ordinal.
@@ -82,16 +82,16 @@ class Anchor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proposal:
-    """Where the sign is in one frame.
+    """The box of the sign in one frame.
 
-    A later proposal of the same frame replaces the earlier one. Between two anchors the first pass is shown while it
-    runs, and both passes are joined at its end. A hidden sign that is seen again corrects the frames before.
+    A later proposal for the same frame replaces the earlier one. This happens between two anchors, where the first pass
+    is reported before both are joined, and when a hidden sign is seen again, which corrects the frames before.
 
     Attributes:
         frame: ordinal.
         box: shape (4,), px edges, inside the picture.
         confidence: probability that the box lies on the sign, with an IoU of 0.5 or more; 1 for an anchor.
-        source: what the box comes from.
+        source: source of the box.
     """
 
     frame: int
@@ -102,13 +102,13 @@ class Proposal:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How following in one direction ended. Proposals beyond ``frame`` are withdrawn.
+    """The end of following in one direction. Proposals beyond ``frame`` are withdrawn.
 
     Attributes:
-        direction: which one.
+        direction: direction of time.
         frame: the outermost frame that keeps a proposal.
-        reason: why it ended there.
-        sentence: the same for people.
+        reason: why following ended.
+        sentence: the reason as a sentence for display.
     """
 
     direction: Direction

@@ -22,36 +22,36 @@ __all__ = ["Match", "search"]
 _COARSE: Final = 16.0
 """Largest size of the box in the search by correlation, px."""
 _COARSER: Final = 11.3
-"""... where it is searched farther away than the box's size."""
+"""The same for a search radius larger than the box, px."""
 _SCALE_STEP: Final = 0.09
-"""Distance of neighbouring scales of the search at most, natural logarithm: alignment bridges half of it."""
+"""Largest distance of neighbouring scales of the search, natural logarithm; alignment corrects half of it."""
 _ONE_SCALE: Final = 0.035
-"""A spread of the size below this needs no other scales."""
+"""Spread of the size below which one scale suffices."""
 _PENALTY: Final = 0.1
-"""What a place at the search's edge loses against one in its middle."""
+"""Correlation that a place at the edge of the search area loses, compared with the middle."""
 _WIDEST: Final = 2.0
-"""Sides of the box on each side of it that are searched at most."""
+"""Largest search distance on each side of the box, in sides of the box."""
 _ENLARGED: Final = 1.4
-"""A template is compared at this multiple of its own size at most: beyond, it holds nothing more to compare."""
+"""Largest enlargement of a template; beyond it, the comparison gains no detail."""
 _FAR: Final = 0.4
-"""Alignment that moves by more than this share of the box has left its valley."""
+"""Largest valid move of the alignment, as a share of the box; beyond it, it has left the correct minimum."""
 _GROWN: Final = 0.3
-"""... and so has one that changes the size by more than this, natural logarithm."""
+"""Largest valid change of size by the alignment, natural logarithm."""
 _PIXEL: Final = 0.12
-"""What is left of an alignment's error whatever the pixels say, px of the comparison."""
+"""Least error of an alignment, px of the comparison."""
 _UNLIKE: Final = 0.12
-"""Error of the size that a missing correlation of 1 stands for, natural logarithm."""
+"""Error of the size per unit of correlation below 1, natural logarithm."""
 
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """Where templates were found.
+    """The result of a search.
 
     Attributes:
         box: shape (4,), px.
-        variance: of the natural logarithm of its size.
+        variance: variance of the natural logarithm of the box's size.
         similarity: largest correlation with a template, in [-1, 1].
-        anchor_similarity: the same with an anchor's.
+        anchor_similarity: largest correlation with an anchor's template, in [-1, 1].
     """
 
     box: FloatArray
@@ -63,18 +63,18 @@ class Match:
 def search(
     picture: Picture, templates: Sequence[Template], box: FloatArray, stretch: float, radius: float, spread: float
 ) -> Match | None:
-    """Look for templates around a box.
+    """Search for templates around a box.
 
     Args:
         picture: BGR, uint8.
-        templates: the best comparable first.
-        box: shape (4,), px, where the sign is expected.
+        templates: templates to compare, the most suitable first.
+        box: expected box of the sign, shape (4,), px.
         stretch: root of width / height of the sign.
-        radius: px around the box's centre that are searched.
-        spread: how far the size may differ, natural logarithm.
+        radius: search radius around the box's centre, px.
+        spread: largest difference in size, natural logarithm.
 
     Returns:
-        None where nothing could be aligned.
+        The match; None if no template could be aligned.
     """
     start = _coarse(picture, templates[:2], box, stretch, radius, spread)
     found: list[tuple[float, FloatArray, float, float, bool]] = []
@@ -103,7 +103,7 @@ def search(
     grown = math.exp(float(trust @ np.array([row[2] for row in found]) / trust.sum()))
     return Match(
         to_xyxy(np.array([*centre, grown * stretch, grown / stretch])),
-        # templates err together: several are hardly better than the best of them
+        # The errors of templates are correlated, so several are hardly better than the best one.
         max(1.0 / trust.sum(), 0.6 * min(row[0] for row in found)),
         max(row[3] for row in found),
         max((row[3] for row in found if row[4]), default=0.0),
@@ -113,9 +113,9 @@ def search(
 def _coarse(
     picture: Picture, templates: Sequence[Template], box: FloatArray, stretch: float, radius: float, spread: float
 ) -> FloatArray:
-    """The best place and scale by correlation; the box as it was where nothing can be compared."""
+    """The box at the best place and scale by correlation; the given box if nothing can be compared."""
     size = size_of(box)
-    # Far away, and among many sizes, it is looked for with fewer pixels.
+    # A search in a large area or over many sizes uses fewer pixels.
     level = min(_COARSE if radius < size else _COARSER, max(size, 8.0))
     reach = min(radius * level / size, _WIDEST * level)
     region = view(picture, box, level, reach)
@@ -129,7 +129,7 @@ def _coarse(
             response = cv2.matchTemplate(
                 region.pixels, look, cv2.TM_CCOEFF_NORMED, mask=np.repeat(weights[..., None], 3, axis=2)
             )
-            response[~(np.abs(response) <= 1.01)] = -1.0  # what is of one colour has no correlation
+            response[~(np.abs(response) <= 1.01)] = -1.0  # areas of one colour have no correlation
             across = np.arange(response.shape[1]) + (w - 1) / 2.0 - region.middle
             down = np.arange(response.shape[0]) + (h - 1) / 2.0 - region.middle
             score = response - _PENALTY * ((across / reach) ** 2 + (down / reach)[:, None] ** 2)

@@ -1,4 +1,4 @@
-"""The look of a sign in one frame, at any size up to its own."""
+"""Templates: the appearance of a sign in one frame, at any size up to the original."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["LEVELS", "Template", "View", "level_below", "size_of", "view"]
 
 LEVELS: Final = (8.0, 9.5, 11.3, 13.5, 16.0, 19.0, 22.6, 27.0, 32.0)
-"""Sizes at which pictures are compared, px: the root of a box's area."""
+"""Sizes (root of a box's area) at which pictures are compared, px."""
 _RIM: Final = 0.08
-"""Share of the box's size around it that is compared as well: a sign's edge is seen against what is behind."""
+"""Border around the box that is compared as well, as a share of its size: a sign's edge needs background."""
 _CORNER_WEIGHT: Final = 0.1
 _STORED: Final = 2.0
-"""A template keeps pixels at this multiple of the largest level at most."""
+"""Largest resolution of stored pixels, as a multiple of the largest level."""
 
 
 def size_of(box: FloatArray) -> float:
@@ -39,8 +39,8 @@ class View:
     """A square cut-out of a picture in which a box has a given size.
 
     Attributes:
-        pixels: shape (side, side, 3), float32; the box's middle is the middle of it.
-        centre: of the box in the picture, shape (2,), px.
+        pixels: shape (side, side, 3), float32, with the box in the middle.
+        centre: centre of the box in the picture, shape (2,), px.
         scale: px of the cut-out per px of the picture.
     """
 
@@ -50,7 +50,7 @@ class View:
 
     @property
     def middle(self) -> float:
-        """Place of the box's centre in the cut-out, counted in pixel centres."""
+        """Position of the box's centre in the cut-out, in pixel-centre coordinates."""
         return (len(self.pixels) - 1) / 2.0
 
 
@@ -61,7 +61,7 @@ def view(picture: Picture, box: FloatArray, level: float, reach: float) -> View:
         picture: BGR, uint8.
         box: shape (4,), px.
         level: size of the box in the cut-out, px.
-        reach: px of the cut-out on each side of the box's longer side.
+        reach: border around the box's longer side, px of the cut-out.
     """
     centre = to_cxcywh(box)
     size = size_of(box)
@@ -72,11 +72,11 @@ def view(picture: Picture, box: FloatArray, level: float, reach: float) -> View:
 
 @dataclass(slots=True, eq=False)
 class Template:
-    """How the sign looked in one frame.
+    """The appearance of the sign in one frame.
 
     Attributes:
-        box: shape (4,), px, where it was.
-        variance: of the natural logarithm of the box's size, of what is known of its error; 0 for an anchor.
+        box: shape (4,), px, box of the sign in that frame.
+        variance: variance of the natural logarithm of the box's size; 0 for an anchor.
         anchor: whether a person drew the box.
     """
 
@@ -91,13 +91,13 @@ class Template:
 
     @classmethod
     def cut(cls, picture: Picture, box: FloatArray, variance: float, anchor: bool) -> Template:
-        """From a picture and a box in it, shape (4,); pixels beyond the picture's edge count nothing later."""
+        """Make a template from a picture and a box (4,); pixels beyond the picture's edge get no weight."""
         size = size_of(box)
         level = min(size, _STORED * LEVELS[-1])
         longer = max(box[2] - box[0], box[3] - box[1]) * level / size
         side = 2 * math.ceil(0.5 * longer + 0.3 * level + 2)
         kept = cut_patch(picture, box, level, side)
-        # The box in the pixels that are kept; the picture's edges in the same coordinates follow from it.
+        # The box in coordinates of the stored pixels; the picture's edges follow from it.
         half = (box[2:] - box[:2]) * level / size / 2.0
         own = np.concatenate([side / 2.0 - half, side / 2.0 + half])
         height, width = picture.shape[:2]
@@ -105,14 +105,14 @@ class Template:
         return cls(box.copy(), variance, anchor, size, kept, own, edges)
 
     def at(self, level: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Pixels (h, w, 3) and weights (h, w) at a level; the box's middle is the middle of both."""
+        """Pixels (h, w, 3) and weights (h, w) at a level, with the box in the middle."""
         look = self._looks.get(level)
         if look is None:
             look = self._looks[level] = self._look(level)
         return look
 
     def plain(self, level: float) -> NDArray[np.float32]:
-        """Pixels of the box alone at any size, shape (h, w, 3): for a search by correlation."""
+        """Pixels of the box without border at any size, shape (h, w, 3), for a search by correlation."""
         width, height = self._sides(level)
         return self._cut(level, max(3, round(width)), max(3, round(height)))
 
@@ -134,7 +134,7 @@ class Template:
         return pixels, weights.astype(np.float32)
 
     def _cut(self, level: float, w: int, h: int) -> NDArray[np.float32]:
-        # Both sides odd or both even: only then their middle is that of one square cut-out.
+        # Both sides must be odd, or both even, so that their middle is that of one square cut-out.
         h += (w - h) % 2
         side = max(w, h)
         square = cut_patch(self._picture, self._own, level, side)
