@@ -1,1 +1,1 @@
-"""Measurements: one module an experiment, results as JSON, one report written from them."""
+"""Measurements: one module for each experiment, results as JSON, and one report from the results."""

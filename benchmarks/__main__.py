@@ -20,7 +20,7 @@ RESULTS = ROOT / "results"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run what was asked for; the report is written from all results that lie there."""
+    """Run the named experiments, and write the report from all stored results."""
     names = [experiment.name for experiment in EXPERIMENTS]
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"experiments: {', '.join(names)}; unset: all")
@@ -57,10 +57,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def alone(scratch: Path) -> Iterator[None]:
-    """Nobody else runs experiments in this folder meanwhile: they share what they make there.
+    """Lock the scratch folder, since experiments share the files that they make there.
 
     Raises:
-        UsageError: somebody does.
+        UsageError: another process runs experiments in this folder.
     """
     with (scratch / "running").open("w") as file:
         try:
@@ -80,7 +80,7 @@ def _run(experiments: Sequence[Experiment], data: Data) -> None:
         sys.stderr.flush()
         try:
             result = replace(experiment.run(data), machine=machine())
-        except (Skip, InputError) as why:  # an old number never stands in for one that could not be taken
+        except (Skip, InputError) as why:  # an old figure never replaces one that could not be measured
             result = Result(experiment.name, skipped=str(why), machine=machine())
         if experiment.headline is not None:
             earlier = RESULTS / f"{experiment.name}.json"

@@ -1,4 +1,4 @@
-"""Scenes as other cameras would have taken them: versions of a picture that no training makes in just this way."""
+"""Scenes as other cameras would show them, changed in ways that training does not use."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from tsr_engine.training.mining import Tick, read_picture
 __all__ = ["VERSIONS", "by_version", "version"]
 
 LEAST: Final = 16.0
-"""Signs whose longer side is shorter are not counted, px."""
+"""Least longer side of a counted sign, px."""
 
 _NARROW: Final = 0.72
-"""Width of a scene whose signs are turned away, share."""
+"""Width of a scene with turned signs, as a share of the original width."""
 
 
 def version(name: str, picture: Picture, scene: Scene, seed: int) -> tuple[Picture, FloatArray]:
     """A scene as another camera shows it.
 
     Args:
-        name: of ``VERSIONS``.
-        picture: of the scene, BGR.
-        scene: its signs.
-        seed: of everything random; the same scene and seed give the same version.
+        name: name in ``VERSIONS``.
+        picture: picture of the scene, BGR.
+        scene: the scene with its signs.
+        seed: random seed; the same scene and seed give the same version.
 
     Returns:
         The picture and the boxes of its signs (n, 4).
@@ -53,18 +53,17 @@ def version(name: str, picture: Picture, scene: Scene, seed: int) -> tuple[Pictu
 
 
 def by_version(detector: AcfDetector, scenes: Sequence[Scene], seed: int, tick: Tick) -> dict[str, dict[str, int]]:
-    """What a detector makes of scenes, version by version and stage by stage.
+    """Count the results of a detector by version and stage.
 
     Args:
-        detector: it answers boxes as the scenes are annotated.
-        scenes: what they ignore counts for nothing.
-        seed: of the versions.
-        tick: progress.
+        detector: detector without box inset, so that its boxes are drawn as the annotation.
+        scenes: scenes; their ignored signs do not count.
+        seed: seed of the versions.
+        tick: called after each picture.
 
     Returns:
-        For each version the number of ``pictures`` and ``signs``, for how many of these there are ``candidates`` of the
-        cascade (IoU 0.3), how many are ``found`` with log-odds above 0 (IoU 0.5), and how many such detections lie on
-        ``nothing``.
+        For each version the numbers of ``pictures`` and ``signs``; of signs with ``candidates`` of the cascade (IoU
+        0.3); of signs ``found`` with log-odds above 0 (IoU 0.5); and of such detections on ``nothing``.
     """
     out = {name: {"pictures": 0, "signs": 0, "candidates": 0, "found": 0, "nothing": 0} for name in VERSIONS}
     for number, scene in enumerate(scenes):
@@ -154,7 +153,7 @@ def _jpeg(picture: Picture, quality: int) -> Picture:
 
 
 def _h264(picture: Picture, quantiser: int) -> Picture:
-    """The picture as a key frame of a video at a low rate."""
+    """The picture as a key frame of a video at a low bit rate."""
     frame = av.VideoFrame.from_ndarray(picture, format="bgr24").reformat(format="yuv420p")
     encoder = av.CodecContext.create("libx264", "w")
     encoder.width, encoder.height, encoder.pix_fmt = frame.width, frame.height, "yuv420p"
@@ -177,4 +176,4 @@ VERSIONS: Final[Mapping[str, Callable[[Picture, np.random.Generator], Picture]]]
     "shadows": _as_taken,
     "turned away": _as_taken,
 }
-"""Name -> what it does to the picture. Shadows and what is turned away also need the signs, see :func:`version`."""
+"""Name -> change of the picture. Shadows and turned signs also need the boxes, see :func:`version`."""

@@ -1,6 +1,6 @@
-"""Tracks of annotated videos, and whether a person who knows the truth would change them.
+"""Tracks of annotated videos, and whether a person who knows the ground truth would change them.
 
-The evidence of the runs is kept, so that a longer measurement goes on where it was stopped.
+The evidence of the runs is kept, so that a stopped measurement can continue.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ RUNS: Mapping[str, Params] = {
 """Runs that people review: as shipped; with the tracks of weak detections that are left out otherwise; and the preset
 that makes the most mistakes."""
 OTHERS: Mapping[str, str] = {"default": "paper", "lenient": "default", "paper": "default"}
-"""The run that the queue compares each with."""
+"""Name of the run that the queue compares each run with."""
 
 ALIKE = 0.5
-"""A box with a smaller IoU than this is moved, or deleted where the sign is gone."""
+"""IoU below which a person moves a box, or deletes it if the sign is gone."""
 LOOSE_FRAMES, LOOSE_SHARE = 2, 0.1
-"""A person corrects the boxes of a track from so many such frames on, if they are more than this share of all."""
+"""Least number of such frames, and their share of all, for which a person corrects the boxes of a track."""
 EDGE = 2.0
-"""A box this close to the edge of the picture may show a part of a sign that the truth leaves out, px."""
+"""Distance from the picture's edge, px, within which a box may show a part of a sign that the annotation leaves out."""
 ALL_FRAMES = (0, 2**62)
 
 
@@ -60,9 +60,9 @@ class Filmed:
 
     Attributes:
         clip: name of the video.
-        camera: of ``CAMERAS``.
+        camera: name in ``CAMERAS``.
         path: the file.
-        truth: in its frames and pixels.
+        truth: ground truth in its frames and pixels.
     """
 
     clip: str
@@ -77,12 +77,12 @@ class JudgedRun:
 
     Attributes:
         clip: name of the video.
-        camera: that filmed it.
-        run: of ``RUNS``.
-        facts: what the evidence says of each track.
-        other: what the run of ``OTHERS`` says otherwise.
-        change: why a person changes each track, ``false``, ``label``, ``boxes`` or ``split``; empty: they accept it;
-            None: the truth does not tell.
+        camera: name in ``CAMERAS``.
+        run: name in ``RUNS``.
+        facts: facts of each track from the evidence.
+        other: differences from the run of ``OTHERS``.
+        change: why a person changes each track: ``false``, ``label``, ``boxes`` or ``split``; empty: they accept it;
+            None: unknown from the ground truth.
     """
 
     clip: str
@@ -117,8 +117,8 @@ class Camera:
     """Another way to film a video.
 
     Attributes:
-        film: writes the video as it films it; None: it is the video itself.
-        truth: the truth in its frames and pixels.
+        film: writes the camera's version of a video; None: the video itself.
+        truth: converts the ground truth to its frames and pixels.
     """
 
     film: Callable[[Path, Path], object] | None = None
@@ -132,17 +132,17 @@ CAMERAS: Mapping[str, Camera] = {
     "coarse": Camera(_coarse, lambda truth: replace(truth, boxes=truth.boxes / 2)),
     "slow": Camera(_slow, lambda truth: thinned(truth, SLOW)),
 }
-"""Worse cameras make the mistakes that good ones hardly make: a fifth of the light; half the size, compressed hard;
-every third frame."""
+"""Worse cameras, for mistakes that hardly occur with good ones: a fifth of the light; half the size and strong
+compression; every third frame."""
 
 
 def filmed(videos: Mapping[str, tuple[Path, TrackTable]], scratch: Path, cameras: Sequence[str]) -> Iterator[Filmed]:
-    """Each video as some cameras film it.
+    """Yield each video as filmed by each camera.
 
     Args:
-        videos: name -> (file, truth).
-        scratch: where the videos of the worse cameras are kept.
-        cameras: of ``CAMERAS``.
+        videos: name -> (file, ground truth).
+        scratch: folder for the videos of the worse cameras.
+        cameras: names in ``CAMERAS``.
     """
     for name, (path, truth) in videos.items():
         for camera in cameras:
@@ -160,8 +160,8 @@ def judged_runs(videos: Iterable[Filmed], scratch: Path) -> Iterator[JudgedRun]:
     """Run each video with the parameters of ``RUNS`` and judge the tracks of each run.
 
     Args:
-        videos: with their truth.
-        scratch: where the evidence is kept.
+        videos: videos with ground truth.
+        scratch: folder for the evidence.
     """
     parts = {name: load_components(params) for name, params in RUNS.items()}
     labels = shipped_set("gtsrb-43")
@@ -183,13 +183,13 @@ def judge(
     """Why a person who knows the truth changes each track.
 
     Args:
-        boxes: of the tracks.
-        labels: of each track.
-        truth: of the video.
+        boxes: boxes of the tracks.
+        labels: label of each track.
+        truth: ground truth of the video.
         size: width and height of the pictures, px.
 
     Returns:
-        One entry a track, see :class:`JudgedRun`.
+        One entry for each track, see :class:`JudgedRun`.
     """
     boxes = boxes.inside(*size)
     signs, changes = [], []
@@ -207,7 +207,7 @@ def judge(
 def _judge_track(
     boxes: NDArray[np.float64], frames: NDArray[np.int64], label: int, truth: TrackTable, size: tuple[int, int]
 ) -> tuple[int | None, str | None]:
-    """The sign that a track shows, and why it is changed."""
+    """The sign that a track shows, and why a person changes the track."""
     overlap: dict[int, dict[int, float]] = {}
     excused = _at_edge(boxes, size)
     for k, frame in enumerate(frames.tolist()):
@@ -243,5 +243,5 @@ def _is_complete(folder: Path) -> bool:
     try:
         with EvidenceReader(folder) as reader:
             return reader.state == "complete"
-    except TsrError:  # there is none yet, or it is damaged: it is made anew
+    except TsrError:  # missing or damaged evidence is made again
         return False

@@ -1,4 +1,4 @@
-"""What the commands have in common that tell which values to choose, on videos that no figure is reported on."""
+"""Shared parts of the commands that compare parameter values, on videos that no reported figure uses."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["choice_parser", "report"]
 
 
 def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
-    """The command line with what every such command has: further settings, and where detections are kept.
+    """A command line with the common options: further settings, and the folder for detections.
 
     Args:
-        name: of the module in ``benchmarks``.
-        about: its docstring.
+        name: name of the module in ``benchmarks``.
+        about: docstring of the module.
     """
     parser = argparse.ArgumentParser(
         prog=f"python -m benchmarks.{name}",
@@ -34,12 +34,12 @@ def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
 
 
 def report(name: str, scratch: Path | None, tell: Callable[[Path], str]) -> int:
-    """Print what a command has to tell, or one sentence that says why it cannot; the exit code.
+    """Print the result of a command, or one sentence that says why there is none; returns the exit code.
 
     Args:
-        name: of the module, before that sentence.
-        scratch: folder for detections; unset: one for this call.
-        tell: that folder -> the text.
+        name: name of the module, printed before that sentence.
+        scratch: folder for detections; unset: a temporary one.
+        tell: computes the text, given the folder.
     """
     cv2.setNumThreads(1)
     try:

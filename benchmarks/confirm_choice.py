@@ -1,10 +1,10 @@
-"""What parameters are worth for which signs become tracks, told on videos that no figure is reported on.
+"""Compares parameters for the start of tracks, on videos that no reported figure uses.
 
     python -m benchmarks.confirm_choice --clips CLIPS --looming DIR --judged DIR [--setting NAME:key=value,...]...
 
-Looks at the real clips that values are chosen on and at simulated approaches to scenes that ``--judged`` does not show,
-at every, every second, third and fourth frame. ``default`` is run beside the named settings; all are the filter alone,
-since no track begins or ends by the online detector. Prints signs found, tracks on no sign and coverage.
+Uses the real clips of the tuning set and simulated approaches to scenes that ``--judged`` does not show, at every,
+every second, third and fourth frame. Runs ``default`` and the named settings, all without the online detector, since it
+neither starts nor ends tracks. Prints signs found, tracks on no sign and coverage.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CLIPS, APPROACHES = "clips", "approaches"
 
 
 def videos_of(clips: Path, looming: Path, judged: Path) -> list[Annotated]:
-    """The videos to look at.
+    """The videos to use.
 
     Raises:
         Skip: there are none.

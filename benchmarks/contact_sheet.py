@@ -18,7 +18,7 @@ SIDE = 84
 LABEL = 16
 """Height of the strip with its label, px."""
 LEVELS = 12
-"""Steps of each colour channel: enough to see what is there, a third of the bytes."""
+"""Steps of each colour channel; these few save two thirds of the bytes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +26,9 @@ class Cell:
     """One cut-out.
 
     Attributes:
-        label: short.
+        label: short text.
         picture: BGR, uint8.
-        box: ``x1, y1, x2, y2`` of what is meant, px.
+        box: ``x1, y1, x2, y2`` of the object, px.
     """
 
     label: str
@@ -37,10 +37,10 @@ class Cell:
 
 
 def cut_square(picture: Picture, box: Sequence[float] | FloatArray, margin: float, side: int) -> Picture:
-    """The square around a box, with ``margin`` of its longer side on each side, resized; outside is the edge's colour.
+    """The square around a box with ``margin`` of its longer side on each side, borders replicated.
 
     Returns:
-        Picture of ``side`` x ``side``, and nothing drawn on it.
+        Picture of ``side`` x ``side`` px, without marks.
     """
     x1, y1, x2, y2 = (float(v) for v in box)
     half = max(x2 - x1, y2 - y1, 1.0) * (0.5 + margin)
@@ -55,7 +55,7 @@ def cut_square(picture: Picture, box: Sequence[float] | FloatArray, margin: floa
 
 
 def write_sheet(path: Path, cells: Sequence[Cell], *, margin: float = 0.6, columns: int = 10) -> None:
-    """Write the sheet, row by row; an older one is removed where there is no cell."""
+    """Write the sheet, row by row; without cells, remove an existing file."""
     if not cells:
         path.unlink(missing_ok=True)
         return

@@ -20,7 +20,7 @@ __all__ = ["corrected", "dim", "dimmed", "filmed"]
 
 
 def corrected(path: Path, truth: TrackTable) -> DatasetVideo:
-    """A clip with its annotation as tracks that a person has stated in every frame."""
+    """A clip with its annotation as tracks with a keyframe in every frame."""
     tracks = [_stated(truth, int(sign)) for sign in np.unique(truth.track)]
     with open_video(path) as video:
         frames = len(video.confirm())
@@ -52,18 +52,18 @@ def _maker(tracks: list[Track]) -> Callable[[], Iterator[Track]]:
 
 
 def dimmed(source: Path, place: Path) -> Path:
-    """The clip with a fifth of the light, noise, soft, compressed hard; returns ``place``."""
+    """Write the clip with a fifth of the light, noise, blur and strong compression; returns ``place``."""
     return filmed(dim, source, place)
 
 
 def filmed(change: Callable[[Picture, int], Picture], source: Path, place: Path, frames: int | None = None) -> Path:
-    """A video of changed pictures; returns ``place``.
+    """Write a video of changed pictures; returns ``place``.
 
     Args:
-        change: from a picture and its number in the video to the one that is shown, of its size.
+        change: changes a picture, given the picture and its number; keeps its size.
         source: the video.
         place: file to write.
-        frames: number of pictures, from the first on; unset: all.
+        frames: number of first pictures to write; unset: all.
     """
     with open_video(source) as video, VideoWriter(place, video.width, video.height, video.rate) as writer:
         for frame in islice(video.frames(), frames):
@@ -72,7 +72,7 @@ def filmed(change: Callable[[Picture, int], Picture], source: Path, place: Path,
 
 
 def dim(picture: Picture, ordinal: int) -> Picture:
-    """The picture with a fifth of the light, noise, soft, compressed hard."""
+    """The picture with a fifth of the light, noise, blur and strong compression."""
     rng = np.random.default_rng(ordinal)
     dark = picture.astype(np.float32) * 0.22 + rng.normal(0, 3.0, picture.shape).astype(np.float32)
     soft = cv2.GaussianBlur(np.clip(dark, 0, 255).astype(np.uint8), (0, 0), 0.9)

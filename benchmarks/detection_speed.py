@@ -2,7 +2,7 @@
 
     python -m benchmarks.detection_speed --gtsdb GTSDB [--scenes 40]
 
-Scenes are shrunk to 720x576; models and parameters are those that ship, the very ones whose AP is reported.
+Scenes are reduced to 720x576. Models and parameters are the shipped ones, whose AP is reported.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from tsr_engine.pipeline import load_detector, one_opencv_thread
 from tsr_engine.records import Picture
 
 TURNS = 5
-"""On each picture, of which the least counts."""
+"""Number of runs on each picture; the shortest time counts."""
 
 
 def shrunk_scenes(folder: Path, count: int) -> list[Picture]:
@@ -39,7 +39,7 @@ def shrunk_scenes(folder: Path, count: int) -> list[Picture]:
 
 
 class _Scan:
-    """The cascade alone; the levels are made beforehand."""
+    """The cascade without the pyramid, whose levels :meth:`prepare` makes."""
 
     def __init__(self, detector: AcfDetector) -> None:
         self._detector = detector

@@ -1,10 +1,10 @@
-"""What an option of the detector's training is worth, told without the scenes that are reported on.
+"""Compares options of the detector's training, without the scenes of reported figures.
 
     python -m benchmarks.detector_choice --gtsdb GTSDB --gtsrb GTSRB [--part 0] [--set shrinkage=1 --set aspect=0]
 
-The scenes that the shipped detector's figures leave alone are cut into parts. For each part a detector is trained on
-the others; one half of the part calibrates it for the other half, and the reverse. A part takes about 12 minutes on one
-core; parts can be run beside each other. Nothing is written.
+The scenes that the shipped detector's figures do not use are divided into parts. For each part, a detector is trained
+on the other parts. Each half of the part calibrates the detector for the other half. A part takes about 12 minutes on
+one core; parts can run in parallel. Nothing is written.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from tsr_engine.training.detector import DetectorPlan, fit_detector
 from tsr_engine.training.offline import AS_ANNOTATED, calibrate_model, detect_scenes, detection_figures, split_scenes
 
 ANY_SCORE = 1000.0
-"""False detections a picture at which nothing is refused."""
+"""Rate of false detections per picture that keeps all detections."""
 
 
 def parts(scenes: Sequence[Scene], count: int, seed: int) -> list[tuple[list[Scene], list[Scene]]]:
-    """Scenes to train on and scenes to look at, for each part; none of those that figures are reported on."""
+    """Training scenes and test scenes of each part, without the scenes of reported figures."""
     train, calibrate, _ = split_scenes(scenes, seed)
     pool = train + calibrate
     return [
@@ -46,10 +46,10 @@ def parts(scenes: Sequence[Scene], count: int, seed: int) -> list[tuple[list[Sce
 
 
 def plan_with(settings: Sequence[str]) -> DetectorPlan:
-    """The default plan with other values, each ``name=value``; the value is JSON, names of parts are joined by dots.
+    """The default plan with changed values, each ``name=value``; values are JSON, nested names are joined by dots.
 
     Raises:
-        UsageError: no such name, or a value that is not JSON.
+        UsageError: a name is unknown, or a value is not JSON.
     """
     plan: Any = DetectorPlan()
     for setting in settings:
@@ -69,7 +69,7 @@ def _replaced(plan: Any, path: Sequence[str], value: Any, name: str) -> Any:
     if len(path) > 1:
         value = _replaced(getattr(plan, path[0]), path[1:], value, name)
     elif is_dataclass(getattr(plan, path[0])):
-        raise UsageError(f"{name} has options of its own. Name one of them: {name}.NAME=VALUE.")
+        raise UsageError(f"{name} is a group of options. Choose one of them: {name}.NAME=VALUE.")
     try:
         kind = TypeAdapter(get_type_hints(type(plan))[path[0]])
         return replace(plan, **{path[0]: kind.validate_python(value)})
@@ -87,7 +87,7 @@ def figures(
     seed: int,
     params: DetectorParams = AS_ANNOTATED,
 ) -> JsonObject:
-    """AP, recalls, how many signs no detection lies on at any score, and what other cameras lose, of one part."""
+    """AP, recalls, number of signs without a detection at any score, and losses of other cameras, for one part."""
     tell = _Tell()
     model, _ = fit_detector(train, read_items(gtsrb) if gtsrb else [], plan, seed, tell)
     halves = [list(held[0::2]), list(held[1::2])]
@@ -104,7 +104,7 @@ def figures(
 
 
 class _Tell:
-    """Names each stage once, on standard error."""
+    """Prints each stage once to standard error."""
 
     def __init__(self) -> None:
         self._last = ""
@@ -117,7 +117,7 @@ class _Tell:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Train and print one line of JSON a part."""
+    """Train, and print one line of JSON for each part."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.detector_choice", description=__doc__)
     parser.add_argument("--gtsdb", type=Path, required=True)
     parser.add_argument("--gtsrb", type=Path, help="unset: scenes alone")

@@ -1,4 +1,4 @@
-"""Figures as SVG, all of one look and the same bytes from the same numbers."""
+"""Draws figures as SVG in one style; equal numbers give equal bytes."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tsr_engine.json_shapes import JsonMapping
 __all__ = ["COLOURS", "draw_precision_recall", "drawing", "legend_below"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe and Ito: distinguished by people who see fewer colours."""
+"""Palette of Okabe and Ito, which people with colour blindness can distinguish."""
 
 
 @contextmanager
 def drawing(path: Path, across: int = 1, size: tuple[float, float] = (6.4, 3.6)) -> Iterator[Any]:
-    """Axes that are saved at the end; a list of them where there is more than one."""
+    """Axes, or a list of them if ``across`` is above 1; the figure is saved at the end of the block."""
     with mpl.rc_context({"svg.hashsalt": "tsr", "axes.prop_cycle": cycler(color=COLOURS), "font.size": 9}):
         figure = Figure(figsize=(size[0] * across, size[1]), layout="constrained")
         axes = figure.subplots(1, across)
@@ -31,11 +31,11 @@ def drawing(path: Path, across: int = 1, size: tuple[float, float] = (6.4, 3.6))
 
 
 def legend_below(axes: Axes, columns: int = 4) -> None:
-    """One legend for a whole figure, under its axes, where it covers nothing.
+    """One legend for a whole figure, below its axes.
 
     Args:
-        axes: whose lines and bars are named; those of its neighbours look alike.
-        columns: of the legend.
+        axes: axes whose lines and bars the legend names; neighbouring axes have the same styles.
+        columns: number of columns of the legend.
     """
     axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=columns, fontsize=7)
 
@@ -44,7 +44,7 @@ def draw_precision_recall(path: Path, curves: Mapping[str, JsonMapping], styles:
     """Curves with their average precision, in the order of ``styles``.
 
     Args:
-        path: of the SVG file.
+        path: the SVG file.
         curves: name -> ``recall``, ``precision`` and ``ap``.
         styles: name -> Matplotlib's line style.
     """

@@ -1,12 +1,12 @@
-"""Time and memory of an export of an hour's drive, and of reading it back, for every format without pictures.
+"""Measures time and memory of the export of a long drive, and of reading it back, for every format without pictures.
 
 ::
 
     python benchmarks/exchange_scale.py                    # all formats, each in a fresh process
     python benchmarks/exchange_scale.py cvat-video --read
 
-The drive has 132,400 frames and 5,000 tracks of 25 to 50 boxes; the budget is 20 s and 500 MB a format. The experiment
-``exports`` puts it into the report.
+The drive has 132,400 frames and 5,000 tracks of 25 to 50 boxes; the budget is 20 s and 500 MB per format. The
+experiment ``exports`` reports the figures.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ FRAMES = 132_400
 TRACKS = 5_000
 MOST_SECONDS, MOST_MB = 20.0, 500
 WITHOUT_PICTURES = tuple(known.name for known in FORMATS.values() if not known.needs_pictures)
-"""Names of the formats that make sense without pictures."""
+"""Names of the formats that do not need pictures."""
 
 
 def drive() -> Dataset:
-    """A made-up drive: signs that come nearer, with the jitter of a tracker, each seen for one to two seconds.
+    """A synthetic drive: approaching signs with the jitter of a tracker, each visible for one to two seconds.
 
-    Its tracks are made once, beforehand: an export reads them up to four times.
+    Its tracks are made once in advance, since an export reads them up to four times.
     """
     starts = np.sort(np.random.default_rng(1).integers(0, FRAMES - 60, TRACKS))
 
@@ -76,7 +76,7 @@ def drive() -> Dataset:
 
 
 def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
-    """One format in this process: seconds, peak MB, size, and what came back."""
+    """Measure one format in this process: seconds, peak MB, size, and the tracks read back."""
     data = drive()
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / ("export.zip" if zipped else "export")
@@ -107,10 +107,10 @@ def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
 
 
 def measured(name: str, *, zipped: bool = True, read: bool = False) -> JsonObject:
-    """One format in a process of its own, so that peak memory is its own.
+    """Measure one format in a separate process, so that the peak memory belongs to it alone.
 
     Raises:
-        TsrError: the process ended without a figure.
+        TsrError: the process ended without a result.
     """
     flags = [flag for flag, on in (("--folder", not zipped), ("--read", read)) if on]
     command = [sys.executable, __file__, name, "--here", *flags]
@@ -122,7 +122,7 @@ def measured(name: str, *, zipped: bool = True, read: bool = False) -> JsonObjec
 
 
 def main() -> None:
-    """Measure the formats that were named, else all, each in a process of its own."""
+    """Measure the named formats, or all, each in a separate process."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("formats", nargs="*", help="names; none: all")
     parser.add_argument("--folder", action="store_true", help="a folder instead of a ZIP file")

@@ -1,4 +1,4 @@
-"""What an experiment is, what it leaves behind, and on which machine."""
+"""Types of experiments, their data and results, and the description of the machine."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ ROOT = Path(__file__).resolve().parent
 
 
 class Skip(Exception):
-    """The experiment cannot be done here; the sentence stands in the report."""
+    """The experiment cannot run here; the report shows the sentence."""
 
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """Where the data lie; None: nowhere.
+    """Folders of the data; None: not given.
 
     Attributes:
         gtsdb: scenes with ``gt.txt``.
         gtsrb: class folders of tracks.
         clips: annotated clips with ``gt/NAME.csv``.
         looming: simulated approaches with ``clips.json``.
-        scratch: for what an experiment makes and may use again.
-        seed: of everything random.
-        tuning: simulated approaches that parameters were chosen on; their scenes are never reported on.
+        scratch: intermediate files of experiments, which later calls use again.
+        seed: random seed.
+        tuning: simulated approaches that parameters were chosen on; no reported figure uses their scenes.
         boards: simulated approaches to signs of no label set.
-        before: checkout of an earlier version of the project, for what is measured beside it.
+        before: checkout of an earlier version of the project, for comparisons.
         foreign: folders of pictures of other countries, each with ``boxes.json``.
         drives: videos without annotation.
-        seconds: that one call may spend on a drive of hours; None: as the experiment says.
+        seconds: time that one call may spend on a long drive; None: the experiment's default.
     """
 
     gtsdb: Path | None
@@ -58,7 +58,7 @@ class Data:
         """A folder of data.
 
         Raises:
-            Skip: it is not there.
+            Skip: it was not given or does not exist.
         """
         folder: Path | None = getattr(self, name)
         if folder is None or not folder.is_dir():
@@ -68,16 +68,16 @@ class Data:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What an experiment found.
+    """The result of an experiment.
 
     Attributes:
-        name: of the experiment.
-        data: one sentence: which data, how split.
-        figures: plain values.
+        name: name of the experiment.
+        data: one sentence about the data and their split.
+        figures: figures as JSON values.
         settings: seeds, models, parameters.
-        machine: where it ran, see ``machine``.
-        skipped: why it did not run; empty: it did.
-        elsewhere: what it found before on other processors, by their name; see ``beside``.
+        machine: description of the machine, see ``machine``.
+        skipped: why it did not run; empty: it ran.
+        elsewhere: short results on other processors, by their name; see ``beside``.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Result:
     elsewhere: Mapping[str, str] = field(default_factory=dict)
 
     def beside(self, earlier: Result | None, headline: Callable[[Result], str]) -> Result:
-        """This result with what an earlier one found on another processor, in short; that of this one is replaced."""
+        """This result with a short form of earlier results on other processors."""
         if earlier is None or earlier.skipped or self.skipped:
             return self
         here, there = self.machine["processor"], earlier.machine["processor"]
@@ -105,7 +105,7 @@ class Result:
 
     @staticmethod
     def load(path: Path) -> Result:
-        """Read it back."""
+        """Read a result file."""
         return Result(**json.loads(path.read_text(encoding="utf-8")))
 
 
@@ -114,14 +114,14 @@ class Experiment:
     """One experiment.
 
     Attributes:
-        name: short; names the files.
+        name: short name; also names the files.
         title: heading in the report.
-        question: what it is to answer, one paragraph.
-        run: does it; raises ``Skip``.
-        tell: the report's text about its figures, Markdown.
-        plot: draws ``NAME.svg``; None: there is nothing to draw.
-        headline: its figures that hang on the processor, in one clause, which stay in the report when it is run on
-            another one; None: none do.
+        question: the question that it answers, one paragraph.
+        run: runs it; raises ``Skip`` if that is impossible.
+        tell: writes the report's text about its figures, Markdown.
+        plot: draws ``NAME.svg``; None: there is no figure.
+        headline: one clause with the figures that depend on the processor, which the report keeps after a run on
+            another one; None: no figure depends on it.
     """
 
     name: str
@@ -171,7 +171,7 @@ def _version(name: str) -> str:
 
 
 def _commit() -> str:
-    """The commit, with ``-dirty`` where the code is not as it says; what experiments have written does not count."""
+    """The commit, with ``-dirty`` if the code differs from it; files that experiments write do not count."""
     written = [f":(top,exclude){ROOT.name}/{name}" for name in ("results", "figures", "REPORT.md")]
     commit = _git("describe", "--always")
     changed = _git("status", "--porcelain", "--untracked-files=no", "--", ":(top)", *written)

@@ -1,1 +1,1 @@
-"""Signs of GTSDB's training scenes that ``gt.txt`` does not name: how they were found, named and measured."""
+"""Annotates signs of GTSDB's training scenes that ``gt.txt`` lacks: finds, names and measures them."""

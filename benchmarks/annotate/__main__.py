@@ -1,4 +1,4 @@
-"""Sheets for the annotator, and the annotations out of the answers.
+"""Makes sheets for the annotator, and annotations from the answers.
 
 python -m benchmarks.annotate cutouts --gtsdb GTSDB --out FOLDER    numbered cut-outs of candidates
 python -m benchmarks.annotate scenes --gtsdb GTSDB --out FOLDER     whole scenes, the signs of gt.txt framed
@@ -29,7 +29,7 @@ Cell = tuple[str, Picture]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Do what was asked for."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.annotate", description=__doc__.split("\n\n")[0])
     parser.add_argument("what", choices=("cutouts", "scenes", "again", "compile"))
     parser.add_argument("--gtsdb", type=Path, required=True, help="the 600 training scenes with gt.txt")
@@ -68,7 +68,7 @@ def _cutouts(scenes: Sequence[Scene]) -> Iterator[Cell]:
 
 
 def _again(scenes: Sequence[Scene]) -> Iterator[Cell]:
-    """Signs of the close look and a sample of ``gt.txt``, shuffled; the number is the place in the shuffled list."""
+    """Signs of the close look and a sample of ``gt.txt``, shuffled; the number is the index in the shuffled list."""
     by_name = {scene.path.stem: scene for scene in scenes}
     chance = np.random.default_rng(SEED)
     signs = [(place.scene, np.array(place.box)) for place in read_seen() if place.close not in ("none", "board")]

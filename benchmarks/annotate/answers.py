@@ -1,4 +1,4 @@
-"""The annotator's answers: one row a place, one column a look at it."""
+"""The annotator's answers: one row for each place, one column for each look at it."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ __all__ = ["CONTROLS", "SEEN", "WORDS", "Control", "Seen", "read_controls", "rea
 SEEN: Final = ROOT / "data" / "gtsdb_signs_seen.csv"
 CONTROLS: Final = ROOT / "data" / "gtsdb_signs_controls.csv"
 WORDS: Final = ("", "unsure", "none", "other", "unread", "vehicle", "board")
-"""Answers beside label keys: not noted; cannot say; no sign; a sign that the label set lacks; a sign, but which one
-cannot be read; on a vehicle, a sticker or a lorry's board; a direction board, an advertisement or the like."""
+"""Answers other than label keys: not noted; undecided; no sign; a sign that the label set lacks; an unreadable sign; a
+sign on a vehicle, a sticker or a lorry's board; a direction board, an advertisement or the like."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A place where a sign was suspected.
+    """A place that may show a sign.
 
     Attributes:
         scene: stem of the picture, ``00001``.
@@ -28,8 +28,8 @@ class Seen:
         cutouts: the answer when cut-outs of candidates were sorted; empty: not noted.
         scenes: the answer when whole scenes were searched; empty: not noted.
         close: the answer at a close look, made for every place but boards.
-        again: the answer when all signs were named anew in shuffled order; empty: not asked.
-        settled: the answer after a look at a disagreement; empty: there was none.
+        again: the answer when all signs were named a second time in shuffled order; empty: not asked.
+        settled: the answer after a review of a disagreement; empty: there was none.
     """
 
     scene: str
@@ -42,20 +42,20 @@ class Seen:
 
     @property
     def answer(self) -> str:
-        """What the place shows: settled, or agreed on; ``unread`` where two looks disagree."""
+        """The final answer: settled, or agreed on; ``unread`` if two looks disagree."""
         if self.settled:
             return self.settled
         return self.close if self.alike else "unread"
 
     @property
     def alike(self) -> bool:
-        """Nobody has named it otherwise. A cut-out does not show that it is on a vehicle."""
+        """Whether all looks agree; ``vehicle`` does not count, since a cut-out does not show the vehicle."""
         return self.again in ("", self.close) or (self.close, self.again) == ("vehicle", "unread")
 
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """A sign of ``gt.txt`` that was mixed among the others, to see how often the annotator errs.
+    """A sign of ``gt.txt`` that was mixed with the others, to measure the annotator's error rate.
 
     Attributes:
         truth: key of its label in ``gt.txt``.

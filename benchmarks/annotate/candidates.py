@@ -1,4 +1,4 @@
-"""Places of a scene that may show a sign: what the detector hardly believes, and blobs in the colours of signs."""
+"""Places of a scene that may show a sign: detections of low score, and blobs in the colours of signs."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["blobs", "candidates_of", "liberal_detector"]
 
 SEEN: Final = 0.5
-"""Boxes that overlap more show the same."""
+"""IoU above which two boxes show the same place."""
 LEAST, MOST = 12, 230
 """Sides of a blob, px."""
 SMOOTH: Final = 0.85
 """Least area of a blob as a share of its convex hull's."""
 ROWS: Final = (80, 680)
-"""A sign's centre lies between these rows of a scene."""
+"""Range of rows of a scene for the centres of signs."""
 _COLOURS: Final = {
     "blue": ([((95, 90, 25), (132, 255, 255))], 0.45, (0.4, 2.6)),
     "yellow": ([((14, 110, 80), (33, 255, 255))], 0.45, (0.4, 2.6)),
     "red": ([((0, 90, 40), (8, 255, 255)), ((170, 90, 40), (179, 255, 255))], 0.35, (0.7, 1.4)),
 }
-"""Ranges of hue, saturation and value (OpenCV's), least filled share of a blob's box, least and most width a height."""
+"""Ranges of hue, saturation and value (OpenCV's), least filled share of a blob's box, range of width / height."""
 
 
 def liberal_detector() -> AcfDetector:
-    """The shipped detector, asked to keep what it hardly believes and to look for smaller signs."""
+    """The shipped detector, with a lower score threshold and smaller signs."""
     settings = [("second_core", False), ("keep_score", -7.5), ("min_width", 13)]
     detector = load_detector(Params().with_settings(settings))
     assert isinstance(detector, AcfDetector)
@@ -40,7 +40,7 @@ def liberal_detector() -> AcfDetector:
 
 
 def blobs(picture: Picture) -> FloatArray:
-    """Boxes (n, 4) of blue, yellow and red blobs that have the size and the smooth outline of a sign."""
+    """Boxes (n, 4) of blue, yellow and red blobs with the size and the smooth outline of a sign."""
     hsv = cv2.cvtColor(picture, cv2.COLOR_BGR2HSV)
     found = []
     for ranges, filled, (narrow, wide) in _COLOURS.values():
@@ -61,7 +61,7 @@ def blobs(picture: Picture) -> FloatArray:
 
 
 def candidates_of(picture: Picture, known: FloatArray, detector: AcfDetector) -> FloatArray:
-    """Boxes (n, 4) that show neither a known sign nor the same as an earlier box."""
+    """Boxes (n, 4) of candidates without known signs and without duplicates."""
     seen = [*known]
     kept = []
     for box in (*detector.detect(picture).boxes, *blobs(picture)):

@@ -12,22 +12,22 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["fit_box"]
 
 REACH: Final = 0.10
-"""A side moves by this share of the box's width or height at most, and by two px at least."""
+"""Largest move of a side, as a share of the box's width or height; at least two px."""
 TRUST: Final = 0.05
-"""Standard deviation of a rough side's error, share of the width or height; an edge farther off must be stronger."""
+"""Standard deviation of a rough side's error, share of the width or height; more distant edges must be stronger."""
 STEPS: Final = 4
-"""Places a px."""
+"""Number of tried places per px."""
 RECTANGLE, ROUND = 0.7, 0.3
 """Share of a side, in its middle, along which the sign's edge lies on it."""
 
 
 def fit_box(picture: Picture, box: FloatArray, *, round_sign: bool) -> FloatArray:
-    """The box whose sides lie on the strongest edges nearby.
+    """Move a box's sides to the strongest edges nearby.
 
     Args:
         picture: BGR, uint8.
         box: shape (4,), ``x1, y1, x2, y2``, px.
-        round_sign: the sign touches the middles of the box's sides only.
+        round_sign: whether the sign touches only the middles of the box's sides.
 
     Returns:
         Shape (4,), px, within the picture.
@@ -57,7 +57,7 @@ def fit_box(picture: Picture, box: FloatArray, *, round_sign: bool) -> FloatArra
 
 
 def _edge(smooth: np.ndarray, places: FloatArray, along: FloatArray, axis: int) -> FloatArray:
-    """How much the colour changes across each place, pixel edges, as a mean along it; the sum of the channels."""
+    """Mean colour change across each place (in pixel edges), along ``along``, summed over the channels."""
     across, line = np.meshgrid(places, along)
     total = np.zeros(len(places))
     sampled = []

@@ -1,4 +1,4 @@
-"""Pictures for the annotator: numbered cut-outs side by side, and scenes one under the other."""
+"""Pictures for the annotator: numbered cut-outs in rows, and scenes in a column."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ __all__ = ["cut", "scene_rows", "sheet"]
 STRIP: Final = 15
 """Height of the line of text above a cut-out, px."""
 ROWS: Final = (190, 640)
-"""Rows of a scene that a view of it shows."""
+"""Range of rows in a view of a scene."""
 TICK: Final = 100
 BRIGHT: Final = 100.0
-"""A darker scene is brightened to this median."""
+"""Median brightness to which darker scenes are raised."""
 LEAST_RANGE: Final = 40.0
-"""Grey steps from the darkest to the brightest of a cut-out, at least, before it is stretched to all of them."""
+"""Least assumed range of a cut-out's grey values when its contrast is stretched."""
 _FRAME: Final = (255, 0, 255)
 
 
 def sheet(cells: Sequence[tuple[str, Picture]], side: int, columns: int) -> Picture:
-    """Square cut-outs of ``side`` px in rows, each under its text."""
+    """Square cut-outs of ``side`` px in rows, each below its text."""
     rows = -(-len(cells) // columns)
     page = np.full((rows * (side + STRIP), columns * (side + 3), 3), 255, np.uint8)
     for number, (text, view) in enumerate(cells):
@@ -38,7 +38,7 @@ def sheet(cells: Sequence[tuple[str, Picture]], side: int, columns: int) -> Pict
 
 
 def cut(picture: Picture, box: FloatArray, side: int, margin: float) -> Picture:
-    """The square around a box with its contrast stretched, and nothing drawn on it."""
+    """The square around a box with its contrast stretched, without marks."""
     view = cut_square(picture, box, margin, side)
     inner = view[side // 5 : -(side // 5), side // 5 : -(side // 5)]
     low, high = np.percentile(inner, (1, 99))
@@ -47,7 +47,7 @@ def cut(picture: Picture, box: FloatArray, side: int, margin: float) -> Picture:
 
 
 def scene_rows(scenes: Sequence[tuple[str, Picture, FloatArray]]) -> Picture:
-    """The rows of scenes where signs are, one under the other; known boxes thin, each 100 px marked at the edges."""
+    """The relevant rows of scenes in a column, with thin known boxes and marks every 100 px at the edges."""
     views = []
     for name, picture, known in scenes:
         view = _brightened(picture).copy()

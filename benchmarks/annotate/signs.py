@@ -1,4 +1,4 @@
-"""The annotations, made out of the annotator's answers."""
+"""Makes the annotations from the annotator's answers."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def compile_signs(seen: Sequence[Seen], controls: Sequence[Control], scenes: Seq
     """Annotations with fitted boxes.
 
     Raises:
-        KeyError: a place in no scene.
-        ValueError: an answer is neither a word of the annotator's nor a label of the set.
+        KeyError: the scene of a place is missing.
+        ValueError: an answer is neither one of ``WORDS`` nor a label of the set.
     """
     labels = {label.key: label for label in shipped_set(LABEL_SET)}
     by_name = {scene.path.stem: scene for scene in scenes}
@@ -89,11 +89,12 @@ def _annotation(number: int, place: Seen, label: Label | None, box: tuple[float,
 
 
 def figures(seen: Sequence[Seen], controls: Sequence[Control]) -> dict[str, int | float]:
-    """How the looks agree.
+    """Agreement of the looks.
 
     Returns:
-        Signs with a label that each search found, and both; what they make expect in all (Lincoln and Petersen);
-        names given twice and the same; controls and those named as in ``gt.txt``.
+        Numbers of labelled signs that each search found, and both; the estimated total (Lincoln and Petersen); numbers
+        of signs that were named twice, and with the same name; numbers of controls, and of those named as in
+        ``gt.txt``.
     """
     words = ("none", "other", "unread", "vehicle", "board")
     panels = {label.key for label in shipped_set(LABEL_SET) if label.category == "additional"}
@@ -118,7 +119,7 @@ def figures(seen: Sequence[Seen], controls: Sequence[Control]) -> dict[str, int 
 
 
 def save(annotations: Annotations, path: Path = SIGNS) -> None:
-    """One sign a line, so that changes can be read."""
+    """Write one sign per line, so that diffs are readable."""
     head = json.dumps(annotations.model_dump(mode="json", exclude={"signs"}), indent=1)
     lines = ",\n  ".join(sign.model_dump_json() for sign in annotations.signs)
     head = head.removesuffix("\n}")

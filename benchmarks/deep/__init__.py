@@ -1,1 +1,1 @@
-"""A small deep detector trained from scratch on the scenes of the report, and the networks it is timed beside."""
+"""A small deep detector, trained from scratch on the scenes of the report, and networks for comparison of times."""

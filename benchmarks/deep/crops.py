@@ -1,4 +1,4 @@
-"""What the network is trained on: square crops of scenes, moved, scaled, mirrored and relit."""
+"""Training crops of the network: square crops of scenes, moved, scaled, mirrored and with changed light."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["SIDE", "Crop", "HardPlaces", "background", "cut", "on_sign", "targets"]
 
 SIDE: Final = 256
-"""Of a crop, px."""
+"""Side of a crop, px."""
 _SCALES = (0.65, 1.55)
 _SMALLEST = 12.0
-"""Signs that are narrower in the crop are neither asked for nor forbidden, px."""
+"""Least width of a sign in the crop, px; narrower signs are ignored in training."""
 _VISIBLE = 0.7
-"""Likewise signs of which a smaller share lies in the crop."""
+"""Least share of a sign in the crop; other signs are ignored in training."""
 _LEAST_SPREAD = 0.6
 _SPREAD = 0.14
-"""Standard deviation of a sign's hill: this share of its side, at least that many cells."""
+"""Standard deviation of a sign's target peak, as a share of its side, and in cells at least."""
 _REGRESSED = 0.2
-"""Height of the hill from which cells answer where the edges are."""
+"""Height of the target peak from which cells predict the edges."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +34,9 @@ class Crop:
 
     Attributes:
         picture: shape (SIDE, SIDE, 3), BGR.
-        boxes: signs asked for, shape (n, 4), crop px.
-        unasked: signs that are neither asked for nor forbidden, shape (m, 4).
-        place: its centre in the scene, px.
+        boxes: signs to find, shape (n, 4), crop px.
+        unasked: ignored signs, shape (m, 4), crop px.
+        place: centre of the crop in the scene, px.
     """
 
     picture: Picture
@@ -46,20 +46,20 @@ class Crop:
 
 
 class HardPlaces:
-    """Places without signs where the network answered most surely that there is one; they come back more often."""
+    """Places without signs to which the network gave the highest scores; they are trained on more often."""
 
     def __init__(self, most: int = 400) -> None:
         self.most = most
         self.places: list[tuple[float, int, float, float]] = []
 
     def put(self, score: float, scene: int, x: float, y: float) -> None:
-        """Remember a place; the easiest one makes room."""
-        self.places.append((float(score), int(scene), float(x), float(y)))  # plain: a state holds no numpy types
+        """Add a place; if the list is full, the place with the lowest score is dropped."""
+        self.places.append((float(score), int(scene), float(x), float(y)))  # a state holds no NumPy types
         self.places.sort(reverse=True)
         del self.places[self.most :]
 
     def take(self, rng: np.random.Generator) -> tuple[int, float, float] | None:
-        """Take out any place, to be put back with its new score; None: there are none."""
+        """Remove a random place, which the caller adds again with its new score; None: there are none."""
         if not self.places:
             return None
         _, scene, x, y = self.places.pop(int(rng.integers(len(self.places))))
@@ -67,7 +67,7 @@ class HardPlaces:
 
 
 def on_sign(rng: np.random.Generator, box: FloatArray) -> tuple[float, float, float]:
-    """Scale and centre of a crop that has the sign somewhere inside."""
+    """Scale and centre of a crop with the sign at a random place inside."""
     scale = float(np.exp(rng.uniform(*np.log(_SCALES))))
     side = float(max(box[2:] - box[:2]))
     scale = min(scale, 0.8 * SIDE / side)
@@ -79,7 +79,7 @@ def on_sign(rng: np.random.Generator, box: FloatArray) -> tuple[float, float, fl
 def background(
     rng: np.random.Generator, width: int, height: int, at: tuple[float, float] | None
 ) -> tuple[float, float, float]:
-    """Scale and centre of a crop anywhere, or about a place."""
+    """Scale and centre of a crop at a random place, or around a given one."""
     scale = float(np.exp(rng.uniform(*np.log(_SCALES))))
     half = SIDE / scale / 2
     if at is None:
@@ -90,12 +90,12 @@ def background(
 
 
 def cut(rng: np.random.Generator, scene: Picture, boxes: FloatArray, scale: float, x: float, y: float) -> Crop:
-    """Cut out, perhaps mirror, and relight."""
+    """Cut out a crop, mirror it at random, and change its light."""
     mirrored = rng.random() < 0.5
     along = -scale if mirrored else scale
     centre = SIDE / 2
     warp = np.array([[along, 0.0, centre - along * x], [0.0, scale, centre - scale * y]])
-    # the warp speaks of pixel centres, boxes of pixel edges
+    # The warp uses pixel centres, boxes use pixel edges.
     warp[:, 2] += 0.5 * (warp[:, :2].sum(axis=1) - 1)
     picture = cv2.warpAffine(scene, warp, (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderValue=(114,) * 3)
     moved = (boxes.reshape(-1, 2, 2) - (x, y)) * (along, scale) + centre
@@ -123,12 +123,12 @@ def _relit(rng: np.random.Generator, picture: Picture) -> Picture:
 
 
 def targets(crop: Crop) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """What the network should answer to a crop.
+    """The network's target outputs for a crop.
 
     Returns:
-        ``(hills, edges, weights)``: shape (cells, cells): 1 at the cell of a sign's centre, falling off around it, -1
-        where nothing is asked; shape (4, cells, cells): left, top, right and bottom edge of the cell's sign, crop px;
-        shape (cells, cells): how much those count.
+        ``hills``, shape (cells, cells): 1 at the cell of a sign's centre, lower around it, -1 in ignored cells;
+        ``edges``, shape (4, cells, cells): left, top, right and bottom edge of the cell's sign, crop px; ``weights``,
+        shape (cells, cells): weights of the edges.
     """
     cells = SIDE // STRIDE
     centres: FloatArray = (np.arange(cells, dtype=np.float64) + 0.5) * STRIDE

@@ -1,4 +1,4 @@
-"""What training makes small; needs `torch`."""
+"""The training loss; needs `torch`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def loss(answer: Tensor, hills: Tensor, edges: Tensor, weights: Tensor) -> Tenso
     """Focal loss of the centres (Zhou et al., Objects as Points, 2019) and generalised IoU of the boxes.
 
     Args:
-        answer: the network's, shape (n, 5, h, w).
-        hills: shape (n, h, w); -1: not asked.
+        answer: the network's output, shape (n, 5, h, w).
+        hills: shape (n, h, w); -1: ignored.
         edges: shape (n, 4, h, w), px.
         weights: shape (n, h, w).
     """
@@ -37,7 +37,7 @@ def loss(answer: Tensor, hills: Tensor, edges: Tensor, weights: Tensor) -> Tenso
 
 
 def corners(distances: Tensor) -> Tensor:
-    """Logarithms of the distances to the edges in cells, (n, 4, h, w), to x1, y1, x2, y2 in px."""
+    """Convert logarithms of the distances to the edges in cells, (n, 4, h, w), to x1, y1, x2, y2 in px."""
     h, w = distances.shape[2:]
     away = torch.exp(distances.clamp(max=5)) * STRIDE
     x = ((torch.arange(w) + 0.5) * STRIDE).expand(h, w)

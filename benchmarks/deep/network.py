@@ -1,4 +1,4 @@
-"""The network in PyTorch; needs `torch`, which only training does."""
+"""The network in PyTorch, for training; needs `torch`."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from benchmarks.deep.plan import CONVOLUTIONS
 __all__ = ["SignNetwork"]
 
 RARE = 0.01
-"""Probability of a sign that an untrained cell answers."""
+"""Probability of a sign in each cell before training."""
 
 
 class SignNetwork(nn.Module):
-    """Pictures (n, 3, h, w), RGB in 0..1, to answers (n, 5, h / 8, w / 8); see `plan`."""
+    """Maps pictures (n, 3, h, w), RGB in 0..1, to outputs (n, 5, h / 8, w / 8); see `plan`."""
 
     def __init__(self) -> None:
         super().__init__()

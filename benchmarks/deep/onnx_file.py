@@ -1,7 +1,7 @@
 """The network as an ONNX file that `OnnxDetector` runs (layout ``v8``, one class), for inputs of any size.
 
-Batch normalisation is folded into the convolutions before it. The answer's log-distances become centre and size by
-fixed operations at the end, so that the file answers as a YOLO network does: ``(1, 5, cells)``. Needs `onnx`.
+Batch normalisation is folded into the convolutions before it. Fixed operations at the end convert log-distances to
+centre and size, so that the output is that of a YOLO network: ``(1, 5, cells)``. Needs `onnx`.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ __all__ = ["resized", "to_onnx", "write_network"]
 
 Array = NDArray[np.float32]
 _EPSILON = 1e-5
-"""Of PyTorch's batch normalisation."""
+"""Epsilon of PyTorch's batch normalisation."""
 WRITTEN_SIZE = (1376, 800)
 """Input of the file that is kept, px: the smallest multiples of 32 over a scene of 1360x800."""
 
 
 def folded(weights: Mapping[str, NDArray[np.generic]], name: str) -> tuple[Array, Array]:
-    """Kernel and bias of a convolution with its normalisation taken in."""
+    """Kernel and bias of a convolution that includes its batch normalisation."""
     kernel = weights[f"{name}.weight"].astype(np.float64)
     if f"{name}.bias" in weights:
         return kernel.astype(np.float32), weights[f"{name}.bias"].astype(np.float32)
@@ -57,7 +57,7 @@ def grid(size: tuple[int, int]) -> dict[str, Array]:
 
 
 class _Graph:
-    """Nodes as they are added; each returns the name of its answer."""
+    """Builds a graph; each method adds nodes and returns the name of their output."""
 
     def __init__(self, weights: Mapping[str, NDArray[np.generic]]) -> None:
         self.weights = weights
@@ -103,7 +103,7 @@ class _Graph:
     def boxes(self, answer: str) -> str:
         """Centre, size and probability of each cell."""
         half, whole = STRIDE / 2, float(STRIDE)
-        # left, top, right, bottom in cells to: centre off the cell's, and size, in px
+        # From left, top, right, bottom in cells to the centre's offset from the cell's centre, and the size, in px.
         turn = np.array(
             [[-half, 0, half, 0], [0, -half, 0, half], [whole, 0, whole, 0], [0, whole, 0, whole]], np.float32
         )

@@ -1,4 +1,4 @@
-"""The network's shape, in numbers alone: what trains it and what writes it to a file both read it from here."""
+"""The network's architecture in numbers, shared by the training and the ONNX writer."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import Final
 __all__ = ["COARSEST", "CONVOLUTIONS", "STRIDE", "Convolution"]
 
 STRIDE: Final = 8
-"""Picture px a cell of the answer."""
+"""Side of an output cell, px of the picture."""
 COARSEST: Final = 32
-"""Sides of the input are multiples of this, px."""
+"""The sides of the input are multiples of this, px."""
 
 
 @dataclass(frozen=True, slots=True)
 class Convolution:
-    """A convolution with its batch normalisation, followed by ReLU unless it answers.
+    """A convolution with its batch normalisation, followed by ReLU except at the output.
 
     Attributes:
-        name: of its weights.
-        inputs: channels in.
-        outputs: channels out.
-        size: of the kernel; it is padded so that stride 1 keeps the shape.
+        name: name of its weights.
+        inputs: number of input channels.
+        outputs: number of output channels.
+        size: side of the kernel; the padding keeps the shape for stride 1.
         stride: 1 or 2.
     """
 

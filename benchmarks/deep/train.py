@@ -2,7 +2,7 @@
 
     python -m benchmarks.deep.train --gtsdb GTSDB --state out/deep.pt --out benchmarks/deep/signs.onnx
 
-It can be stopped: with --minutes it saves its state and ends; the same command goes on. Needs `torch` and `onnx`.
+With --minutes it saves its state and ends after that time; the same command continues. Needs `torch` and `onnx`.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from tsr_engine.training.offline import split_scenes
 
 BATCH = 16
 SIGNS = 11
-"""Crops of a batch that are cut around signs; the others are background."""
+"""Number of crops of a batch around signs; the others are background."""
 RATE, DECAY = 3e-3, 1e-4
 AVERAGE = 0.99
-"""Of the weights that are written: a running mean forgets this slowly."""
+"""Decay of the running mean of the weights, which is written."""
 
 
 @dataclass(slots=True)
 class Training:
-    """All that a stopped training needs to go on."""
+    """The state of a training, from which it can continue."""
 
     network: nn.Module
     average: dict[str, Tensor]
@@ -50,7 +50,7 @@ class Training:
 
     @classmethod
     def start(cls, seed: int) -> Training:
-        """With random weights."""
+        """A new state with random weights."""
         torch.manual_seed(seed)
         network = SignNetwork().to(memory_format=torch.channels_last)
         optimiser = torch.optim.AdamW(network.parameters(), lr=RATE, weight_decay=DECAY)
@@ -62,24 +62,26 @@ class Training:
         parts = (self.network.state_dict(), self.average, self.optimiser.state_dict())
         part = path.with_suffix(".part")
         torch.save((parts, self.hard.places, self.step, self.cpu_seconds, settings), part)
-        part.replace(path)  # a kill while saving does not cost the state before
+        part.replace(path)  # a kill during the write keeps the old state
 
     def load(self, path: Path, settings: JsonObject) -> None:
-        """Go on from a state; only the number of steps may be another, and the rate then falls to that end.
+        """Load a state; only the number of steps may differ, and the learning rate then falls to the new end.
 
         Raises:
-            SystemExit: it is of a training with other settings.
+            SystemExit: the state belongs to a training with other settings.
         """
         parts, self.hard.places, self.step, self.cpu_seconds, before = torch.load(path, weights_only=True)
         if before | {"steps": 0} != settings | {"steps": 0}:
-            raise SystemExit(f"{path} is of a training with {before}, expected {settings}. Remove it or name another.")
+            raise SystemExit(
+                f"{path} belongs to a training with {before}, expected {settings}. Remove it or choose another file."
+            )
         self.network.load_state_dict(parts[0])
         self.average = parts[1]
         self.optimiser.load_state_dict(parts[2])
 
 
 def rate_at(step: int, steps: int) -> float:
-    """Learning rate: up over the first twentieth, then down along a cosine."""
+    """Learning rate: it rises over the first twentieth of the steps, then falls along a cosine."""
     up = max(1, steps // 20)
     return float(RATE * (min(1.0, (step + 1) / up) * 0.5 * (1 + np.cos(np.pi * step / steps)) + 1e-3))
 
@@ -87,7 +89,7 @@ def rate_at(step: int, steps: int) -> float:
 def draw(
     rng: np.random.Generator, pictures: Sequence[Picture], scenes: Sequence[Scene], hard: HardPlaces
 ) -> list[tuple[int, Crop]]:
-    """The crops of a batch with the number of the scene of each."""
+    """Draw the crops of a batch; returns each with the number of its scene."""
     signs = [(number, box) for number, scene in enumerate(scenes) for box in scene.boxes]
     crops = []
     for slot in range(BATCH):
@@ -104,7 +106,7 @@ def draw(
 
 
 def advance(state: Training, crops: Sequence[tuple[int, Crop]], rate: float) -> float:
-    """One step; the loss."""
+    """Do one training step; returns the loss."""
     pixels = np.stack([crop.picture[..., ::-1] for _, crop in crops])
     x = torch.from_numpy(pixels).permute(0, 3, 1, 2).float().div(255).contiguous(memory_format=torch.channels_last)
     hills, edges, weights = (torch.from_numpy(np.stack(v)) for v in zip(*(targets(c) for _, c in crops), strict=True))
@@ -130,7 +132,7 @@ def advance(state: Training, crops: Sequence[tuple[int, Crop]], rate: float) -> 
 
 
 def main() -> None:
-    """Train, or go on training, and write the network once it is trained."""
+    """Train or continue training, and write the trained network."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--gtsdb", type=Path, required=True)
     parser.add_argument("--state", type=Path, required=True, help="where a stopped training is kept")

@@ -1,10 +1,10 @@
-"""YOLO11n's architecture as ONNX files of given input sizes, with random weights: good for timing, for nothing else.
+"""Exports YOLO11n's architecture with random weights as ONNX files of given input sizes, only to measure times.
 
     python -m benchmarks.deep.yolo FOLDER 736x576 1440x1152
 
-Nothing is downloaded: `ultralytics` builds the network from its own description. The batch normalisations are set by
-a few pictures of noise, since untrained ones let the activations shrink from layer to layer into numbers that
-processors are slow with. Needs `ultralytics`, `torch` and `onnx`, in this interpreter or in that of `make oracles`.
+Nothing is downloaded: `ultralytics` builds the network from its own description. A few pictures of noise set the batch
+normalisations. Without that, activations would shrink from layer to layer to denormal numbers, which are slow. Needs
+`ultralytics`, `torch` and `onnx`, in this interpreter or in that of `make oracles`.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ ARCHITECTURE = "yolo11n.yaml"
 
 
 def export(folder: Path, sizes: list[tuple[int, int]]) -> None:
-    """Write ``yolo11n_WxH.onnx`` for each (width, height), and ``yolo11n.json`` with what they are."""
-    # the package looks for updates and writes settings: neither belongs here
+    """Write ``yolo11n_WxH.onnx`` for each (width, height), and ``yolo11n.json``, which describes them."""
+    # Keep the package from searching for updates and writing settings.
     os.environ.setdefault("YOLO_OFFLINE", "true")
     os.environ.setdefault("YOLO_AUTOINSTALL", "false")
     folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch):  # it writes where it is called
+    with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch):  # it writes to the working folder
         os.environ.setdefault("YOLO_CONFIG_DIR", scratch)
         import torch
         import ultralytics
@@ -53,7 +53,7 @@ def export(folder: Path, sizes: list[tuple[int, int]]) -> None:
 
 
 def name_of(size: tuple[int, int]) -> str:
-    """The file of an input of (width, height) px."""
+    """Name of the file for an input of (width, height) px."""
     return f"yolo11n_{size[0]}x{size[1]}.onnx"
 
 

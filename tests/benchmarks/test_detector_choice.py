@@ -60,7 +60,7 @@ def test_values_are_set_by_name() -> None:
         ("refinement.tree=1", "no option 'refinement.tree'"),
         ("shrinkage.x=1", "no option 'shrinkage.x'"),
         ("shrinkage=half", "must be JSON"),
-        ("refinement=3", "options of its own"),
+        ("refinement=3", "is a group of options"),
         ("refinement.boosting.depth=9", "depth must be in 1..5"),
         ('shrinkage="half"', "shrinkage cannot be 'half'"),
         ("rounds=8", "rounds cannot be 8"),
