@@ -23,7 +23,7 @@ _VISIBLE = 0.7
 """Least share of a sign in the crop; other signs are ignored in training."""
 _LEAST_SPREAD = 0.6
 _SPREAD = 0.14
-"""Standard deviation of a sign's target peak, as a share of its side, and in cells at least."""
+"""Standard deviation of a sign's target peak, as a share of its side; at least ``_LEAST_SPREAD`` cells."""
 _REGRESSED = 0.2
 """Height of the target peak from which cells predict the edges."""
 

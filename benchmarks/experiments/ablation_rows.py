@@ -1,4 +1,4 @@
-"""The rows of the ablation: what ``default`` does otherwise than ``paper``, and values that were in question."""
+"""The rows of the ablation: departures of ``default`` from ``paper``, and other values that were considered."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["DEPARTURES", "IN_QUESTION", "ON_CLIPS", "Departure", "configurations
 
 @dataclass(frozen=True, slots=True)
 class Departure:
-    """Parameters of ``default`` that depart from ``paper`` together.
+    """A group of parameters in which ``default`` departs from ``paper``.
 
     Attributes:
-        title: what the row says, with the paper's way.
+        title: text of the row, which describes the paper's way.
         leaves: names of the parameters.
     """
 
@@ -49,7 +49,7 @@ DEPARTURES = (
     Departure("predictions without a detection learned as the sign", ("learn_undetected",)),
     Departure("fusion by Eq. 5 without a clamp", ("fusion_mode",)),
 )
-"""What ``default`` does otherwise than ``paper``, row by row; a test holds that nothing is left out."""
+"""Departures of ``default`` from ``paper``, row by row; a test checks that the list is complete."""
 
 IN_QUESTION: Mapping[str, tuple[tuple[str, object], ...]] = {
     "no online detector": (("use_online", False),),
@@ -61,7 +61,7 @@ IN_QUESTION: Mapping[str, tuple[tuple[str, object], ...]] = {
     "tau 25": (("tau", 25.0),),
     "gate by look: offset 2, tau 90": (("position_offset", 2.0), ("tau", 90.0)),
 }
-"""Values that neither preset has, and that were in question for ``default``."""
+"""Values of neither preset that were considered for ``default``."""
 
 ON_CLIPS = (
     "default",
@@ -81,7 +81,7 @@ ON_CLIPS = (
     "no online detector",
     "paper",
 )
-"""Rows that are run on the real clips too, whose pictures are three times as large."""
+"""Rows that also run on the real clips, whose pictures are three times as large."""
 
 
 def departing() -> frozenset[str]:
@@ -91,7 +91,7 @@ def departing() -> frozenset[str]:
 
 
 def configurations() -> dict[str, Params]:
-    """All rows: ``default``, each departure taken back, values in question, ``paper``."""
+    """All rows: ``default``, each departure reverted, the considered values, ``paper``."""
     default = Params.preset("default")
     rows = {"default": default}
     rows |= {d.title: default.with_settings([(leaf, PRESETS["paper"][leaf]) for leaf in d.leaves]) for d in DEPARTURES}

@@ -1,4 +1,4 @@
-"""Each departure of the preset ``default`` from ``paper``, taken back alone, on every stress and on the real clips."""
+"""Reverts each departure of the preset ``default`` from ``paper`` alone, on every stress and on the real clips."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 __all__ = ["EXPERIMENT", "paired"]
 
 ROUNDS = 2000
-"""Bootstrap rounds of an interval."""
+"""Number of bootstrap rounds of an interval."""
 
 
 MEASURES = (
@@ -33,12 +33,12 @@ MEASURES = (
 
 
 def paired(default: Sequence[VideoReport], other: Sequence[VideoReport], seed: int) -> dict[str, float] | None:
-    """How much the mean of Eq. 7 changes, with a 95 % interval over videos.
+    """Change of the mean of Eq. 7, with a 95 % interval over videos.
 
-    Both rows are drawn again together, video by video, so that what makes a video hard cancels out.
+    Both rows are resampled together, video by video, so that the difficulty of a video cancels out.
 
     Returns:
-        ``change``, ``low`` and ``high``; None where a row matched nothing.
+        ``change``, ``low`` and ``high``; None if a row has no match.
     """
     sums = np.array([[sum(e for e, _ in report.errors) for report in row] for row in (default, other)])
     counts = np.array([[len(report.errors) for report in row] for row in (default, other)], float)
@@ -75,7 +75,7 @@ def _run(data: Data) -> Result:
 
 
 def _sets(data: Data) -> tuple[JsonObject, JsonObject]:
-    """Judged and tuned videos by part; what is not there is left out."""
+    """Videos for judging and for tuning, by part; missing folders are left out."""
     judged: JsonObject = {}
     tuned: JsonObject = {}
     if data.tuning is not None:
@@ -95,13 +95,13 @@ def _sets(data: Data) -> tuple[JsonObject, JsonObject]:
 
 
 def _not_given(data: Data) -> str:
-    """A sentence on the folders that were not given; none where all were."""
+    """A sentence about the folders that were not given; empty if all were."""
     missing = [name for name in ("clips", "looming", "tuning") if getattr(data, name) is None]
     return f" *Skipped, as not given:* {', '.join(missing)}." if missing else ""
 
 
 def _figures(part: str, scored: Mapping[str, Scored], source: object, seed: int) -> JsonObject:
-    """Stress -> row -> figures; approaches by stress and together, real clips together."""
+    """Stress -> row -> figures; approaches by stress and in total, real clips in total."""
     stresses: dict[str, list[str]] = {}
     if isinstance(source, LoomingClips):
         for clip, stress in source.stress.items():
@@ -233,7 +233,7 @@ def _verdict(judged: JsonMapping, tuned: JsonMapping) -> str:
 
 
 def _parts(side: JsonMapping, name: str) -> list[Any]:
-    """The changes that a row makes to approaches and to real clips; those that it was run on."""
+    """The changes of a row on approaches and on real clips, if it ran on them."""
     return [
         side[part][name]["eq7_change"] for part in ("approaches", "real clips") if part in side and name in side[part]
     ]

@@ -1,4 +1,4 @@
-"""Tables I and II as the paper prints them, with columns of ours beside its own, and what falls short of it."""
+"""Tables I and II of the paper with our columns beside its own, and the figures in which ours are worse."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["number", "share", "shortfalls", "sign_notes", "tables"]
 
 
 def tables(columns: Mapping[str, JsonMapping]) -> str:
-    """Tables I and II in one.
+    """Tables I and II as one table.
 
     Args:
         columns: heading -> figures of ``TrackingSummary`` with ``detection_ms`` and ``classification_ms``, CPU time.
@@ -63,11 +63,11 @@ def tables(columns: Mapping[str, JsonMapping]) -> str:
 
 
 def shortfalls(figures: JsonMapping, data: str) -> str:
-    """Sentences on each of the paper's three rates and on Eq. 7: reached or not, and how much the data can say.
+    """Sentences on each of the paper's three rates and on Eq. 7: whether they are reached, and the uncertainty.
 
     Args:
-        figures: of ``TrackingSummary``, of the preset that ships.
-        data: the data, as the sentences name it.
+        figures: figures of ``TrackingSummary`` for the shipped preset.
+        data: name of the data in the sentences.
     """
     own = paper.SYSTEMS[-1]
     lines = [
@@ -88,7 +88,7 @@ def shortfalls(figures: JsonMapping, data: str) -> str:
 
 
 def sign_notes(reports: Iterable[VideoReport]) -> dict[str, list[JsonObject]]:
-    """Each sign that was missed, misread or split, and each track on no sign, for the report to name."""
+    """Each sign that was missed, misread or split, and each track on no sign, for the report."""
     notes: dict[str, list[JsonObject]] = {"missed": [], "misread": [], "split": [], "false": []}
     for video in reports:
         for sign in video.signs:
@@ -110,7 +110,7 @@ def share(part: int, whole: int) -> str:
 
 
 def number(value: float | None, digits: int) -> str:
-    """A figure, or a dash where there was nothing to measure."""
+    """A figure, or a dash without a value."""
     return "-" if value is None else f"{value:.{digits}f}"
 
 

@@ -1,4 +1,4 @@
-"""Twenty people who have signed in edit one drive, and PostgreSQL restarts meanwhile: are all edits there, how fast?"""
+"""Twenty signed-in people edit one drive while PostgreSQL restarts: checks that no edit is lost, and measures times."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ SECONDS = 60.0
 EVERY = 12.0
 """Seconds between two restarts of the database."""
 STEADY = 2.0
-"""Seconds from an answer to the next edit of somebody who works fast, at most; half of it on average."""
+"""Largest pause between an answer and the next edit of a fast person, s; half of it on average."""
 MOST_MS = 200.0
-"""Within which 95 % of the edits are answered."""
+"""Time limit for 95 % of the edits, ms."""
 _TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -57,7 +57,7 @@ def _run(data: Data) -> Result:
                         outcome = _stage(server, place, chance, cluster, data.seconds or SECONDS, every, thinking)
                     figures[f"{stage}, {pace}"], log = outcome
                     whole.acknowledged |= log.acknowledged
-                stored += check_log(place, whole)  # raises where an edit is lost, or there twice
+                stored += check_log(place, whole)  # raises if an edit is lost or stored twice
     except pytest.skip.Exception as without:
         raise Skip(str(without)) from None
     return Result(
@@ -79,7 +79,7 @@ def _stage(
     every: float | None,
     thinking: float,
 ) -> tuple[JsonObject, Log]:
-    """Let people edit for some seconds, while the database restarts every so many."""
+    """Let people edit for ``seconds``, while the database restarts every ``every`` seconds."""
     from tests.attack.editors import Log, clients
     from tests.patience import until
 
@@ -108,7 +108,7 @@ def _people(place: Place) -> tuple[tuple[str, str], ...]:
 
 
 def _restarts(cluster: Cluster, seconds: float, every: float | None) -> int:
-    """Wait, and restart the database now and then, as if it had crashed each other time; how often."""
+    """Wait for ``seconds``; restart the database regularly, every second time as after a crash. Returns the count."""
     end, count = time.monotonic() + seconds, 0
     while (left := end - time.monotonic()) > 0:
         time.sleep(min(left, every or left))

@@ -27,10 +27,10 @@ CHOSEN_ON = ("01_076852", "SH4_70b651", "SK3_38cde7")
 
 
 def read_clips(folder: Path) -> dict[str, tuple[Path, TrackTable]]:
-    """Annotated clips of a folder by name, each with its truth.
+    """Annotated clips of a folder by name, each with its ground truth.
 
     Raises:
-        Skip: there is none.
+        Skip: there are no clips.
     """
     found = {
         path.stem: (folder / f"{path.stem}.mp4", read_clip_truth(path))
@@ -43,7 +43,7 @@ def read_clips(folder: Path) -> dict[str, tuple[Path, TrackTable]]:
 
 
 def clip_groups(names: list[str]) -> dict[str, list[str]]:
-    """The clips held out, and those that parameters were chosen on; a group without clips is left out."""
+    """The held-out clips, and those that parameters were chosen on; an empty group is left out."""
     groups = {"held out": [n for n in names if n not in CHOSEN_ON], "chosen on": [n for n in names if n in CHOSEN_ON]}
     return {group: members for group, members in groups.items() if members}
 

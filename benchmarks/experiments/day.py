@@ -1,4 +1,4 @@
-"""A day at the review screen: actions and seconds a track of an annotator who knows the truth."""
+"""A day at the review screen: actions and seconds per track of an annotator who knows the ground truth."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ __all__ = ["EXPERIMENT"]
 
 CLIPS = ("03_c0da85", "SH4_70b651", "SH13_9f8bd8")
 LEFT = ("precision", "recall", "signs_classified")
-"""What is measured of the finished work against the truth."""
+"""Figures of the finished work against the ground truth."""
 _LABELS = "(tsr.store.get().labels ?? tsr.store.get().classes)"
 BARS = {"right": 1.5, "box, label and end": 4.0}
-"""Most actions a track of a kind."""
+"""Largest number of actions per track, by kind."""
 
 
 def _run(data: Data) -> Result:
@@ -47,7 +47,7 @@ def _run(data: Data) -> Result:
 
 
 def _day(clips: Mapping[str, tuple[Path, TrackTable]], seed: int, code: Path | None) -> JsonObject:
-    """The whole day on one version of the tool; ``code``: the checkout of another one."""
+    """The whole day with one version of the tool; ``code``: checkout of another version."""
     done: list[Work] = []
     left: list[dict[str, float]] = []
     with tempfile.TemporaryDirectory() as home:
@@ -86,7 +86,7 @@ def _one(desk: Desk, video: JsonMapping, truth: TrackTable, turn: int, seed: int
 
 
 def _brought(desk: Desk, video: JsonMapping, content: bytes, kind: str) -> str:
-    """Bring a table onto a video, as a run or as truth; its id."""
+    """Import a table into a video as a run or as ground truth; returns the id."""
     asked = f"/videos/{video['id']}/imports?as={kind}&name={kind}&format=tracks-csv"
     return str(desk.server.call("POST", asked, content, "application/octet-stream")["id"])
 

@@ -22,7 +22,7 @@ from tsr_engine.params.detector import DetectorParams
 __all__ = ["EXPERIMENT"]
 
 LEAST = -4.0
-"""Log-odds from which its detections are kept: below, there are only false ones by the thousand."""
+"""Log-odds from which its detections are kept; below, there are thousands of false ones."""
 SIZES = ((16, 32), (32, 64), (64, 1000))
 """Widths of signs, px, that recall is reported for."""
 
@@ -62,7 +62,7 @@ def _run(data: Data) -> Result:
 
 
 def _detect(reported: JsonObject, report: Sequence[Scene]) -> Found:
-    """Through the engine's plug-in, as `tsr track --onnx` runs it."""
+    """Detect with the engine's plug-in, as `tsr track --onnx` does."""
     size = (int(reported["input"][0]), int(reported["input"][1]))
     detector = OnnxDetector(SIGNS.read_bytes(), size, reported["layout"], params=DetectorParams(keep_score=LEAST))
     results = []
@@ -78,7 +78,7 @@ def _plain(results: Found) -> JsonObject:
 
 
 def _by_width(results: Found, score: DetectionScore) -> dict[str, list[int]]:
-    """Signs of a width found at one false detection in ten pictures, and in all."""
+    """For each range of widths, signs found at one false detection in ten pictures, and number of signs."""
     least = score.threshold_at(0.1)
     counts = {}
     for low, high in SIZES:

@@ -73,10 +73,10 @@ def _run(data: Data) -> Result:
 def rows_side_by_side(
     detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], kept: Cache, made_from: Sequence[object]
 ) -> tuple[dict[str, Found], dict[str, float]]:
-    """Detections of every detector on every scene, and its median CPU time a picture on one thread, ms.
+    """Detections of every detector on every scene, and its median CPU time per picture on one thread, ms.
 
-    Detectors take turns on each picture, so that whatever else the machine does falls on all of them. Pictures that
-    were done with the same models and code are not done again, so it can be stopped and go on.
+    Detectors alternate on each picture, so that other load of the machine affects all of them. Results for the same
+    picture, models and code are reused, so that a stopped measurement can continue.
     """
     found: dict[str, Found] = {name: [] for name in detectors}
     times: dict[str, list[float]] = {name: [] for name in detectors}
@@ -92,7 +92,7 @@ def rows_side_by_side(
 
 
 def _turn(detectors: Mapping[str, OfflineDetector], path: Path, warm: set[str]) -> dict[str, list[object]]:
-    """CPU seconds, boxes and scores of every detector on a picture; one that is not warm yet runs once before."""
+    """CPU seconds, boxes and scores of every detector on a picture; a detector not in ``warm`` runs once before."""
     picture = read_picture(path)
     record: dict[str, list[object]] = {}
     for name, detector in detectors.items():

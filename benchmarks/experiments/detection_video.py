@@ -36,17 +36,17 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["EXPERIMENT", "watch_video", "watched_clip"]
 
 MIN_WIDTH = 16.0
-"""Narrowest sign that is searched for; narrower ones are ignored."""
+"""Least width of a sign, px; narrower signs are ignored."""
 GRID = {"birth_score": (-2.0, -1.0, 0.0, 1.0), "confirm_hits": (1, 2, 3)}
-"""Parameters of the tracker that are chosen, because a curve wants tracks of weak detections too; ``confirm_score``
-goes with ``birth_score``."""
+"""Grid of the tracker's parameters, since a curve also needs tracks of weak detections; ``confirm_score`` follows
+``birth_score``."""
 ENGINE = "whole engine as shipped"
 ROWS = ("ACF", "ACF and KF", "ACF and prior", "ACF, prior and KF", ENGINE)
 
 
 @dataclass(frozen=True, slots=True)
 class _Clip:
-    """One clip, watched: the frames' truth, what the detector saw without and with the prior, its camera's focus."""
+    """One clip: ground truth of its frames, detections without and with the prior, and its camera's focus."""
 
     video: Path
     ground_truths: list[FrameGroundTruth]
@@ -93,7 +93,7 @@ def _signs(truth: TrackTable) -> int:
 
 
 def watched_clip(video: Path, truth: TrackTable, times: list[float], kept: Cache) -> _Clip:
-    """What the detector sees of a clip, by now or as an earlier call kept it; ``times`` gets CPU seconds a frame."""
+    """Detections of a clip, computed now or by an earlier call; appends CPU seconds per frame to ``times``."""
     params = Params().with_settings([("second_core", False), ("keep_score", -8.0), ("final_overlap", 1.0)])
     components = load_components(params.with_settings([("use_prior", False)]))
     key = ["watched", file_digest(video), params.model_dump(mode="json"), dict(components.models), systems_code()]
@@ -105,7 +105,7 @@ def watched_clip(video: Path, truth: TrackTable, times: list[float], kept: Cache
 
 
 def watch_video(video: Path, components: Components) -> JsonObject:
-    """Detect once a frame; suppression, which depends on the prior, is done for both afterwards."""
+    """Detect once in each frame; suppression, which depends on the prior, follows for both cases."""
     overlap = Params().detector.final_overlap
     seen: dict[str, list[object]] = {"ACF": [], "ACF and prior": []}
     times: list[float] = []
@@ -130,7 +130,7 @@ def _alone(clips: Sequence[_Clip], name: str) -> JsonObject:
 
 
 def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) -> tuple[JsonObject, float]:
-    """The curve of tracked boxes, and the filter's median time a frame in ms."""
+    """The curve of tracked boxes, and the filter's median time per frame, ms."""
     settings = [*values.items(), ("confirm_score", values["birth_score"])]
     params = Params().with_settings(settings)
     results, live, times = [], [], []
@@ -147,7 +147,7 @@ def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) ->
 
 
 def _best(clips: Sequence[_Clip], name: str) -> dict[str, float]:
-    """The grid's values with the highest AP; the first of equals."""
+    """The values of the grid with the highest AP; the first ones on a tie."""
     choices = [dict(zip(GRID, values, strict=True)) for values in product(*GRID.values())]
     return max(choices, key=lambda values: _filtered(clips, name, values)[0]["ap"])
 

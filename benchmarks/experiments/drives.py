@@ -26,15 +26,15 @@ __all__ = ["EXPERIMENT", "rate"]
 
 AS_RECORDED: Final = "as recorded"
 CHANGED: Final = 60
-"""Frames of each drive that are shown under other weather, from the first on."""
+"""Number of first frames of each drive that get other weather."""
 
 
 def rate(tracks: int, frames: int) -> tuple[float, float, float]:
-    """Tracks per 1,000 frames, with the ends of its 95 % interval if they come by chance (Poisson, exact).
+    """Tracks per 1,000 frames, with the ends of the exact 95 % interval of a Poisson rate.
 
     Args:
-        tracks: counted.
-        frames: looked at, >= 1.
+        tracks: number of tracks.
+        frames: number of frames, >= 1.
     """
     low = 0.0 if tracks == 0 else float(chi2.ppf(0.025, 2 * tracks)) / 2
     high = float(chi2.ppf(0.975, 2 * tracks + 2)) / 2

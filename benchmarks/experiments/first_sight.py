@@ -1,4 +1,4 @@
-"""How wide a sign is when its track starts: with the shipped models, and with those of an earlier version."""
+"""Measures the width of a sign when its track starts, with the shipped models and with those of an earlier version."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["EXPERIMENT", "compared", "first_widths", "sights"]
 
 APART: Final = 0.1
-"""A sign is seen earlier or later where its widths differ by more than this share."""
+"""Difference in width, as a share, above which a sign counts as seen earlier or later."""
 RESAMPLED: Final = 10_000
-"""Draws of signs that the interval of the mean comes from."""
+"""Number of bootstrap samples for the interval of the mean."""
 
 
 def first_widths(truth: TrackTable, results: TrackTable, frames: int) -> dict[int, float | None]:
     """Width of each annotated sign in the first frame in which a track lies on it at IoU 0.5, px; None: in no frame.
 
     Args:
-        truth: annotated rows; signs that are ignored throughout are left out, ignored rows of others count.
+        truth: annotated rows; signs whose rows are all ignored are left out, ignored rows of others count.
         results: tracked rows.
-        frames: of the video.
+        frames: number of frames of the video.
     """
     signs = np.unique(truth.track[~truth.ignore]).tolist()
     truth = replace(truth, ignore=np.zeros(len(truth.frame), np.bool_))
@@ -52,7 +52,7 @@ def sights(truth: TrackTable, matched: Iterable[tuple[int, int]]) -> dict[int, t
 
     Args:
         truth: annotated rows.
-        matched: frames and the signs that a track lies on in them, as of ``evaluate_video``.
+        matched: pairs of frame and matched sign, as from ``evaluate_video``.
     """
     first: dict[int, int] = {}
     for frame, sign in matched:
@@ -64,17 +64,17 @@ def sights(truth: TrackTable, matched: Iterable[tuple[int, int]]) -> dict[int, t
 
 
 def compared(rows: Sequence[JsonMapping], seed: int) -> JsonObject:
-    """What the signs of a group say about the models.
+    """Compare the models on a group of signs.
 
     Args:
-        rows: for each sign its widths ``before`` and ``now``, px, None where no track starts, and the least annotated
-            one, ``least``.
-        seed: of the interval.
+        rows: for each sign its widths ``before`` and ``now``, px, None without a track, and its least annotated width,
+            ``least``.
+        seed: random seed of the interval.
 
     Returns:
-        Numbers of ``signs`` and of those ``found`` by each, median ``width`` with each, over the signs of both the
-        geometric mean ``ratio`` of the widths now and before with its 95 % ``interval``, how many are seen ``earlier``
-        and ``later``, and how many both see ``at_once``: where their annotation starts.
+        ``signs``: number of signs; ``found``: number found by each; ``width``: median width with each. Over the signs
+        that both find: ``ratio``: geometric mean of width now / before, with its 95 % ``interval``; numbers seen
+        ``earlier`` and ``later``; ``at_once``: number that both see in the first annotated frame.
     """
     both = np.array([(row["before"], row["now"]) for row in rows if None not in (row["before"], row["now"])])
     logs = np.log(both[:, 1] / both[:, 0]) if len(both) else np.zeros(0)

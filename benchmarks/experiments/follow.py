@@ -1,4 +1,4 @@
-"""Following a sign that is drawn once: ours beside generic trackers, a flow box and straight lines."""
+"""Compares following a sign from one drawn box with generic trackers, a flow box and straight lines."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ __all__ = ["EXPERIMENT"]
 TUNED_ON = ("02_71ec1e", "03_c0da85", "SH13_9f8bd8")
 """Clips that values of the follower were chosen on."""
 TUNED_BOARDS = frozenset(f"{number:07d}.jpg" for number in (1, 3, 5, 7, 10, 12, 14, 16, 18, 20, 28, 44, 85, 1818))
-"""Photographs of DFG with signs of no label set, likewise."""
+"""Photographs of DFG with signs of no label set that values of the follower were chosen on."""
 EACH = 1
-"""Approaches of each stress, to signs of the 43 classes and to signs of no label set."""
+"""Number of approaches of each stress, to signs of the 43 classes and to signs of no label set."""
 SIGNS = 3
-"""Signs of a video, those that get widest: peers take a tenth of a second a frame."""
+"""Number of signs per video, the widest ones; few, since peers take a tenth of a second per frame."""
 SLOW = ("MIL", "TLD")
-"""Peers that follow approaches only: on the pictures of clips they take 30 ms a frame and more."""
+"""Peers that run only on approaches; on the pictures of clips they take 30 ms per frame and more."""
 OURS = "ours"
 UNKNOWN = "ours, no detector"
-"""The same without the offline detector's later stages, as for a sign that it does not know."""
+"""Name of our follower without the offline detector's later stages, as for a sign of unknown shape."""
 LINES = (2, 3, 4)
 GONE = "painted over"
 CLIPS = "clips"
@@ -62,7 +62,7 @@ class _Video:
 
 
 def _digest(truth: TrackTable) -> str:
-    """What tells one truth from another."""
+    """Digest of a table of ground truth."""
     digest = hashlib.sha256()
     for column in (truth.frame, truth.track, truth.boxes, truth.visibility):
         digest.update(column.tobytes())
@@ -103,7 +103,7 @@ def _run(data: Data) -> Result:
     needed: dict[str, list[dict[str, float]]] = {}
     signs: dict[str, int] = {}
     times: dict[str, list[tuple[float, int]]] = {}
-    with one_opencv_thread(), one_blas_thread():  # so that CPU time is what a step costs
+    with one_opencv_thread(), one_blas_thread():  # so that the CPU time of a step is meaningful
         for video in _videos(data):
             about = [*video.identity(), own, cv2.__version__]
             ours = kept.get(["ours", *about, engine], partial(_ours, video, parts))
@@ -150,7 +150,7 @@ def _signs(video: _Video) -> Iterator[tuple[Sequence[Picture], Sign]]:
 
 
 def _ours(video: _Video, parts: FollowerModels) -> JsonObject:
-    """Our figures on one video, and how many boxes its signs need."""
+    """Our figures on one video, and the number of boxes to draw for its signs."""
     ways: dict[str, dict[str, list[dict[str, float]]]] = {}
     times: dict[str, list[float]] = {}
     needed: list[dict[str, float]] = []

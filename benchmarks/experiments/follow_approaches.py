@@ -1,4 +1,4 @@
-"""Following on every simulated approach, beside the flow box: the one peer that comes near ours."""
+"""Compares following with the flow box, the closest peer, on every simulated approach."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["EXPERIMENT"]
 
 SIGNS = 3
-"""Signs of a video, those that get widest."""
+"""Number of signs per video, the widest ones."""
 ALL = "all"
 OURS, PEER = "ours", "KLT"
 BOARDS = "no label set"
@@ -43,7 +43,7 @@ def _videos(data: Data) -> Iterator[tuple[str, Path, TrackTable, range]]:
 
 
 def _drawable(sign: Sign, hidden: range) -> Sign:
-    """Nobody draws a sign where a block covers it; of signs beside the target the truth does not say so."""
+    """The sign without the frames in which a block covers it; ground truth lacks this for signs beside the target."""
     return replace(sign, clear=[k for k in sign.clear if k not in hidden])
 
 

@@ -20,11 +20,11 @@ __all__ = ["EXPERIMENT"]
 
 PRESSES = 10
 BARS = {"late": 3, "missed": 4}
-"""Most actions for a sign."""
+"""Largest number of actions per sign."""
 SOON = 200.0
-"""Most ms from the key to the first proposed box."""
+"""Largest time from the key to the first proposed box, ms."""
 _LEAST = 30
-"""Frames of a sign's life."""
+"""Least number of frames in which a sign is visible."""
 _LABEL = 14
 
 

@@ -1,4 +1,4 @@
-"""Every second, third or fourth frame of the same videos: a slower camera, or a faster car."""
+"""Compares trackers on every second, third or fourth frame of videos, as from a slower camera or a faster car."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["EXPERIMENT"]
 
 STEPS = (1, 2, 3, 4)
-"""Every so many frames of a video are left."""
+"""Steps between the frames that are kept."""
 HEADINGS = {"1": "every frame", "2": "every 2nd", "3": "every 3rd", "4": "every 4th"}
 FULL_RATE: Mapping[str, float | None] = {
     "noise_centre": 0.03,
@@ -37,7 +37,7 @@ FULL_RATE: Mapping[str, float | None] = {
     "result_noise": 0.35,
     "sure_score": None,
 }
-"""Values of tracking that did best as long as only videos at their full rate were looked at."""
+"""Values of tracking that were best when only videos at their full rate were used."""
 OURS, BEFORE, BOUND = "default", "values chosen at the full rate alone", "detections, perfect identities"
 GROUPS = ("held out", "chosen on", "approaches")
 
@@ -112,7 +112,7 @@ def _in_order(groups: JsonMapping) -> list[tuple[str, JsonMapping]]:
 
 
 def _names(steps: JsonMapping) -> list[str]:
-    """Ours first, then the peers, last what none of them could surpass."""
+    """Ours first, then the peers, then the upper bound."""
     known = next(iter(steps.values()))
     peers = [name for name in known if name not in (OURS, BEFORE, BOUND)]
     return [name for name in (OURS, BEFORE, *peers, BOUND) if name in known]
@@ -129,7 +129,7 @@ def _error(figures: JsonMapping) -> str:
 
 
 def _verdict(groups: JsonMapping) -> str:
-    """Where the values of today lose to those of before, and to peers."""
+    """Cases in which the current values are worse than the earlier ones or than peers."""
     worse = [
         f"{group}, {HEADINGS[step]}: {_loss(found[OURS], found[name])} of {name}"
         for group, steps in _in_order(groups)
@@ -146,7 +146,7 @@ def _verdict(groups: JsonMapping) -> str:
 
 
 def _loss(ours: JsonMapping, theirs: JsonMapping) -> str:
-    """Both means in as many digits as tell them apart, with what each covers."""
+    """Both means, with enough digits to differ, and the coverage of each."""
     a, b = ours["mean_error"], theirs["mean_error"]
     digits = next((n for n in range(4, 8) if round(a, n) != round(b, n)), 8)
     return " against ".join(

@@ -28,15 +28,15 @@ __all__ = ["EXPERIMENT", "FOLDS", "crop_time"]
 
 SHOWN = (1, 2, 3, 5, 8, 12, 16, 20, 25, 30)
 TIMED = 1000
-"""Crops that are read one by one."""
+"""Number of crops to classify one by one, for the time."""
 FOLDS = 4
-"""Parts of the signs of which each is held out once; the first is the split that `tsr train` reports on."""
+"""Number of parts of the signs; each is held out once. The first is the split that `tsr train` reports on."""
 DELTAS = (15, 18, 20, 22, 24, 26, 28, 30)
-"""Widths of Eq. 5 that are tried, px: the paper's range."""
+"""Tried widths of Eq. 5, px: the paper's range."""
 BY_SCALE: tuple[Mode, ...] = ("clamped", "scale")
-"""Weights by scale: as shipped, and Eq. 5 as it stands in the paper."""
+"""Weights by scale: as shipped, and Eq. 5 of the paper."""
 TRAINED_BY = ("io", "recognition", "training")
-"""Parts of the engine that a classifier depends on: one that others have trained is not judged again."""
+"""Parts of the engine that a classifier depends on; a change of their code makes stored classifiers invalid."""
 
 
 def _run(data: Data) -> Result:
@@ -71,7 +71,7 @@ def _run(data: Data) -> Result:
 
 
 def _against_equal(votes: Sequence[TrackVotes], delta: float) -> dict[str, dict[str, int]]:
-    """Numbers of frames at which weights by scale do worse than equal ones, and signs gained over all numbers."""
+    """Numbers of frames at which weights by scale are worse than equal ones, and the signs gained over all numbers."""
     rates = evaluate_fusion(votes, FusionParams(fusion_delta=delta)).rates
     found: dict[str, dict[str, int]] = {}
     for mode in BY_SCALE:
@@ -83,7 +83,7 @@ def _against_equal(votes: Sequence[TrackVotes], delta: float) -> dict[str, dict[
 def _trained_without(
     items: Sequence[CropItem], held: Sequence[CropItem], settings: ClassifierSettings, data: Data, number: int
 ) -> SignClassifier:
-    """The classifier that has not seen the tracks of one part; part 0 is the split of `tsr train`."""
+    """The classifier that was trained without the tracks of one part; part 0 is the split of `tsr train`."""
     made_by = hashlib.sha256(f"{code(TRAINED_BY)} {settings}".encode()).hexdigest()[:12]
     kept = data.scratch / f"classifier-fold-{data.seed}-{number}-{made_by}"
     if not (kept / "manifest.json").is_file():
@@ -94,7 +94,7 @@ def _trained_without(
 
 
 def crop_time(items: Sequence[CropItem], classifier: SignClassifier) -> float:
-    """Median CPU time of reading one crop, ms: cut out, scaled, described and judged by one thread."""
+    """Median CPU time to classify one crop on one thread, from cutting to the class, ms."""
     taken = []
     with one_blas_thread():
         for item in items[:: max(1, len(items) // TIMED)]:
@@ -126,7 +126,7 @@ def _tell(result: Result) -> str:
 
 
 def _verdicts(f: JsonMapping) -> str:
-    """Where either weighting by scale does worse than equal weights, and by how many signs."""
+    """Cases in which a weighting by scale is worse than equal weights, and by how many signs."""
     said = []
     for mode in BY_SCALE:
         lost = {
@@ -139,7 +139,7 @@ def _verdicts(f: JsonMapping) -> str:
 
 
 def _tell_folds(folds: JsonObject) -> str:
-    """One split has few signs that can go wrong; the whole set has four times as many."""
+    """The figures over all folds, which hold four times as many signs as one split."""
     rows = [["part held out", "signs", "single crops", f"over {folds['frames'][-1]} frames, clamped"]]
     for number, part in enumerate(folds["each"]):
         rows.append([str(number), str(part["tracks"]), f"{part['single']:.4f}", f"{part['fused']:.4f}"])
@@ -155,7 +155,7 @@ def _tell_folds(folds: JsonObject) -> str:
 
 
 def _tell_deltas(deltas: Mapping[str, Mapping[str, Mapping[str, int]]]) -> str:
-    """What the width of Eq. 5 was chosen by."""
+    """The figures by which the width of Eq. 5 was chosen."""
     rows = [["delta, px", *deltas]]
     for mode in BY_SCALE:
         found = [each[mode] for each in deltas.values()]

@@ -1,4 +1,4 @@
-"""Stretches without detections: our online relocalisation, the filter alone, and OpenCV's generic trackers."""
+"""Gaps without detections: our online relocalisation, the filter alone, and OpenCV's generic trackers."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ __all__ = ["EXPERIMENT"]
 
 STILL = "box held still"
 UNCLOSE = "default, no window rescoring"
-"""The windows of the online detector count as they are found."""
+"""Name of the configuration that uses the online detector's windows without rescoring."""
 UNAIMED = {name: f"{name}, camera unknown" for name in ("default", "KF alone")}
-"""These also run without what the drive tells of its camera."""
+"""Configurations that also run without the estimated camera."""
 WHEEL = cv2.__version__
 BY_STRESS = ("default", "KF alone", PAPER_KF)
-"""These are also told stress by stress: what the online detector is worth where a sign is lost."""
+"""Configurations that are also reported by stress, to show the effect of the online detector on lost signs."""
 EVERY = {"held out": 12, "chosen on": 12, "approaches": 1000}
-"""Frames from one start on a sign to its next, by group; an approach is short, so one start is taken."""
+"""Frames between two starts on the same sign, by group; an approach is short and gets one start."""
 
 
 def _run(data: Data) -> Result:
@@ -57,7 +57,7 @@ def _run(data: Data) -> Result:
     seconds: dict[str, list[float]] = {}
     starts: dict[str, int] = {}
     kept = Cache(data.scratch / "peers")
-    with one_opencv_thread():  # so that CPU time is what a step costs
+    with one_opencv_thread():  # so that the CPU time of a step is meaningful
         for seen in list(look(videos, data.scratch / "detections")):
             group = seen.video.group if seen.video.group in EVERY else "approaches"
             gaps = find_gaps(seen, EVERY[group])
@@ -166,7 +166,7 @@ def _tell(result: Result) -> str:
 
 
 def _by_stress(stresses: Mapping[str, JsonMapping]) -> str:
-    """Eq. 7 at the end of the gaps of each stress, and where the filter alone ends nearer; nothing without any."""
+    """Eq. 7 at the end of the gaps by stress, and cases in which the filter alone is better; empty without gaps."""
     if not stresses:
         return ""
     rows = [["approaches, Eq. 7 after", *(f"{n} frames: {name}" for n in LENGTHS for name in BY_STRESS)]]
@@ -185,12 +185,12 @@ def _by_stress(stresses: Mapping[str, JsonMapping]) -> str:
 
 
 def _groups(groups: JsonMapping) -> list[tuple[str, Any]]:
-    """What was held out first."""
+    """The groups, held-out ones first."""
     return [(name, groups[name]) for name in EVERY if name in groups]
 
 
 def _order(by_name: JsonMapping) -> list[str]:
-    """Ours first, then what any tracker must beat, then the others: what was saved has lost its order."""
+    """Ours first, then the box that stays still, then the others; stored results have no order."""
     first = [name for name in (*CONFIGURATIONS, *UNAIMED.values(), STILL) if name in by_name]
     return first + sorted(set(by_name) - set(first))
 
@@ -217,7 +217,7 @@ def _verdict(groups: JsonMapping) -> str:
 
 
 def _unaimed(groups: JsonMapping) -> str:
-    """Where not knowing the camera would have been better; nothing where it never is."""
+    """Cases in which the unknown camera gives better results; empty without any."""
     title = UNAIMED["default"]
     better = [
         f"{group}, {n} frames: {by_name[title][str(n)]['error']:.4f} against {by_name['default'][str(n)]['error']:.4f}"
@@ -231,7 +231,7 @@ def _unaimed(groups: JsonMapping) -> str:
 
 
 _MARKERS = "osD^vPX*<>"
-"""There are more trackers than colours."""
+"""Markers, since there are more trackers than colours."""
 
 
 def _plot(result: Result, path: Path) -> None:

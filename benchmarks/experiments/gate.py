@@ -44,8 +44,8 @@ def _run(data: Data) -> Result:
     params = Params.preset("default")
     by_clip = _trials(data.need("clips"), params, data.seed)
     names = sorted(by_clip)
-    # The tau that is best on one half is judged on the other, and the other way round. Clips that show the same signs
-    # are in the same half: those held out, and those that parameters were chosen on.
+    # The best tau of each half is judged on the other half. Clips that show the same signs are in the same half: those
+    # held out, and those that parameters were chosen on.
     groups = list(clip_groups(names).values())
     halves = (groups[0], groups[1]) if len(groups) == 2 else (names[::2], names[1::2])
     judged = []

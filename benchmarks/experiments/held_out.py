@@ -28,7 +28,7 @@ ACF_IS = (
     "No row is of the cascade "
     "alone, which lets many things through on purpose.\n"
 )
-"""What the rows of our detector are rows of."""
+"""The report's explanation of the rows of our detector."""
 
 Found = list[tuple[FloatArray, FloatArray, FloatArray]]
 """Per scene: boxes (n, 4), scores (n,), best first, and the signs' boxes (m, 4)."""
@@ -39,11 +39,11 @@ class HeldOut:
     """The split of the shipped models.
 
     Attributes:
-        detector: the component that kept the detections.
-        prior: the component whose lambda is used.
-        train: scenes that trained the model.
-        calibrate: scenes that its scores were calibrated on.
-        report: the others.
+        detector: the detector component, with the detections on held-out scenes.
+        prior: the prior component, with lambda.
+        train: training scenes of the model.
+        calibrate: calibration scenes of its scores.
+        report: all other scenes.
     """
 
     detector: Component
@@ -53,7 +53,7 @@ class HeldOut:
     report: Sequence[Scene]
 
     def found(self, *, prior: bool) -> Found:
-        """What was found in the report scenes, without and with a spatial prior of the training scenes."""
+        """Detections in the report scenes, without or with a spatial prior of the training scenes."""
         rows = self.detector.arrays["heldout_boxes"].astype(float)
         scores = self.detector.arrays["heldout_raw"].astype(float)
         scene_of, boxes = rows[:, 0].astype(int), rows[:, 1:]
@@ -72,10 +72,10 @@ class HeldOut:
 
 
 def held_out(data: Data) -> HeldOut:
-    """Split the scenes as the shipped detector was trained.
+    """Split the scenes as in the training of the shipped detector.
 
     Raises:
-        Skip: there are no scenes, or others than the models were trained on.
+        Skip: there are no scenes, or they are not those of the training.
     """
     detector = load_component("detector")
     train, calibrate, report = split_scenes(read_gtsdb(data.need("gtsdb")), detector.seed or 0)

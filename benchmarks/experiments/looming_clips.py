@@ -1,4 +1,4 @@
-"""Simulated approaches as videos with truth, by stress."""
+"""Simulated approaches as videos with ground truth, by stress."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["EACH", "EACH_OF_A_ROW", "EACH_TUNED", "LoomingClips", "read_looming"]
 
 EACH, EACH_OF_A_ROW, EACH_TUNED = 6, 2, 1
-"""Approaches of each stress that the experiments look at: to judge on; for each of many rows, and of those that
-parameters came from."""
+"""Number of approaches of each stress: for judging; for experiments with many rows; from the tuning set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +23,12 @@ class LoomingClips:
     """A folder of approaches.
 
     Attributes:
-        seed: that it was made with.
-        videos: clip -> (video, truth).
+        seed: seed of the simulation.
+        videos: clip -> (video, ground truth).
         stress: clip -> its stress.
-        scenes: names of the photographs that they show.
-        hidden: clip -> frames in which a block covers its target, and whatever else is there: the truth tells it of the
-            target only.
+        scenes: names of the photographs in the clips.
+        hidden: clip -> frames in which a block covers its target and other signs; the ground truth marks only the
+            target.
     """
 
     seed: int
@@ -45,15 +44,15 @@ class LoomingClips:
 
 
 def read_looming(folder: Path, without: Iterable[str] = (), each: int | None = None) -> LoomingClips:
-    """Read ``clips.json`` and the truth of each clip.
+    """Read ``clips.json`` and the ground truth of each clip.
 
     Args:
-        folder: holds ``clips.json`` and a folder for each clip with ``video.mp4`` and ``gt.txt``.
-        without: photographs that must not be seen; clips of them are left out.
-        each: only so many clips of each stress, from the first on; unset: all.
+        folder: folder with ``clips.json`` and a folder for each clip with ``video.mp4`` and ``gt.txt``.
+        without: photographs whose clips are left out.
+        each: number of first clips of each stress; unset: all.
 
     Raises:
-        Skip: the folder holds no such list, or nothing is left of it.
+        Skip: the folder holds no such list, or no clips remain.
     """
     index = folder / "clips.json"
     if not index.is_file():

@@ -1,4 +1,4 @@
-"""What the offline detector misses on scenes that nothing was trained on, as one sheet of pictures."""
+"""Shows the signs that the offline detector misses on held-out scenes, as one sheet of pictures."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ __all__ = ["EXPERIMENT", "Seen", "misses", "reason"]
 
 SHEET = ROOT / "figures" / "misses.png"
 RATE = 0.03
-"""False detections a picture at which the bar on recall stands."""
+"""False detections per picture at which the recall is measured."""
 MARGIN = 0.6
-"""What is shown around a sign, share of its size on each side."""
+"""Border around a sign in the sheet, as a share of its size on each side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +45,12 @@ class Seen:
 
 
 def misses(seen: Sequence[Seen], threshold: float) -> list[JsonObject]:
-    """Signs that no detection of at least ``threshold`` finds at IoU 0.5, the smallest first.
+    """Signs without a detection of at least ``threshold`` at IoU 0.5, the smallest first.
 
     Returns:
-        For each its ``picture``, ``sign``, ``class``, ``width``, ``box``, the ``score`` of the best detection that lies
-        on it at IoU 0.5, the ``near`` score and ``overlap`` of the best one that only touches it (None: none does).
+        For each its ``picture``, ``sign``, ``class``, ``width`` and ``box``; the ``score`` of the best detection on it
+        at IoU 0.5; the ``near`` score and ``overlap`` of the best detection with a smaller overlap (None: there is
+        none).
     """
     found = []
     for number, one in enumerate(seen):
@@ -70,7 +71,7 @@ def misses(seen: Sequence[Seen], threshold: float) -> list[JsonObject]:
 
 
 def reason(miss: JsonObject, contrast: float) -> str:
-    """In words why a sign was missed, from what the detector made of it.
+    """The reason in words why a sign was missed, from its detections.
 
     Args:
         miss: see ``misses``.
@@ -124,7 +125,7 @@ def _run(data: Data) -> Result:
 
 
 def _false(seen: Sequence[Seen], threshold: float) -> list[JsonObject]:
-    """Detections from the threshold on that lie on no sign, the surest first."""
+    """Detections of at least the threshold that lie on no sign, the highest score first."""
     out = []
     for number, one in enumerate(seen):
         kept = one.scores >= threshold

@@ -1,4 +1,4 @@
-"""What the online detector changed: the frames alone in which ``default`` and the filter alone differ."""
+"""The effect of the online detector, over only the frames in which ``default`` and the filter alone differ."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["online_changes"]
 
 
 def online_changes(groups: Mapping[str, JsonMapping]) -> str:
-    """Table of ``changed_errors`` of ``default`` against KF alone, a row a group; one sentence where nothing changed.
+    """Table of ``changed_errors`` of ``default`` against KF alone, one row per group; a sentence for unchanged groups.
 
     Args:
-        groups: name as the row says it -> what ``changed_errors`` returned.
+        groups: name of the row -> result of ``changed_errors``.
     """
     changed = {name: c for name, c in groups.items() if c["n"] or c["only_ours"] or c["only_theirs"]}
     same = [name for name in groups if name not in changed]

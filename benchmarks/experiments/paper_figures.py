@@ -1,4 +1,4 @@
-"""What the paper says of itself: the one place where its figures stand, each with where it is printed.
+"""All figures of the paper, each with its place in the paper.
 
 Yuan, Xiong and Wang, IEEE Transactions on Intelligent Transportation Systems 18(7), 2017, pages 1918 to 1929,
 doi 10.1109/TITS.2016.2614548. All are of its own videos, which are not public. Its "false positive per frame" (Table I:
@@ -27,13 +27,13 @@ class System:
     """One column of Tables I and II.
 
     Attributes:
-        name: as a reader of the paper knows it.
-        detected: physical signs with at least one detection, of ``SIGNS`` (Table I).
-        false: false detections (Table I).
-        detection_s: average time a frame, seconds (Table I).
-        classified: signs whose class is right (Table II).
-        classification_s: average time a frame, seconds (Table II).
-        platform: what it ran on (both tables).
+        name: name in the paper.
+        detected: number of physical signs with at least one detection, of ``SIGNS`` (Table I).
+        false: number of false detections (Table I).
+        detection_s: average time per frame, s (Table I).
+        classified: number of signs with the correct class (Table II).
+        classification_s: average time per frame, s (Table II).
+        platform: processor (both tables).
     """
 
     name: str
@@ -62,5 +62,5 @@ WHERE_EQ7 = "section IV-D2, Fig. 11"
 
 
 def printed(part: int, whole: int) -> str:
-    """A rate as both tables print it: in percent, cut off after two digits."""
+    """A rate as in both tables: in percent, truncated to two decimals."""
     return f"{floor(1e4 * part / whole) / 100:.2f} %"

@@ -1,4 +1,4 @@
-"""Fig. 11 from where the paper starts: detections are made worse until its Kalman filter alone has its Eq. 7."""
+"""Fig. 11 from the paper's start: detections are degraded until its Kalman filter alone reaches its Eq. 7."""
 
 from __future__ import annotations
 
@@ -34,27 +34,27 @@ __all__ = ["EXPERIMENT", "merged", "paper_tau", "verdict"]
 EACH: Final = 4
 """Approaches of each stress."""
 SEEDS: Final = 3
-"""Draws of worse detections."""
+"""Number of random draws of degraded detections."""
 SIGNS: Final = 100
-"""Signs that the paper chose its tau on; 20 patches lie around each."""
+"""Number of signs on which the paper chose its tau; each has 20 patches around it."""
 MISSED: Final = 0.4
-"""Share of frames without detections where boxes are off as well."""
+"""Share of frames without detections for the kind that also displaces boxes."""
 GROWING: Final[Mapping[str, tuple[Worse, str]]] = {
     "boxes off": (Worse(), "jitter"),
     "boxes off, runs of misses": (Worse(missed=MISSED), "jitter"),
     "runs of misses": (Worse(), "missed"),
 }
-"""Kinds of worse detections: where each starts, and what grows until the paper's filter alone has the paper's Eq. 7."""
+"""Kinds of degraded detections: the start, and the value that grows until the paper's filter alone has its Eq. 7."""
 AS_IT_IS: Final = "as detected"
 KINDS: Final = (AS_IT_IS, *GROWING)
 """All kinds, in the order of the report."""
 MOST: Final = {"jitter": 0.3, "missed": 0.7}
-"""Largest values that are tried."""
+"""Largest tried values."""
 KF, UNSEEN = "KF alone", "default, no window rescoring"
 NEAR: Final = 0.01
-"""The paper's Eq. 7 counts as reached when it is missed by no more."""
+"""Largest difference from the paper's Eq. 7 that counts as reached."""
 ALONE: Final = {"paper": PAPER_KF, "default": KF}
-"""The rows without the online detector that the others are compared with."""
+"""For each preset, the row without the online detector, with which the others are compared."""
 
 
 def _run(data: Data) -> Result:
@@ -82,7 +82,7 @@ def _run(data: Data) -> Result:
 
 
 def _rows(tau: float) -> dict[str, Params]:
-    """Configurations: those of the paper differ in nothing but the online detector and tau."""
+    """Configurations; those of the paper differ only in the online detector and tau."""
     alone = CONFIGURATIONS[PAPER_KF]
     return {
         PAPER_KF: alone,
@@ -97,11 +97,12 @@ def _rows(tau: float) -> dict[str, Params]:
 def paper_tau(clips: LoomingClips, seed: int) -> tuple[float, float]:
     """Tau by the paper's procedure (Fig. 8), and its correct collection rate.
 
-    Signs are known up to frame k; in frame k + 1 there are the sign, slightly misplaced copies, and 20 patches around.
+    For a sign known up to frame k, the candidates in frame k + 1 are the sign, slightly misplaced copies, and 20
+    patches around it.
 
     Args:
-        clips: where parameters may be chosen.
-        seed: of the candidates and of the choice of signs.
+        clips: clips of the tuning set.
+        seed: seed of the candidates and of the choice of signs.
 
     Raises:
         Skip: the clips hold too few signs.
@@ -125,7 +126,7 @@ def paper_tau(clips: LoomingClips, seed: int) -> tuple[float, float]:
 
 
 def _grown(seen: Sequence[Seen], start: Worse, name: str) -> float:
-    """How much of the value brings the paper's filter alone to the paper's Eq. 7; the most where nothing does."""
+    """The value at which the paper's filter alone has the paper's Eq. 7; the largest if none reaches it."""
     params = CONFIGURATIONS[PAPER_KF]
 
     def error(value: float) -> float:
@@ -141,12 +142,12 @@ def _grown(seen: Sequence[Seen], start: Worse, name: str) -> float:
 
 
 def _draws(seen: Sequence[Seen]) -> list[tuple[int, int]]:
-    """Number of each video with each seed of its draws; no two have one in common."""
+    """Index of each video with each seed of its draws; all seeds are different."""
     return [(number, SEEDS * number + draw) for number in range(len(seen)) for draw in range(SEEDS)]
 
 
 def _figures(seen: Sequence[Seen], how: Worse, rows: Mapping[str, Params], data: Data) -> JsonObject:
-    """Row -> what is told of it."""
+    """Row -> its figures."""
     memory = Memory(data.scratch / "tracked")
     components = {name: load_components(params) for name, params in rows.items()}
     found: dict[str, list[VideoReport]] = {name: [] for name in rows}
@@ -165,9 +166,9 @@ def _figures(seen: Sequence[Seen], how: Worse, rows: Mapping[str, Params], data:
 
 
 def _against(alone: Sequence[VideoReport], mine: Sequence[VideoReport], each: int, seed: int) -> JsonObject:
-    """Change of Eq. 7 against the filter alone, with intervals over videos: covered frames, and all of a sign's track.
+    """Change of Eq. 7 against the filter alone, with intervals over videos, for covered frames and for whole tracks.
 
-    ``shared`` is of the frames that both cover.
+    ``shared`` is over the frames that both cover.
     """
     return {
         "change": paired(merged(alone, each), merged(mine, each), seed),
@@ -177,12 +178,12 @@ def _against(alone: Sequence[VideoReport], mine: Sequence[VideoReport], each: in
 
 
 def merged(reports: Sequence[VideoReport], each: int, *, followed: bool = False) -> list[VideoReport]:
-    """One report for all draws of a video, which are no videos of their own: only its errors count.
+    """Merge the reports of all draws of a video, which are not independent videos; only the errors are merged.
 
     Args:
-        reports: ``each`` in a row are of one video.
+        reports: reports, ``each`` consecutive ones of the same video.
         each: number of draws.
-        followed: put Eq. 7 of all rows of the signs' tracks in the place of that of the covered frames.
+        followed: whether to use Eq. 7 of all rows of the signs' tracks instead of that of the covered frames.
     """
     out = []
     for first in range(0, len(reports), each):
@@ -223,10 +224,10 @@ def _tell(result: Result) -> str:
 
 
 def verdict(figures: JsonMapping) -> str:
-    """Whether the online detector makes Eq. 7 smaller, for both presets, and when.
+    """Sentences on whether and when the online detector reduces Eq. 7, for both presets.
 
     Args:
-        figures: of the result; what an interval does not decide is said to be open.
+        figures: figures of the result; a case is open if its interval contains 0.
     """
     answers: dict[str, list[str]] = {"holds": [], "larger": [], "open": []}
     where = []
@@ -252,7 +253,7 @@ def verdict(figures: JsonMapping) -> str:
 
 
 def _order(rows: JsonMapping) -> list[str]:
-    """The paper's first, each filter alone before the others of its preset: what was saved has lost its order."""
+    """The paper's rows first, each filter alone before the others of its preset; stored results have no order."""
     alone = list(ALONE.values())
     return sorted(rows, key=lambda name: (not name.startswith("paper") and name != PAPER_KF, name not in alone, name))
 

@@ -1,4 +1,4 @@
-"""The preset ``realtime`` beside ``default``: time a frame at three sizes, and what it costs in signs."""
+"""Compares the preset ``realtime`` with ``default``: time per frame at several sizes, and loss of signs."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["EXPERIMENT", "first_sights", "later_sights", "steady_seconds"]
 
 SIZES = {"720x576": 25, "1280x720": 30, "1920x1080": 30, "3840x2160": 10}
-"""Frames a second that are wanted on two cores."""
+"""Wanted frames per second on two cores, by size."""
 FRAMES = 84
-"""Of the drive, that is timed."""
+"""Number of frames of the drive for timing."""
 STARTING = 12
-"""Of them, not counted: code is compiled and the decoder fills its queue."""
+"""Number of first frames that are not counted: they compile code and fill the decoder's queue."""
 PASSING = 3.7
-"""What passing a frame between two cores costs, ms (docs/scale.md)."""
+"""Time to pass a frame between two cores, ms (docs/scale.md)."""
 PRESETS = ("default", "realtime")
 
 
@@ -63,7 +63,7 @@ def _run(data: Data) -> Result:
 
 
 def _times(folder: Path) -> JsonObject:
-    """CPU ms a frame by size and preset."""
+    """CPU ms per frame by size and preset."""
     folder.mkdir(parents=True, exist_ok=True)
     with one_opencv_thread():
         found: JsonObject = {}
@@ -75,7 +75,7 @@ def _times(folder: Path) -> JsonObject:
 
 
 def _enlarged(folder: Path, size: str) -> Path:
-    """The sample drive in another size; made once."""
+    """The sample drive in another size, made on first use."""
     width, height = (int(v) for v in size.split("x"))
     if (width, height) == SIZE:
         return base_clip(folder, FRAMES)
@@ -88,7 +88,7 @@ def _enlarged(folder: Path, size: str) -> Path:
 
 
 def _decoding(video: Path) -> JsonObject:
-    """Mean CPU ms a frame of decoding alone, with the threads that decode ahead."""
+    """Mean CPU ms per frame of decoding alone, including the threads that decode ahead."""
     with open_video(video) as opened:
         began = time.process_time()
         frames = sum(1 for _ in opened.frames(0, None))
@@ -96,7 +96,7 @@ def _decoding(video: Path) -> JsonObject:
 
 
 def _time(video: Path, params: Params) -> JsonObject:
-    """CPU ms a frame: of the whole engine, and of detection in the thread that detects."""
+    """CPU ms per frame of the whole engine, and of detection in its thread."""
     params = params.with_settings([("second_core", False), ("coast_foe_y", 0.5)])
     components = load_components(params)
     whole = list(_whole(video, params, components))
@@ -113,7 +113,7 @@ def _time(video: Path, params: Params) -> JsonObject:
 
 
 def steady_seconds(seconds: list[float], turns: int) -> float:
-    """Mean over the frames of a turn of the median over turns: frames of a turn differ by what is searched in them."""
+    """Mean over the frames of a turn of the median over turns, since the frames of a turn have different work."""
     return float(np.mean([np.median(seconds[k::turns]) for k in range(turns)]))
 
 
@@ -129,7 +129,7 @@ def _whole(video: Path, params: Params, components: Components) -> Iterator[floa
 
 
 def _price(videos: Videos, folder: Path) -> JsonObject:
-    """What each preset finds of the signs of some videos."""
+    """Figures of each preset on the signs of some videos."""
     reports: dict[str, list[VideoReport]] = {}
     sights: dict[str, dict[tuple[str, int], tuple[int, float]]] = {}
     for name in PRESETS:
@@ -147,7 +147,7 @@ def _price(videos: Videos, folder: Path) -> JsonObject:
 def _tracked(
     title: str, video: Path, truth: TrackTable, params: Params, components: Components, folder: Path
 ) -> tuple[TrackTable, int, tuple[int, int]]:
-    """Result rows of a run, number of frames and size of the pictures; rows of an earlier call are read again."""
+    """Result rows of a run, number of frames and size of the pictures; rows of an earlier call are reused."""
     path = folder / f"{Memory.key(title, video, truth, params, components.models)}.csv"
     if not path.is_file():
         folder.mkdir(parents=True, exist_ok=True)
@@ -167,7 +167,7 @@ def first_sights(
 def later_sights(
     before: Mapping[tuple[str, int], tuple[int, float]], now: Mapping[tuple[str, int], tuple[int, float]]
 ) -> JsonObject:
-    """How much later signs are seen first than by ``default``."""
+    """Delay of the first sight of signs, compared with ``default``."""
     both = sorted(before.keys() & now.keys())
     late = np.array([now[sign][0] - before[sign][0] for sign in both])
     widths = np.array([now[sign][1] for sign in both])
@@ -181,7 +181,7 @@ def later_sights(
 
 
 def frames_a_second(times: JsonMapping) -> float:
-    """Frames a second on two cores by the model of docs/scale.md: what takes the frames in order is on one of them."""
+    """Frames per second on two cores by the model of docs/scale.md: work that needs frames in order stays on one."""
     in_order = times["whole"] - times["detection"] - times["decoding"]
     return float(1e3 / (max(times["whole"] / 2, in_order) + PASSING))
 

@@ -1,4 +1,4 @@
-"""Rerun recordings of 300 frames at 720p: size and time, of packets that are copied and pictures encoded anew."""
+"""Rerun recordings of 300 frames at 720p: size and time, with copied packets and with encoded pictures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from benchmarks.recording_time import FRAMES, HEIGHT, KINDS, MOST_MB, MOST_SECON
 __all__ = ["EXPERIMENT"]
 
 TIMES = 6
-"""Recordings in one process."""
+"""Number of recordings in one process."""
 
 
 def _run(data: Data) -> Result:

@@ -1,7 +1,7 @@
-"""Reports of videos that were already tracked with the very same engine, parameters, models and files.
+"""Stores reports of videos by a digest of engine, parameters, models and files.
 
-A record is found by a digest of all four, so nothing old ever stands in for something that has changed; it lets long
-experiments go on where they were stopped, and several share what they have in common.
+A change of any of these gives another digest, so that no outdated report is used. With the store, stopped experiments
+can continue, and several experiments share reports.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ class Memory:
     """Records in a folder.
 
     Args:
-        folder: made when the first record is kept; None: nothing is remembered.
+        folder: folder of the records, made on first use; None: nothing is stored.
     """
 
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
 
     def find(self, key: str) -> tuple[VideoReport, dict[str, float]] | None:
-        """The report and the times by stage that were kept under a key."""
+        """The report and the times by stage that are stored under a key."""
         path = self._path(key)
         if path is None or not path.is_file():
             return None
@@ -41,7 +41,7 @@ class Memory:
         return _report(record["report"]), {str(k): float(v) for k, v in record["stages"].items()}
 
     def keep(self, key: str, report: VideoReport, stages: Mapping[str, float]) -> None:
-        """Remember one video."""
+        """Store the report of one video."""
         path = self._path(key)
         if path is not None:
             with atomic_text(path) as out:

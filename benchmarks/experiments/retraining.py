@@ -1,4 +1,4 @@
-"""Does the loop pay: correct some clips, refine the models with them, run on other clips?"""
+"""Measures the effect of corrections: models are refined with some corrected clips and judged on others."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _run(data: Data) -> Result:
 
 
 def _loop(pairs: Pairs, groups: Mapping[str, list[str]], work: Path, data: Data) -> JsonObject:
-    """Figures before and after, and what the version itself reports."""
+    """Figures before and after, and the figures in the refined version's own report."""
     corrections = Dataset(shipped_set(DEFAULT), tuple(corrected(*pairs[name]) for name in groups["chosen on"]))
     opened = OpenedExport(corrections, (), {}, {"name": "annotations of " + ", ".join(groups["chosen on"])})
     report = retrain(
@@ -89,11 +89,11 @@ def _loop(pairs: Pairs, groups: Mapping[str, list[str]], work: Path, data: Data)
 
 
 def _unwatched(_stage: str, _done: int, _total: int) -> None:
-    """Nobody asks."""
+    """A progress callback that does nothing."""
 
 
 def _judged(held: Pairs, models: Path, work: Path) -> JsonObject:
-    """Single frames (every second one or so), and whole runs."""
+    """Figures of single frames (about every second one) and of whole runs."""
     dataset = Dataset(shipped_set(DEFAULT), tuple(corrected(*pair) for pair in held.values()))
     scenes = corrected_scenes(dataset, work / "held", Sampling(signs=60, background=60))
     detector, prior = load_component("detector", models), load_component("prior", models)

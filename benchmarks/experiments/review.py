@@ -1,4 +1,4 @@
-"""The review tool end to end in the browser: first correction, stepping, seeking, playing, long drives."""
+"""Measures the review tool in the browser: first correction, stepping, seeking, playing, long drives."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["EXPERIMENT"]
 
 CLIP = "SH13_9f8bd8.mp4"
-"""1280x720, a key frame every 128 pictures: the hardest of the clips to seek in."""
+"""Clip of 1280x720 px with a key frame every 128 pictures, the hardest one to seek in."""
 
 
 def _clip(data: Data, home: Path) -> tuple[str, JsonObject]:
@@ -28,7 +28,7 @@ def _clip(data: Data, home: Path) -> tuple[str, JsonObject]:
         truth = (data.clips / "gt" / CLIP).with_suffix(".csv").read_bytes()
     with open_desk(home, (clip.parent,), sample=False) as desk:
         video = desk.server.add_video(clip)["id"]
-        # somebody else's run stands in for the engine's: what is timed here is the page
+        # An imported run replaces the engine's, since only the page is timed here.
         where = f"/videos/{video}/imports?as=run&name=boxes&format=tracks-csv"
         run = desk.server.call("POST", where, truth, "application/octet-stream")["id"]
         page = desk.page()

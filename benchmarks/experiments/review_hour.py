@@ -1,4 +1,4 @@
-"""The review screen after an hour of playing: does the page's or the server's memory grow?"""
+"""Measures the memory of page and server during an hour of playing in the review screen."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from benchmarks.review.long import play_on
 __all__ = ["EXPERIMENT"]
 
 SETTLED = 5.0
-"""Minutes after which the page's cache of pictures is full: what grows from there on is a leak."""
+"""Minutes after which the page's cache of pictures is full; later growth is a leak."""
 
 
 def _run(data: Data) -> Result:

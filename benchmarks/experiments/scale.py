@@ -1,4 +1,4 @@
-"""Rate and memory over the length of a drive; cost over signs in view and picture size."""
+"""Measures rate and memory over the length of a drive, and time over the number of signs and the picture size."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ __all__ = ["EXPERIMENT"]
 
 BASE, TURNS = 331, 400
 LONGEST = BASE * TURNS
-"""132,400 frames, as many as the paper's drives have."""
+"""132,400 frames, as in the paper's drives."""
 ENDS = (60 * RATE, 180 * RATE, 600 * RATE, 30 * 60 * RATE, LONGEST)
 SECONDS = {"real": 200, "repeated": 300}
-"""Of one call of the experiment, unless it is stated otherwise; another call goes on."""
+"""Default time of one call of the experiment, s; another call continues."""
 COUNTS = (1, 2, 4, 8, 16)
 FACTORS = (0.5, 0.71, 1.0, 1.41, 2.0)
 
@@ -103,13 +103,13 @@ def _tell(result: Result) -> str:
 
 
 def _across(name: str, what: str, values: Mapping[str, float]) -> list[list[str]]:
-    """A table of two rows, smallest first: what was saved has lost its order."""
+    """A table of two rows, smallest first; stored results have no order."""
     ordered = sorted(values.items(), key=lambda item: int(item[0].split("x")[0]))
     return [[name, *(key for key, _ in ordered)], [what, *(f"{value:.1f}" for _, value in ordered)]]
 
 
 def _verdict(figures: JsonMapping) -> str:
-    """How memory and rate at the end stand to those at the beginning."""
+    """Sentences that compare memory and rate at the end with those at the beginning."""
     words = []
     for kind, title in (("real", "Everything"), ("repeated", "After detection")):
         sections = figures[kind]
@@ -142,7 +142,7 @@ def _plot(result: Result, path: Path) -> None:
             length.plot(middles, [s["cpu_ms"] for s in f[kind]], "o-", label=f"{title}, ms a frame")
             length.plot(ends[1:], [s["peak_mb"] for s in f[kind]], "s--", label=f"{title}, peak MB")
         length.set(xlabel="frames of drive")
-        if f["real"] or f["repeated"]:  # no axis is logarithmic without numbers
+        if f["real"] or f["repeated"]:  # a logarithmic axis needs numbers
             length.set(xscale="log", yscale="log")
             length.legend(fontsize=7)
         _power(signs, [float(n) for n in f["signs"]], list(f["signs"].values()), "signs in view", f["signs_exponent"])

@@ -1,4 +1,4 @@
-"""Search across videos: how long questions to a million tracks take, on both databases."""
+"""Measures the time of searches over a million tracks, on both databases."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["EXPERIMENT"]
 
 TRACKS = 1_000_000
 POSTGRES = "TSR_BENCH_POSTGRES"
-"""Variable with the address of an empty PostgreSQL database."""
+"""Environment variable with the address of an empty PostgreSQL database."""
 
 
 def _run(data: Data) -> Result:

@@ -1,4 +1,4 @@
-"""Simulated approaches with exact truth, one row a stress; Fig. 11 and Tables I and II on them."""
+"""Simulated approaches with exact ground truth by stress: Fig. 11, Tables I and II."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["EXPERIMENT"]
 APART = "No approach to a scene that parameters were chosen on is among them."
 NOT_APART = "*Skipped, as not given:* tuning; approaches to scenes that parameters were chosen on may be among them."
 SHEET = ROOT / "figures" / "stress_wrong.png"
-"""The scenes are GTSDB's, whose pictures may be shown."""
+"""Sheet of errors; the scenes are those of GTSDB, whose pictures may be shown."""
 
 
 def _run(data: Data) -> Result:
@@ -78,7 +78,7 @@ def _ordered(figures: JsonMapping) -> list[tuple[str, Any]]:
 
 
 def _bars(figures: Mapping[str, JsonMapping]) -> str:
-    """Whether each row keeps to the bars on ids and Eq. 7, and where ``default`` is worse than ``paper``."""
+    """Sentences on the limits on ids and Eq. 7 for each row, and on rows where ``default`` is worse than ``paper``."""
     broken, worse = [], []
     for stress, by_name in _ordered(figures):
         mine, theirs, alone, first = (by_name[name] for name in ("default", "paper", "KF alone", PAPER_KF))
@@ -110,7 +110,7 @@ def _bars(figures: Mapping[str, JsonMapping]) -> str:
 
 
 def _above(stress: str, mine: JsonMapping, alone: JsonMapping) -> str:
-    """By how much the mean of Eq. 7 lies above that of KF alone, and on the boxes that both have."""
+    """The excess of the mean of Eq. 7 over that of KF alone, and that over the boxes of both."""
     digits = next((n for n in (4, 5, 6) if round(mine["mean_error"], n) != round(alone["mean_error"], n)), 7)
     text = f"{stress}: Eq. 7 {mine['mean_error']:.{digits}f}, above the {alone['mean_error']:.{digits}f} of KF alone"
     changed = alone["changed"]

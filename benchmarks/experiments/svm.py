@@ -1,4 +1,4 @@
-"""One sample more: exact incremental step against training anew."""
+"""Compares one exact incremental step of the SVM with a new training."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The other systems of the paper's comparison: what they are, how they were trained, and for how long."""
+"""Describes the other systems of the paper's comparison, their training, and its time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["EXPERIMENT"]
 
 BUDGET = 15
-"""Minutes of one core that a system may be trained for."""
+"""Training time of a system on one core, minutes."""
 
 
 def _run(data: Data) -> Result:

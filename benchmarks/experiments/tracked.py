@@ -1,8 +1,8 @@
-"""The engine over annotated clips, scored and timed; shared by the experiments on clips.
+"""Runs the engine on annotated clips, with scores and times; shared by the experiments on clips.
 
-A video is decoded and scanned once, by a whole run of the preset that ships, whose evidence is kept. Every other
-configuration then takes the same detections through the engine's own core, on the video's own pixels, so that it comes
-out as if it had been run by itself.
+A whole run of the shipped preset decodes and scans a video once, and its evidence is kept. Every other configuration
+processes the same detections with the engine's core on the video's pixels, so that its results equal those of a
+separate run.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ __all__ = [
 ]
 
 Videos = Mapping[str, tuple[Path, TrackTable]]
-"""Name of a video -> file and truth."""
+"""Name of a video -> file and ground truth."""
 
 _SHIPPED = Params.preset("default")
 PAPER_KF = "the paper's KF alone"
@@ -62,18 +62,18 @@ CONFIGURATIONS: Mapping[str, Params] = {
     .with_settings([("use_online", False)]),
     "paper": Params.preset("paper"),
 }
-"""What is compared: as shipped; without the online detector; the filter of the paper without one, on the same
-detections; the paper's own numbers."""
+"""Configurations: as shipped; without the online detector; the paper's filter without it, on the same detections; the
+paper's parameters."""
 
 STAGES: Mapping[str, tuple[str, ...]] = {
     "detection": ("detect", "shift", "track", "gate", "learn", "relocalise"),
     "classification": ("classify", "fuse"),
 }
-"""The stages that the times of Tables I and II are made of; decoding is in neither."""
+"""The stages of the times of Tables I and II; decoding is not included."""
 
 _TIGHT = ("inset_width", "inset_height", "inset_rise")
 _TIMED = 10
-"""Every so many frames the detector is timed."""
+"""Step between the frames in which the detector is timed."""
 
 
 @dataclass(slots=True)
@@ -83,7 +83,7 @@ class Tracked:
     Attributes:
         rows: result rows, as ``tsr track --csv`` writes them.
         stages: stage -> CPU seconds over all frames.
-        frames: of the video.
+        frames: number of frames of the video.
     """
 
     rows: list[ResultRow] = field(default_factory=list)
@@ -91,27 +91,27 @@ class Tracked:
     frames: int = 0
 
     def spend(self, stage: str, seconds: float) -> None:
-        """Count time."""
+        """Add time to a stage."""
         self.stages[stage] = self.stages.get(stage, 0.0) + seconds
 
 
 @dataclass(slots=True)
 class Scored:
-    """One configuration over all videos: a report of each, and the times of all."""
+    """One configuration over all videos: a report for each, and the total times."""
 
     reports: list[VideoReport] = field(default_factory=list)
     stages: dict[str, float] = field(default_factory=dict)
     frames: int = 0
 
     def add(self, report: VideoReport, stages: Mapping[str, float]) -> None:
-        """Count one more video."""
+        """Add one video."""
         self.reports.append(report)
         self.frames += report.frames
         for stage, seconds in stages.items():
             self.stages[stage] = self.stages.get(stage, 0.0) + seconds
 
     def ms(self, module: str) -> float:
-        """Mean CPU time a frame of one module of ``STAGES``, ms."""
+        """Mean CPU time per frame of one module of ``STAGES``, ms."""
         return 1e3 * sum(self.stages.get(stage, 0.0) for stage in STAGES[module]) / max(1, self.frames)
 
 
@@ -119,9 +119,9 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
     """Track and score all videos with all configurations.
 
     Args:
-        videos: name -> (file, truth).
+        videos: name -> (file, ground truth).
         configurations: name -> parameters.
-        scratch: where evidence and reports of earlier calls are, and those of this one will be.
+        scratch: folder for evidence and reports, which later calls use again.
     """
     memory = Memory(scratch / "tracked")
     components = {name: load_components(params) for name, params in configurations.items()}
@@ -143,15 +143,15 @@ def reports_of(
     components: Mapping[str, Components],
     memory: Memory,
 ) -> dict[str, tuple[VideoReport, Mapping[str, float]]]:
-    """Report and stages of each configuration on a video; what is not remembered is tracked, then remembered.
+    """Report and stages of each configuration on a video; configurations without a stored report are tracked now.
 
     Args:
-        title: tells these detections of the video from others.
+        title: name of these detections of the video.
         video: the video.
-        see: the detections; called if something is to be tracked.
+        see: returns the detections; called only if a configuration must be tracked.
         configurations: name -> parameters.
         components: name -> models.
-        memory: reports of earlier calls.
+        memory: store of reports.
     """
     keys = {n: Memory.key(title, video.path, video.truth, p, components[n].models) for n, p in configurations.items()}
     known = {name: found for name, key in keys.items() if (found := memory.find(key)) is not None}
@@ -165,7 +165,7 @@ def reports_of(
 
 
 def report_of(seen: Seen, run: Tracked) -> VideoReport:
-    """How well a configuration has tracked a video."""
+    """The report of a configuration on a video."""
     video = seen.video
     return evaluate_video(video.name, video.truth, result_table(run.rows), run.frames, size=(seen.width, seen.height))
 
@@ -180,7 +180,7 @@ def track_together(
         configurations: name -> parameters.
         components: name -> trained parts, loaded for those parameters.
     """
-    clock = time.process_time  # wall time of a busy machine would tell about its other work
+    clock = time.process_time  # wall time would include other work of the machine
     runs = {name: Tracked() for name in configurations}
     streams = {name: ResultStream() for name in configurations}
     cores = {
@@ -209,7 +209,7 @@ def track_together(
                 run.frames += 1
                 run.rows.extend(streams[name].add(evidence))
                 whole = sum(evidence.timings.values()) or 1.0
-                for stage, seconds in evidence.timings.items():  # wall times: their shares are what counts
+                for stage, seconds in evidence.timings.items():  # wall times; only their ratios count
                     run.spend(stage, step_seconds * seconds / whole)
     for name, run in runs.items():
         run.rows.extend(streams[name].finish())
@@ -219,24 +219,24 @@ def track_together(
 
 
 def redrawn(boxes: FloatArray, before: Params, now: Params, width: int, height: int) -> FloatArray:
-    """Detections' boxes as the detector would have drawn them with another ``inset_width``, ``_height``, ``_rise``.
+    """Boxes of detections with another box inset.
 
     Args:
-        boxes: shape (n, 4), drawn with the parameters ``before``.
+        boxes: shape (n, 4), with the box inset of ``before``.
         before: parameters of the run that found them.
-        now: parameters wanted.
-        width: of the picture, px.
-        height: of the picture, px.
+        now: parameters with the wanted box inset.
+        width: width of the picture, px.
+        height: height of the picture, px.
     """
     drawn = BoxInset.of(now.detector).apply(BoxInset.of(before.detector).undo(boxes))
     return clip(drawn, width, height)
 
 
 def _given(frame: SeenFrame, pixels: FramePixels, params: Params, seen: Seen) -> FrameInput:
-    """One frame as a run with these parameters would hand it to the core.
+    """The core's input for one frame in a run with these parameters.
 
     Raises:
-        ValueError: the parameters would find other detections than the stored ones.
+        ValueError: the parameters would give other detections than the stored ones.
     """
     shipped = Params.preset("default")
     found = frame.detections

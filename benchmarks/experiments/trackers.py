@@ -28,7 +28,7 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["CHOSEN_ON", "EXPERIMENT", "annotated", "ideal", "run_peers", "tuning_approaches"]
 
 CHOSEN_ON = ("chosen on", "approaches chosen on")
-"""Groups of videos that settings are chosen on, ours and the peers'."""
+"""Groups of videos on which settings are chosen, ours and those of the peers."""
 
 LIVE = "default, while driving"
 BOUND = "detections, perfect identities"
@@ -49,7 +49,7 @@ BETTER = {
 
 
 def annotated(data: Data) -> tuple[list[Annotated], str]:
-    """The clips by group and the simulated approaches by stress; and why there are none of the latter, if so.
+    """The clips by group and the simulated approaches by stress; and the reason if there are no approaches.
 
     Approaches to scenes that parameters were chosen on are left out.
 
@@ -69,7 +69,7 @@ def annotated(data: Data) -> tuple[list[Annotated], str]:
 
 
 def tuning_approaches(data: Data) -> list[Annotated]:
-    """Simulated approaches that settings are chosen on, ``EACH_OF_A_ROW`` a stress; none where no folder was given."""
+    """Simulated approaches on which settings are chosen, ``EACH_OF_A_ROW`` for each stress; none without a folder."""
     if data.tuning is None:
         return []
     found = read_looming(data.tuning, each=EACH_OF_A_ROW)
@@ -86,7 +86,7 @@ def _run(data: Data) -> Result:
     rows: dict[str, list[tuple[TrackTable, float]]] = {name: [] for name in (*PRESETS, LIVE)}
     kept = Cache(data.scratch / "peers")
     configurations = {name: (CONFIGURATIONS[name], load_components(CONFIGURATIONS[name])) for name in PRESETS}
-    with one_opencv_thread():  # so that CPU time is what a frame costs
+    with one_opencv_thread():  # so that the CPU time of a frame is meaningful
         for video in judged:
             for name, found in follow(video, configurations, kept).items():
                 rows[name].append((found.rows, found.seconds))
@@ -118,7 +118,7 @@ def _run(data: Data) -> Result:
 def run_peers(
     tuned_on: Sequence[Seen], judged: Sequence[Seen], rows: dict[str, list[tuple[TrackTable, float]]], kept: Cache
 ) -> tuple[JsonObject, dict[str, str]]:
-    """Tune and run each peer; those that cannot be run, with the reason."""
+    """Tune and run each peer; returns the chosen settings, and the peers that cannot run, with the reason."""
     chosen: JsonObject = {}
     missing: dict[str, str] = {}
     try:
@@ -182,7 +182,7 @@ def _one(reports: list[VideoReport], sequences: list[JsonObject]) -> JsonObject:
 
 
 def ideal(seen: Seen) -> TrackTable:
-    """Every detection on a counted sign with that sign's own id: no tracker that returns detections covers more."""
+    """Every detection on a counted sign, with the sign's id: the upper bound of a tracker that returns detections."""
     truth, rows = seen.video.truth, []
     for frame in seen.frames:
         here = np.flatnonzero((truth.frame == frame.ordinal) & ~truth.ignore)
@@ -238,7 +238,7 @@ def _cells(s: JsonMapping) -> list[str]:
 
 
 def _shared(groups: JsonMapping, peers: Sequence[str]) -> str:
-    """Eq. 7 where both have a box, group by group."""
+    """Eq. 7 over the boxes of both trackers, by group."""
     if not peers:
         return ""
     rows = [["Eq. 7 where both have a box: `default` / peer (signs and frames)", *peers]]
@@ -257,7 +257,7 @@ def _shared(groups: JsonMapping, peers: Sequence[str]) -> str:
 
 
 def _verdict(groups: JsonMapping, peers: Sequence[str]) -> str:
-    """Where peers are better than ``default``, written or live, and where ``paper`` is, without rounding."""
+    """Cases in which peers are better than ``default``, in result rows or live, or ``paper`` is, without rounding."""
     if not peers:
         return "No peer could be run, so nothing is compared.\n"
     lines = []
@@ -278,7 +278,7 @@ def _verdict(groups: JsonMapping, peers: Sequence[str]) -> str:
 
 
 def _losses(group: str, by_name: JsonMapping, ours: str, others: Sequence[str]) -> list[str]:
-    """Figures of a group at which others are better than ``ours``, best of them first."""
+    """Figures of a group in which others are better than ``ours``, the best one first."""
     lines = []
     for figure, (sign, heading) in BETTER.items():
         mine = by_name[ours][figure]

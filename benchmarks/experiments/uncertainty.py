@@ -1,4 +1,4 @@
-"""Is the queue's percentage the probability that a person changes a track, and do such tracks come first?"""
+"""Checks that the queue's percentage is the probability of a change by a person, and that such tracks come first."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ __all__ = ["EXPERIMENT"]
 
 NAMES = tuple(name for name in WEIGHTS if name != "constant")
 EDGES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 1.0)
-"""Of the bins of the reliability table."""
+"""Edges of the bins of the reliability table."""
 WAYS = ("fitted", "former")
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """All tracks, one entry a track.
+    """All tracks, one entry for each.
 
     Attributes:
-        terms: shape (n, 4), of the logistic.
-        former: shape (n,), what the queue sorted by before.
-        changed: shape (n,), whether a person changes it.
-        clip: its clip.
-        run: its run, of ``RUNS``.
-        why: as in :class:`~benchmarks.changed_tracks.JudgedRun`.
+        terms: shape (n, 4), terms of the logistic regression.
+        former: shape (n,), earlier sort key of the queue.
+        changed: shape (n,), whether a person changes the track.
+        clip: clip of the track.
+        run: run of the track, a name in ``RUNS``.
+        why: reason as in :class:`~benchmarks.changed_tracks.JudgedRun`.
     """
 
     terms: NDArray[np.float64]
@@ -52,7 +52,7 @@ class Judged:
 
     @classmethod
     def of(cls, runs: Sequence[JudgedRun]) -> Judged:
-        """The tracks of which the truth tells."""
+        """The tracks for which the ground truth tells whether they are changed."""
         known = [np.array([change is not None for change in run.change], bool) for run in runs]
         whole = list(zip(runs, known, strict=True))
         why = tuple(change for run in runs for change in run.change if change is not None)
@@ -67,12 +67,12 @@ class Judged:
 
 
 def fit(terms_of: NDArray[np.float64], changed: NDArray[np.bool_]) -> LogisticRegression:
-    """The logistic over the terms."""
+    """Fit the logistic regression over the terms."""
     return LogisticRegression(C=1.0, max_iter=1000).fit(terms_of, changed)
 
 
 def held_out(judged: Judged) -> NDArray[np.float64]:
-    """Probability of each track by a logistic that has seen no track of its clip, shape (n,)."""
+    """Probability of each track by a regression without the tracks of its clip, shape (n,)."""
     found = np.zeros(len(judged.changed))
     for clip in np.unique(judged.clip):
         own = judged.clip == clip
@@ -97,7 +97,7 @@ def _terms(facts: TrackFacts) -> NDArray[np.float64]:
 
 
 def _former(run: JudgedRun) -> NDArray[np.float64]:
-    """What the queue sorted by up to 0.1, without its term for verdicts near tau."""
+    """The sort key of the queue up to version 0.1, without its term for verdicts near tau."""
     facts = run.facts
     lead = facts.share - np.nan_to_num(facts.runner_up_share)
     predicted = (facts.frames - facts.detected - facts.relocalised) / facts.frames

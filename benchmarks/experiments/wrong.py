@@ -1,4 +1,4 @@
-"""Pictures of what went wrong on clips whose pictures may be shown: signs missed or misread, tracks on no sign."""
+"""Pictures of errors on clips whose pictures may be shown: signs missed or misread, tracks on no sign."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["draw_wrong", "largest"]
 
 LABELS = {"missed": "N", "misread": "M", "false": "F"}
-"""What a label begins with, in the order of the sheet."""
+"""First letter of a label by kind, in the order of the sheet."""
 
 
 def draw_wrong(
     sheet: Path, scratch: Path, videos: Videos, notes: Mapping[str, Sequence[JsonObject]], most: int = 24
 ) -> None:
-    """A sheet of what ``notes`` names: each sign or track in the frame in which it is largest.
+    """Draw a sheet of the signs and tracks in ``notes``, each in the frame in which it is largest.
 
     Args:
-        sheet: PNG to write; removed where there is nothing to show.
-        scratch: where evidence of earlier runs is.
-        videos: name -> (file, truth).
-        notes: see ``sign_notes``; the notes that are shown get a ``label``.
-        most: only so many pictures.
+        sheet: PNG to write; removed if there is nothing to show.
+        scratch: folder with the evidence of earlier runs.
+        videos: name -> (file, ground truth).
+        notes: result of ``sign_notes``; drawn notes get a ``label``.
+        most: largest number of pictures.
     """
     sheet.unlink(missing_ok=True)
     wanted = [(kind, note) for kind in LABELS for note in notes[kind]][:most]
@@ -55,7 +55,7 @@ def draw_wrong(
 
 
 def largest(boxes: Mapping[int, FloatArray]) -> tuple[int, FloatArray]:
-    """Frame and box of the largest one."""
+    """Frame and box of the largest box."""
     frame = max(boxes, key=lambda k: float((boxes[k][2] - boxes[k][0]) * (boxes[k][3] - boxes[k][1])))
     return frame, boxes[frame]
 
@@ -63,7 +63,7 @@ def largest(boxes: Mapping[int, FloatArray]) -> tuple[int, FloatArray]:
 def _boxes(
     kind: str, note: JsonMapping, seen: Seen, truth: TrackTable, components: Components, params: Params
 ) -> dict[int, FloatArray]:
-    """Frame -> box of a sign, as annotated, or of a track."""
+    """Frame -> annotated box of a sign, or box of a track."""
     if kind != "false":
         own = np.flatnonzero(truth.track == note["sign"])
         whole = own[truth.visibility[own] >= 0.99]

@@ -1,4 +1,4 @@
-"""Time of detection and of the whole engine beside a network of YOLO11n's size, in turn, in one process."""
+"""Compares times of detection and of the whole engine with a network of YOLO11n's size, alternating in one process."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ __all__ = ["EXPERIMENT", "judged"]
 
 SCENES = 15
 ROUNDS = 5
-"""Turns of each contender on a scene."""
+"""Runs of each contender on a scene."""
 FRAMES = 132
-"""Of the drive, for the whole engine."""
+"""Number of frames of the drive for the whole engine."""
 EVERY = {EQUAL: 8, ENLARGED: 24}
-"""The networks' turn comes after so many frames of the drive."""
+"""Number of frames of the drive between two runs of each network."""
 REFERENCE = {"at shrink 4": 26.0, "at shrink 2": 87.0, "at shrink 2 with signs from 14 px": 145.0}
-"""Of the toolbox's C++ ACF core with a model of 28x28 px at 720x576: ms a picture, one thread, on another machine."""
+"""Times of the toolbox's C++ ACF core, model of 28x28 px, 720x576: ms per picture, one thread, on another machine."""
 REFERENCE_NETWORK = 70.0
-"""The network in onnxruntime on that machine, ms."""
+"""Time of the network in onnxruntime on that machine, ms."""
 BARS = {"detection": (1 / 2, 1 / 4), "whole engine": (1 / 1.5, 1 / 2.5)}
-"""First bar and aim: share of the network's time."""
+"""Limit and aim, as shares of the network's time."""
 
 
 def _run(data: Data) -> Result:
@@ -151,7 +151,7 @@ def _range(values: Mapping[str, float]) -> str:
 
 
 def judged(ratio: float, bar: float, aim: float) -> str:
-    """A ratio, and whether it is within bar and aim."""
+    """A ratio, and whether it meets limit and aim."""
     verdict = "aim met" if ratio <= aim else "bar met, aim not" if ratio <= bar else "**bar missed**"
     return f"{ratio:.3f} ({verdict})"
 
