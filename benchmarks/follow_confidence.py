@@ -1,8 +1,8 @@
-"""Fit how sure the follower may be: ``python -m benchmarks.follow_confidence --clips CLIPS --looming TUNING``.
+"""Fits the follower's confidence: ``python -m benchmarks.follow_confidence --clips CLIPS --looming TUNING``.
 
-Follows each sign of the videos that values are chosen on from its three anchors, as it is and painted over from the
-middle of its life on, and fits the logistic of ``tsr_engine.follow.confidence`` to whether the box lies on the sign.
-Prints the weights, and how often boxes of a confidence lie on their sign with the weights in force.
+Follows each sign of the tuning videos from three anchors, once unchanged and once painted over from the middle of its
+visible life on. Fits the logistic regression of ``tsr_engine.follow.confidence`` to whether the box lies on the sign.
+Prints the weights, and the calibration of the current weights.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def main() -> None:
 
 
 def evidence_of(path: Path, truth: TrackTable, parts: FollowerModels) -> Iterator[Seen]:
-    """All evidence of one video, and whether each box lies on its sign by an IoU of 0.5."""
+    """All evidence of one video, and whether each box lies on its sign with an IoU of at least 0.5."""
     with open_video(path) as video:
         pictures = [frame.picture for frame in video.frames()]
     height, width = pictures[0].shape[:2]
@@ -85,7 +85,7 @@ def _one_way(pictures: Sequence[Picture], sign: Sign, start: int, step: int, par
 
 
 def report(seen: Sequence[Seen]) -> Iterator[str]:
-    """The weights of a fit, and the calibration of those in force, as lines."""
+    """The fitted weights, and the calibration of the current weights, as lines of text."""
     names = list(WEIGHTS)
     terms = np.array([[evidence.terms()[name] for name in names] for evidence, _ in seen])
     on = np.array([good for _, good in seen])

@@ -1,11 +1,11 @@
-"""What parameters are worth where detections are withheld, told on videos that no figure is reported on.
+"""Compares parameters in gaps without detections, on videos that no reported figure uses.
 
     python -m benchmarks.gap_choice --clips CLIPS [--setting NAME:key=value,...]...
     python -m benchmarks.gap_choice --looming DIR --judged DIR [--every 3] [--setting NAME:key=value,...]...
 
-The first looks at the real clips that values are chosen on, six frames from one start on a sign to its next; the second
-at simulated approaches to scenes that ``--judged`` does not show, ten frames apart. ``default`` and the filter alone
-are run beside the named settings. Prints Eq. 7 and the share of signs held at IoU 0.5 after each stretch.
+The first command uses the real clips of the tuning set, with six frames between two starts on a sign. The second uses
+simulated approaches to scenes that ``--judged`` does not show, with ten frames between. Runs ``default``, the filter
+alone and the named settings. Prints Eq. 7 and the share of signs held at IoU 0.5 after each gap.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 
 EVERY_ON_CLIPS, EVERY_ON_APPROACHES = 6, 10
-"""Frames from one start on a sign to its next."""
+"""Number of frames between two starts on a sign."""
 
 
 def outcomes_of(
     videos: Iterable[Seen], chosen: Mapping[str, tuple[Params, Components]], every: int
 ) -> dict[str, list[Outcome]]:
-    """How each configuration ends each gap of the videos.
+    """The outcome of each configuration at the end of each gap.
 
     Args:
-        videos: what was detected in them.
+        videos: videos with their detections.
         chosen: name -> parameters and the engine's parts.
-        every: least number of frames from one start on a sign to its next.
+        every: least number of frames between two starts on a sign.
     """
     found: dict[str, list[Outcome]] = {name: [] for name in chosen}
     for seen in videos:
@@ -64,7 +64,7 @@ def rows(found: Mapping[str, Sequence[Outcome]]) -> str:
 
 
 def videos_of(args: argparse.Namespace) -> tuple[list[Annotated], int]:
-    """The videos to look at, and the frames from one start to the next.
+    """The videos to use, and the number of frames between two starts.
 
     Raises:
         Skip: there are none.

@@ -1,4 +1,4 @@
-"""Memory of this process. Of itself alone: what ``getrusage`` tells begins with the peak of whoever started it."""
+"""Measures the memory of this process alone; the peak of ``getrusage`` would include that of its parent."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Classifiers on networks that have not seen some crops: trained once for a scratch folder, by PyTorch on a GPU."""
+"""Classifiers on networks that were trained without some crops, by PyTorch on a GPU, once for each scratch folder."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ _MADE_BY = (
     "recognition/network.py", "training/network.py", "training/network_classifier.py", "training/network_crops.py",
     "training/network_views.py",
 )  # fmt: skip
-"""What a network depends on: one that others have trained is not judged again."""
+"""Code that a network depends on; a change makes stored networks invalid."""
 
 
 def trained_on(items: Sequence[CropItem], held: Sequence[CropItem], data: Data, name: str) -> SignClassifier:
-    """The classifier as ``tsr train network`` trains it, on some tracks only.
+    """The classifier as ``tsr train network`` trains it, but on some tracks only.
 
     Args:
-        items: what is learned.
-        held: crops of other tracks, which the temperature is fitted to.
+        items: crops to train on.
+        held: crops of other tracks, for the fit of the temperature.
         data: seed and scratch folder.
-        name: of the folder in it that the classifier is kept in.
+        name: name of the classifier's folder in the scratch folder.
 
     Raises:
-        Skip: there is none yet, and no PyTorch or no GPU to train one.
+        Skip: there is no stored classifier, and PyTorch or a GPU is missing.
     """
     kept = data.scratch / f"{name}-{data.seed}-{hashlib.sha256(code(_MADE_BY).encode()).hexdigest()[:12]}"
     if not (kept / "manifest.json").is_file():

@@ -1,10 +1,10 @@
-"""What the online detector's parameters are worth where signs are lost by themselves, told on videos nobody reports.
+"""Compares parameters of the online detector for signs that are lost, on videos that no reported figure uses.
 
     python -m benchmarks.online_choice --looming DIR... --judged DIR [--setting NAME:key=value,...]...
 
-Looks at simulated approaches to scenes that ``--judged`` does not show. ``default`` and the filter alone are run beside
-the named settings, all on the same detections. One line a stress and configuration: coverage, mean Eq. 7, and how many
-boxes the online detector has changed, with Eq. 7 of these with it and without it.
+Uses simulated approaches to scenes that ``--judged`` does not show. Runs ``default``, the filter alone and the named
+settings, all on the same detections. Prints one line for each stress and configuration: coverage, mean Eq. 7, and the
+number of boxes that the online detector changed, with their Eq. 7 with and without it.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ ALONE = "KF alone"
 ALL = "all"
 
 Reports = dict[str, dict[str, list[VideoReport]]]
-"""Stress -> configuration -> a report a video."""
+"""Stress -> configuration -> one report for each video."""
 
 
 def videos_of(folders: Iterable[Path], judged: Path) -> list[Annotated]:
-    """Approaches of all folders that show no scene of those that are judged.
+    """Approaches of all folders, without those that show a judged scene.
 
     Raises:
         Skip: there are none.
@@ -45,7 +45,7 @@ def videos_of(folders: Iterable[Path], judged: Path) -> list[Annotated]:
 
 
 def reports_of(videos: Iterable[Seen], chosen: Mapping[str, Params]) -> Reports:
-    """Every configuration on every video, by stress and together."""
+    """Reports of every configuration on every video, by stress and in total."""
     parts = {name: load_components(params) for name, params in chosen.items()}
     found: Reports = {}
     for seen in videos:

@@ -1,4 +1,4 @@
-"""The report: Markdown and pictures, written from results alone."""
+"""Writes the report, Markdown and pictures, from stored results alone."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ def write_report(
 ) -> None:
     """Write the page and its pictures.
 
-    Results that an experiment of today cannot tell, because it measures more than when they were taken, are left out
-    and named: the others are reported all the same.
+    If an experiment has changed and cannot report its old result, the report names that result as left out and contains
+    the others.
 
     Args:
         experiments: in the order of the page.
         results: folder of the JSON files.
         figures: folder of the pictures.
         page: the file to write.
-        fresh: names of experiments whose results were measured just now; these must be tellable.
+        fresh: names of experiments whose results are new, so that they must be reportable.
 
     Raises:
-        KeyError: an experiment does not understand its own fresh result.
+        KeyError: an experiment cannot report its new result.
     """
     figures.mkdir(parents=True, exist_ok=True)
     parts = [HEAD, summary(results)]

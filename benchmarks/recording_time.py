@@ -1,16 +1,16 @@
-"""Size and time of a recording of 300 frames of 1280x720, which may take 5 MB and 2 s.
+"""Measures size and time of a recording of 300 frames of 1280x720; the limits are 5 MB and 2 s.
 
-Two drives are made and tracked: one whose packets fit and are copied, and one whose pictures must be encoded anew.
-Each is recorded as ``tsr record`` does it, several times in a fresh process (the first one loads the SDK beside its
-work), and once by the command itself, whose time has the start of Python in it.
+Two drives are made and tracked: one whose packets fit and are copied, and one whose pictures must be encoded again.
+Each is recorded several times in a new process, as ``tsr record`` does (the first recording also loads the SDK), and
+once by the command itself, whose time includes the start of Python.
 
 ::
 
     python benchmarks/recording_time.py                # the shipped drive, enlarged
-    python benchmarks/recording_time.py --clips DIR    # the leanest and the fattest clip of that size, joined
-    python benchmarks/recording_time.py --work DIR     # keep drives and runs there, and use those that are there
+    python benchmarks/recording_time.py --clips DIR    # the clips of that size with the fewest and the most bytes
+    python benchmarks/recording_time.py --work DIR     # keep drives and runs in DIR, and use existing ones
 
-The experiment ``recordings`` puts it into the report.
+The experiment ``recordings`` reports the figures.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ FRAMES, WIDTH, HEIGHT = 300, 1280, 720
 KINDS = ("copied", "encoded")
 MOST_MB, MOST_SECONDS = 5.0, 2.0
 _CRF = {"copied": (26, 32, 38, 44), "encoded": (20, 14, 8, 2)}
-"""Qualities that are tried until the packets fit, or do not."""
+"""Qualities to try, in order, until the packets fit (``copied``) or do not fit (``encoded``)."""
 
 
 def main() -> None:
-    """Print one JSON line for each of the two drives; 1 where a recording is larger or slower than it may be."""
+    """Print one JSON line for each of the two drives; returns 1 if a recording exceeds a limit."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--clips", type=Path, help=f"folder of clips; those of {WIDTH}x{HEIGHT} are taken")
     parser.add_argument("--work", type=Path, help="folder that keeps drives and runs")
@@ -74,17 +74,17 @@ def main() -> None:
 
 
 def measure(kind: str, work: Path, clips: Path | None, times: int) -> JsonObject:
-    """Make and track a drive if need be, and record it.
+    """Make and track a drive if necessary, and record it.
 
     Args:
-        kind: ``copied`` or ``encoded``: what is to become of its packets.
-        work: folder for both.
+        kind: ``copied`` or ``encoded``: the treatment of its packets.
+        work: folder for drive and run.
         clips: folder of clips; None: the shipped drive.
-        times: recordings in one process.
+        times: number of recordings in one process.
 
     Returns:
-        ``megabytes``; ``seconds`` and ``cpu_seconds`` of each recording of one process; those of the whole command;
-        the load of the machine before.
+        ``megabytes``; ``seconds`` and ``cpu_seconds`` of each recording of one process, and of the whole command; and
+        the machine's load before.
     """
     video, run = work / f"{kind}.mp4", work / f"{kind}-run"
     if not video.is_file():
@@ -133,7 +133,7 @@ def record(run: Path, video: Path, times: int) -> JsonObject:
 
 
 def _process(command: list[str]) -> JsonObject:
-    """What a process says and takes."""
+    """Run a process; returns its output and times."""
     before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)  # noqa: S603
     seconds, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -144,7 +144,7 @@ def _process(command: list[str]) -> JsonObject:
 
 
 def _drive(kind: str, out: Path, clips: Path | None) -> str:
-    """A video of at least ``FRAMES`` frames; returns what it was made of."""
+    """Write a video of at least ``FRAMES`` frames; returns the name of its source."""
     if clips is not None:
         clip = clip_of_kind(kind, clips)
         repeat_clip(clip, out)
@@ -167,7 +167,7 @@ def _pictures(source: Path) -> Iterator[Picture]:
 
 
 def clip_of_kind(kind: str, folder: Path) -> Path:
-    """The clip with the fewest, or most, bytes a frame."""
+    """The clip with the fewest or the most bytes per frame."""
     rates = {}
     for path in sorted(folder.glob("*.mp4")):
         with av.open(path) as container:
@@ -180,7 +180,7 @@ def clip_of_kind(kind: str, folder: Path) -> Path:
 
 
 def repeat_clip(clip: Path, out: Path) -> None:
-    """The clip again and again, without encoding anything."""
+    """Write the clip repeated several times, without encoding."""
     with av.open(out, "w", format="mp4") as target:
         made: object = None
         done = 0

@@ -1,1 +1,1 @@
-"""Following signs that are drawn once: by ours, by peers, and by straight lines."""
+"""Follows signs from one drawn box: with our follower, with peers, and with straight lines."""

@@ -1,4 +1,4 @@
-"""How well a sign's life is filled."""
+"""Figures of boxes over the frames in which a sign is visible, its life."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from tsr_engine.records import FloatArray
 __all__ = ["GOOD", "MOST_ACTIONS", "actions", "figures_of", "lines_needed", "mean_of", "overlaps"]
 
 GOOD = 0.7
-"""IoU of a box that nobody has to touch."""
+"""IoU of a box that needs no correction."""
 NEAR = 3
-"""Frames by which an end may be missed, and that a box may lie on no sign."""
+"""Number of frames by which an end may be missed, and in which a box may lie on no sign."""
 MOST_ACTIONS = 8
 
 Boxes = Mapping[int, FloatArray]
 
 
 def overlaps(sign: Sign, boxes: Boxes) -> dict[int, float]:
-    """IoU in each frame of the life; 0 where nothing is proposed."""
+    """IoU in each frame of the life; 0 without a box."""
     return {k: float(iou_each(boxes[k], box)[0]) if k in boxes else 0.0 for k, box in sign.life.items()}
 
 
 def figures_of(sign: Sign, boxes: Boxes) -> dict[str, float]:
-    """Shares of the life by IoU, whether both ends are met, and whether the box ran away.
+    """Shares of the life by IoU, whether both ends are correct, and whether the box ran away.
 
-    A box has run away in a frame beyond all annotated ones of the sign, or where it hardly overlaps the sign's.
+    A box has run away in a frame after or before all annotated frames of the sign, or if it hardly overlaps the sign.
     """
     found = np.array(list(overlaps(sign, boxes).values()))
     life = sorted(sign.life)
     ends = min(boxes) - life[0], max(boxes) - life[-1]
-    # what is annotated beyond the life is the sign still: narrower than counts, or leaving the picture
+    # Annotated frames outside the life also show the sign: it is too narrow, or leaves the picture.
     early, late = min(sign.rows), max(sign.rows)
     met = (ends[0] <= NEAR and min(boxes) >= early - NEAR) and (ends[1] >= -NEAR and max(boxes) <= late + NEAR)
     run = longest = 0
@@ -53,12 +53,14 @@ def figures_of(sign: Sign, boxes: Boxes) -> dict[str, float]:
 
 
 def actions(sign: Sign, start: int, fill: Callable[[Boxes], Boxes]) -> int:
-    """Boxes to draw until every frame of the life has an IoU of 0.7, each where it is worst; ``MOST_ACTIONS`` at most.
+    """Number of boxes to draw until every frame of the life has an IoU of 0.7, at most ``MOST_ACTIONS``.
+
+    Each further box is drawn in the frame with the lowest IoU.
 
     Args:
         sign: the sign.
         start: frame of the first box.
-        fill: from drawn boxes to all.
+        fill: computes all boxes from the drawn ones.
     """
     drawn = {start: sign.life[start]}
     for done in range(1, MOST_ACTIONS + 1):
@@ -71,7 +73,7 @@ def actions(sign: Sign, start: int, fill: Callable[[Boxes], Boxes]) -> int:
 
 
 def lines_needed(sign: Sign) -> int:
-    """Exact key frames until straight lines between them have an IoU of 0.7 throughout, each where it is worst."""
+    """Number of exact keyframes until straight lines between them have an IoU of 0.7 in all frames."""
     frames = sorted(sign.life)
     drawn = {k: sign.life[k] for k in (frames[0], frames[-1])}
     while True:
@@ -83,7 +85,7 @@ def lines_needed(sign: Sign) -> int:
 
 
 def mean_of(rows: Sequence[Mapping[str, float]]) -> JsonObject:
-    """Means of each figure, and how many rows they are of."""
+    """Mean of each figure, and the number of rows."""
     return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]} | {"starts": len(rows)}
 
 

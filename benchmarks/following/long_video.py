@@ -1,4 +1,4 @@
-"""A long video followed backwards: what it takes in memory."""
+"""Measures the memory to follow a sign backwards through a long video."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def flat_memory(parts: FollowerModels, scratch: Path) -> JsonObject:
     """Resident memory after some frames, and after all of a long video.
 
     Args:
-        parts: of the follower.
-        scratch: for the video.
+        parts: models of the follower.
+        scratch: folder for the video.
     """
     with tempfile.TemporaryDirectory(dir=scratch) as folder:
         path = Path(folder) / "long.mp4"
@@ -42,7 +42,7 @@ def flat_memory(parts: FollowerModels, scratch: Path) -> JsonObject:
 
 
 def _write(path: Path) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """A sign that stands in a slowly moving picture; its box in the last frame."""
+    """Write a video of a static sign in a slowly moving picture; returns its box in the last frame."""
     rng = np.random.default_rng(0)
     wide = np.kron(rng.integers(40, 200, (12, 40, 3)), np.ones((8, 8, 1))).astype(np.uint8)
     sign = np.kron(rng.integers(0, 255, (5, 5, 3)), np.ones((6, 6, 1))).astype(np.uint8)

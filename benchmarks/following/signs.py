@@ -1,4 +1,4 @@
-"""Signs to follow: their visible lives, where they are drawn, and signs that vanish."""
+"""Signs to follow: the frames in which they are visible, where they are drawn, and signs that vanish."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["POSITIONS", "Sign", "painted", "signs_of"]
 
 POSITIONS = {"first third": 1 / 6, "middle": 1 / 2, "last third": 5 / 6}
-"""Where a sign is drawn, as a share of its visible life."""
+"""Frames in which a sign is drawn, as shares of its visible life."""
 _VISIBLE = 0.5
-"""Share of a sign that must be seen for a frame to count."""
+"""Least visible share of a sign in a frame of its life."""
 _CLEAR = 0.75
-"""... and for the sign to be drawn in it."""
+"""Least visible share of a sign in a frame in which it is drawn."""
 _SHORTEST = 6
-"""Frames of a life that is worth following."""
+"""Least number of frames of a life."""
 _LARGEST = 16.0
-"""px: what never gets so wide cannot be distinguished from others like it, and nobody draws it."""
+"""Least largest width of a sign, px; narrower signs cannot be recognised, and nobody draws them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +31,10 @@ class Sign:
     """One sign of a video.
 
     Attributes:
-        sign: its id in the truth.
-        life: frames in which at least half of it is seen and its box is 10 px wide or more -> box, shape (4,).
-        rows: all annotated frames -> box.
-        clear: frames of the life in which it may be drawn.
+        sign: id of the sign in the ground truth.
+        life: frame -> box, shape (4,), for frames with half of the sign visible and a box of at least 10 px width.
+        rows: frame -> box, for all annotated frames.
+        clear: frames of the life in which the sign can be drawn.
     """
 
     sign: int
@@ -43,22 +43,22 @@ class Sign:
     clear: Sequence[int]
 
     def anchor(self, position: str) -> int:
-        """The frame to draw it in: the nearest clear one to the place in its life."""
+        """The frame in which to draw the sign: the clear frame nearest to the position."""
         frames = sorted(self.life)
         wanted = frames[round(POSITIONS[position] * (len(frames) - 1))]
         return min(self.clear, key=lambda frame: (abs(frame - wanted), frame))
 
 
 def signs_of(truth: TrackTable, width: int, height: int) -> list[Sign]:
-    """The signs of a video that are seen for six frames and get 16 px wide, those that other experiments ignore too.
+    """The signs of a video that are visible for six frames and reach 16 px width, including ignored ones.
 
     Args:
         truth: annotated boxes.
-        width: of the pictures, px; boxes are cut to them.
-        height: px.
+        width: width of the pictures, px; boxes are clipped to them.
+        height: height of the pictures, px.
 
     Returns:
-        Those that get widest first.
+        The signs, the widest first.
     """
     found = []
     for sign in np.unique(truth.track).tolist():
@@ -75,12 +75,12 @@ def signs_of(truth: TrackTable, width: int, height: int) -> list[Sign]:
 
 
 def painted(pictures: Sequence[Picture], sign: Sign, share: float = 0.6) -> tuple[list[Picture], Sign]:
-    """A sign that vanishes: from some frame of its life on, what lies beside it is painted over it.
+    """Make a sign vanish: from some frame of its life on, its surroundings are painted over it.
 
     Args:
-        pictures: of the whole video.
+        pictures: pictures of the whole video.
         sign: the sign.
-        share: of its life that is left to it.
+        share: share of its life before it vanishes.
     """
     frames = sorted(sign.life)
     last = frames[int(share * (len(frames) - 1))]

@@ -1,4 +1,4 @@
-"""Ways to fill a sign's life from drawn boxes: our follower, a tracker of one box in each direction, straight lines."""
+"""Ways to compute the boxes of a sign from drawn ones: our follower, a single-object tracker, straight lines."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ __all__ = ["PEERS", "Filled", "KltBox", "by_peer", "by_us", "legacy", "straight"
 
 PEERS = ("CSRT", "KCF", "MIL", "TLD", "KLT")
 _LEAST_SEEN = 0.5
-"""Share of a peer's box below which it has left the picture: it knows nothing of what lay beyond the edge."""
+"""Visible share of a peer's box below which it has left the picture."""
 
 
 @dataclass(frozen=True, slots=True)
 class Filled:
-    """What a way proposes.
+    """The result of one way.
 
     Attributes:
         boxes: frame -> box, shape (4,), inside the picture.
         seconds: CPU time.
-        steps: frames that it looked at besides the drawn ones.
+        steps: number of processed frames besides the drawn ones.
     """
 
     boxes: Mapping[int, FloatArray]
@@ -69,9 +69,10 @@ def by_us(pictures: Sequence[Picture], drawn: Mapping[int, FloatArray], parts: F
 
 
 def by_peer(pictures: Sequence[Picture], frame: int, box: FloatArray, make: Callable[[], Follower]) -> Filled:
-    """A tracker of one box, started twice on a drawn box: once for each direction.
+    """A single-object tracker, started twice on a drawn box: once for each direction.
 
-    It ends where ours does: half outside the picture, below the least width, or after as many frames without an answer.
+    It ends under the same conditions as ours: half outside the picture, below the least width, or after the same number
+    of frames without a result.
     """
     height, width = pictures[0].shape[:2]
     boxes = {frame: clip(box, width, height)}
@@ -107,14 +108,14 @@ def straight(drawn: Mapping[int, FloatArray]) -> dict[int, FloatArray]:
 
 
 class KltBox:
-    """A box that moves and grows with what is in it: the median of Lucas-Kanade flow that also leads back."""
+    """A box that moves and grows by the median of the Lucas-Kanade flow in it, with a forward-backward check."""
 
     def start(self, picture: Picture, box: FloatArray) -> None:
         """Begin with a box, shape (4,)."""
         self._grey, self._box = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.array(box, dtype=np.float64)
 
     def step(self, picture: Picture) -> FloatArray | None:
-        """The box in the next picture; None: too few corners were found again."""
+        """The box in the next picture; None: too few corners were matched."""
         grey, before = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), self._grey
         x1, y1, x2, y2 = self._box
         across, down = np.meshgrid(np.linspace(x1, x2, 12)[1:-1], np.linspace(y1, y2, 12)[1:-1])
@@ -138,10 +139,10 @@ class KltBox:
 
 
 def legacy(name: str) -> Callable[[], Follower]:
-    """What makes a peer of :data:`PEERS`.
+    """A function that makes a peer of :data:`PEERS`.
 
     Raises:
-        Missing: this build of OpenCV has none.
+        Missing: this build of OpenCV does not have it.
     """
     if name == "KLT":
         return KltBox

@@ -1,4 +1,4 @@
-"""Other people's trackers beside ours: the same detections in, the same figures out.
+"""Comparison with other trackers: all get the same detections and the same figures.
 
-Nothing here is needed to run the product. A peer whose package is not installed says so by name (``Missing``).
+The product does not need this package. A peer whose package is not installed raises ``Missing``.
 """

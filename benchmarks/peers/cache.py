@@ -1,6 +1,6 @@
-"""Steps of a long comparison that are already done, kept so that it can go on where it was stopped.
+"""Stores finished steps of a long comparison, so that it can continue after a stop.
 
-A record is found by a digest of the code and of everything that it was made from, so what has changed is done anew.
+The key of a record is a digest of the code and of all inputs, so that changed steps are done again.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ ENGINE = (
 
 
 class Cache:
-    """Records in a folder; None: nothing is kept."""
+    """Records in a folder; None: nothing is stored."""
 
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
 
     def get(self, made_from: Iterable[object], make: Callable[[], object]) -> Any:
-        """The record of what something was made from; made now where there is none.
+        """The stored record for some inputs, or a new one.
 
         Args:
-            made_from: values that JSON can hold; all that the record depends on besides the code.
-            make: gives the record, a value that JSON can hold.
+            made_from: JSON values: all inputs of the record besides the code.
+            make: makes the record, a JSON value.
         """
         if self._folder is None:
             return make()
@@ -43,7 +43,7 @@ class Cache:
         path = self._folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
         if path.is_file():
             return json.loads(path.read_text(encoding="utf-8"))
-        record = json.loads(json.dumps(make()))  # the same types as when it is read
+        record = json.loads(json.dumps(make()))  # gives the types of a stored record
         with atomic_text(path) as out:
             json.dump(record, out)
         return record
@@ -51,7 +51,7 @@ class Cache:
 
 @cache
 def code(steps: tuple[str, ...]) -> str:
-    """Digest of parts of the engine as they are written; each a folder or a file below ``tsr_engine``."""
+    """Digest of the source of parts of the engine, each a folder or a file below ``tsr_engine``."""
     root = Path(tsr_engine.__file__).parent
     return digest_of(root, [root / step for step in steps])
 
@@ -69,7 +69,7 @@ def _own() -> str:
 
 
 def digest_of(root: Path, paths: list[Path]) -> str:
-    """Digest of Python files, and of those in folders, as they are written; known by their place below ``root``."""
+    """Digest of the source of Python files, and of those in folders, with their paths relative to ``root``."""
     digest = hashlib.sha256()
     for path in paths:
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:

@@ -1,4 +1,4 @@
-"""HOTA, IDF1 and MOTA, computed by TrackEval itself, with our rules about what counts."""
+"""HOTA, IDF1 and MOTA, computed by TrackEval, with our rules for ignored boxes."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ __all__ = ["NAMES", "sequence", "trackeval_figures"]
 NAMES = ("HOTA", "IDF1", "MOTA")
 
 MIN_WIDTH = 20.0
-"""Narrower signs count neither as missed nor as false, as in our own coverage, px."""
+"""Least width of a counted sign, px; narrower signs are neither missed nor false, as in our own coverage."""
 MATCH = 0.5
-"""IoU of a match, and share of a box inside an ignored one from which that explains it."""
+"""Least IoU of a match, and least share of a box inside an ignored box for the box to be excused."""
 
 
 def sequence(truth: TrackTable, results: TrackTable, frames: int) -> JsonObject:
-    """One video in the form that TrackEval's metrics take.
+    """One video in the input form of TrackEval's metrics.
 
-    As in the MOTChallenge's own preparation, rows that match an ignored truth better than a counted one are left
-    out; so are those that lie within an ignored area.
+    As in the preparation of the MOTChallenge, rows that match an ignored box better than a counted one are left out,
+    and so are those that lie within an ignored box.
 
     Args:
         truth: annotated rows.
@@ -63,8 +63,8 @@ def trackeval_figures(sequences: Iterable[JsonObject], names: Sequence[str] = NA
     """Figures over all videos together; each at most 1.
 
     Args:
-        sequences: each as :func:`sequence` gives it.
-        names: some of ``HOTA`` (its mean over all thresholds), ``IDF1`` and ``MOTA``.
+        sequences: results of :func:`sequence`.
+        names: some of ``HOTA`` (mean over all thresholds), ``IDF1`` and ``MOTA``.
 
     Raises:
         Missing: TrackEval is not installed.
@@ -82,7 +82,7 @@ def trackeval_figures(sequences: Iterable[JsonObject], names: Sequence[str] = NA
 
 
 def _excused(truth: TrackTable, here: IntArray, wanted: BoolArray, boxes: FloatArray) -> BoolArray:
-    """Which boxes of a frame are explained by truth that does not count."""
+    """Whether each box of a frame is excused by an ignored box."""
     out = np.zeros(len(boxes), dtype=bool)
     if not len(boxes) or not len(here):
         return out

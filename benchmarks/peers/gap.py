@@ -1,7 +1,7 @@
-"""Where a sign is at the end of a stretch without detections, by our tracker and by generic ones.
+"""Compares the boxes of our tracker and of generic ones at the end of a gap without detections.
 
-A *gap* starts after a frame in which the detector saw the sign. Our tracker has followed the video for some frames
-before, as in a drive; a generic tracker is started on that frame's detection, which is how it is used.
+A *gap* starts after a frame in which the detector found the sign. Our tracker runs on some frames before, as in a
+drive. A generic tracker starts from the detection in that frame, as usual for such trackers.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from tsr_engine.records import Detections, FloatArray, FrameEvidence, Picture
 __all__ = ["LENGTHS", "Follower", "Gap", "Outcome", "Still", "carry", "find_gaps", "our_outcomes", "summary"]
 
 LENGTHS = (5, 10, 20)
-"""Frames without detections."""
+"""Lengths of gaps, frames."""
 LEAD_IN = 12
-"""Frames that our tracker sees before a gap."""
+"""Number of frames before a gap that our tracker gets."""
 MIN_WIDTH = 20.0
-"""Narrowest sign whose gap is looked at, px."""
+"""Least width of a sign for a gap, px."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,13 +50,13 @@ class Gap:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What one tracker knew at the end of one gap.
+    """The result of one tracker at the end of one gap.
 
     Attributes:
-        length: of the gap, frames.
-        error: Eq. 7 in [0, 1]; 1 where the tracker had lost the sign.
-        iou: in [0, 1]; 0 where it had lost the sign.
-        lost: whether it returned no box.
+        length: length of the gap, frames.
+        error: Eq. 7 in [0, 1]; 1 for a lost sign.
+        iou: IoU in [0, 1]; 0 for a lost sign.
+        lost: whether the tracker returned no box.
     """
 
     length: int
@@ -66,12 +66,12 @@ class Outcome:
 
     @classmethod
     def of(cls, record: JsonMapping) -> Outcome:
-        """An outcome from its fields; others are left alone."""
+        """An outcome from a record; other fields are ignored."""
         return cls(int(record["length"]), float(record["error"]), float(record["iou"]), bool(record["lost"]))
 
 
 class Follower(Protocol):
-    """A tracker of one box."""
+    """A single-object tracker."""
 
     def start(self, picture: Picture, box: FloatArray) -> None:
         """Begin with a box, shape (4,)."""
@@ -83,7 +83,7 @@ class Follower(Protocol):
 
 
 class Still:
-    """The box stays where it was: what any tracker must beat."""
+    """A tracker whose box does not move, as a baseline."""
 
     def start(self, picture: Picture, box: FloatArray) -> None:
         """Begin with a box, shape (4,)."""
@@ -95,14 +95,14 @@ class Still:
 
 
 def find_gaps(seen: Seen, every: int, lengths: Sequence[int] = LENGTHS) -> list[Gap]:
-    """Starts on every sign that is counted and detected.
+    """Find the starts of gaps on every counted and detected sign.
 
-    The sign's truth must reach back over the lead-in and forward to the end of the shortest gap at least.
+    The sign must be annotated from the start of the lead-in to the end of the shortest gap at least.
 
     Args:
         seen: the video.
-        every: least number of frames from one start on a sign to its next.
-        lengths: of the gaps, frames.
+        every: least number of frames between two starts on a sign.
+        lengths: lengths of the gaps, frames.
     """
     truth = seen.video.truth
     place = {(int(truth.track[i]), int(truth.frame[i])): i for i in np.flatnonzero(~truth.ignore)}
@@ -130,13 +130,13 @@ def carry(
     """Follow a gap with a generic tracker.
 
     Args:
-        make: makes a fresh one.
-        pictures: of the whole video.
-        gap: which gap.
-        box: where it starts, shape (4,).
+        make: makes a new tracker.
+        pictures: pictures of the whole video.
+        gap: the gap.
+        box: box at the start, shape (4,), px.
 
     Returns:
-        One outcome for each length, and the CPU seconds of a step, on average.
+        One outcome for each length, and the mean CPU seconds of a step.
     """
     tracker = make()
     tracker.start(pictures[gap.first], box)
@@ -155,10 +155,9 @@ def carry(
 def our_outcomes(
     seen: Seen, pictures: Sequence[Picture], gap: Gap, params: Params, parts: Models
 ) -> tuple[list[Outcome], float]:
-    """Follow a gap with our tracker, which has seen ``LEAD_IN`` frames before it.
+    """Follow a gap with our tracker, which gets ``LEAD_IN`` frames before it.
 
-    No detection of any sign reaches it in the gap; everything else (prediction, gate, online detector, the camera's
-    shift) works as ever.
+    It gets no detections in the gap; all other parts (prediction, gate, online detector, camera shift) work as usual.
 
     Returns:
         As :func:`carry`.
@@ -199,7 +198,7 @@ def _box_of(frame: FrameEvidence, track: int | None) -> FloatArray | None:
 
 
 def _detection(detections: Detections, box: FloatArray) -> FloatArray | None:
-    """The detection of a sign; None: it was not seen."""
+    """The detection of a sign; None: it was not detected."""
     if not len(detections):
         return None
     overlap = iou(detections.boxes, box)[:, 0]
@@ -208,7 +207,7 @@ def _detection(detections: Detections, box: FloatArray) -> FloatArray | None:
 
 
 def _outcome(length: int, found: FloatArray | None, truth: FloatArray, width: int, height: int) -> Outcome:
-    """Compared is what lies in the picture: some annotate to its edge, some beyond, and trackers do either."""
+    """Compare the parts within the picture, since annotations and trackers differ in boxes beyond its edge."""
     if found is None or not np.isfinite(found).all():
         return Outcome(length, 1.0, 0.0, True)
     found, truth = (clip(box, width, height) for box in (found, truth))

@@ -1,4 +1,4 @@
-"""OpenCV's trackers of a single box, as far as the installed wheel has them."""
+"""OpenCV's single-object trackers, as far as the installed wheel has them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GENERIC = ("MIL", "KCF", "CSRT", *WITH_WEIGHTS)
 
 
 class OpenCvTracker:
-    """One of OpenCV's trackers; boxes go in and come out in whole px, as its interface has it."""
+    """One of OpenCV's trackers; its interface has boxes in whole px."""
 
     def __init__(self, tracker: cv2.Tracker) -> None:
         self._tracker = tracker
@@ -30,7 +30,7 @@ class OpenCvTracker:
         """Begin with a box, shape (4,)."""
         x1, y1, x2, y2 = (round(float(v)) for v in box)
         height, width = picture.shape[:2]
-        # A rectangle that reaches beyond the picture is refused.
+        # OpenCV refuses a rectangle that reaches beyond the picture.
         x1, y1 = min(max(x1, 0), width - 2), min(max(y1, 0), height - 2)
         self._tracker.init(picture, (x1, y1, max(2, min(x2, width) - x1), max(2, min(y2, height) - y1)))
 
@@ -41,10 +41,10 @@ class OpenCvTracker:
 
 
 def maker(name: str) -> Callable[[], Follower]:
-    """What makes a fresh tracker.
+    """A function that makes a new tracker.
 
     Raises:
-        Missing: this wheel has none of that name, or it is a network whose weights the wheel lacks.
+        Missing: the wheel has no tracker of that name, or lacks the weights of its network.
     """
     create = getattr(cv2, f"Tracker{name}_create", None) or getattr(getattr(cv2, name, None), "create", None)
     if create is None:

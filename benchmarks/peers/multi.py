@@ -1,6 +1,6 @@
 """Trackers of the package ``trackers`` (Roboflow, Apache-2.0): SORT, ByteTrack, OC-SORT, C-BIoU.
 
-They see boxes and confidences only, and return those detections that they have given an identity.
+They get only boxes and confidences, and return the detections to which they gave an identity.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["LEAST", "PACKAGE", "PEERS", "Missing", "Peer", "confidence", "load",
 
 PACKAGE = "trackers"
 LEAST = "least_score"
-"""Setting of ours: detections below this score are not handed to the peer."""
+"""Name of our own setting: a peer does not get detections below this score."""
 
 
 class Missing(Exception):
@@ -34,13 +34,13 @@ class Missing(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Peer:
-    """One tracker and what it is tuned over.
+    """One tracker and the grid of its settings.
 
     Attributes:
-        name: as its paper calls it.
-        class_name: in the package ``trackers``.
-        grid: values of each setting; those ending in ``_score`` are scores of our detector.
-        scored: settings of the tracker that are confidences, with the name that the grid gives them.
+        name: name in its paper.
+        class_name: name in the package ``trackers``.
+        grid: values of each setting; names that end in ``_score`` are scores of our detector.
+        scored: settings of the tracker that are confidences -> their names in the grid.
     """
 
     name: str
@@ -54,14 +54,14 @@ class Peer:
             yield dict(zip(self.grid, values, strict=True))
 
     def make(self, rate: float, settings: Mapping[str, float]) -> Any:
-        """A fresh tracker.
+        """Make a new tracker.
 
         Args:
             rate: frames per second.
             settings: a combination of the grid.
 
         Raises:
-            Missing: the package is not installed, has no such tracker, or does not take such settings.
+            Missing: the package is not installed, or does not have the tracker or a setting.
         """
         package = load(PACKAGE)
         kind = getattr(package, self.class_name, None)
@@ -79,7 +79,7 @@ def load(package: str) -> ModuleType:
     """Import a package that is not part of the product.
 
     Raises:
-        Missing: it is not installed, or cannot be imported.
+        Missing: the package is not installed, or cannot be imported.
     """
     try:
         with warnings.catch_warnings():
@@ -92,7 +92,7 @@ def load(package: str) -> ModuleType:
 
 
 def version(package: str) -> str:
-    """Installed version; empty: none."""
+    """The installed version; empty if not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
@@ -100,7 +100,7 @@ def version(package: str) -> str:
 
 
 def confidence(score: Any) -> Any:
-    """Scores of our detector as the confidences in (0, 1) that the peers expect; the order stays."""
+    """Convert scores of our detector to confidences in (0, 1), which the peers expect; the order stays."""
     return 1.0 / (1.0 + np.exp(-np.asarray(score, dtype=np.float64)))
 
 
@@ -108,7 +108,7 @@ def rows_of(peer: Peer, seen: Seen, settings: Mapping[str, float]) -> tuple[Trac
     """Run a peer over a video.
 
     Returns:
-        Its rows, those detections that it gave an identity; and the CPU seconds that it took.
+        Its rows, which are the detections with an identity; and its CPU seconds.
 
     Raises:
         Missing: see :meth:`Peer.make`.
@@ -122,7 +122,7 @@ def rows_of(peer: Peer, seen: Seen, settings: Mapping[str, float]) -> tuple[Trac
         for frame in seen.frames:
             given = _handed(frame.detections, settings)
             began = time.thread_time()
-            # Class 0 for all: the peers are asked about places, not about names.
+            # All have class 0, since the comparison is about places, not classes.
             found = tracker.update(
                 boxes_of(
                     xyxy=given.boxes.astype(np.float64),

@@ -1,4 +1,4 @@
-"""Our own tracker on detections that are already there: any parameters after detection, on the video's own pixels."""
+"""Runs our tracker on stored detections, with any parameters after detection, on the video's pixels."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ __all__ = ["Followed", "filter_alone", "follow", "frame_input", "identity", "sta
 
 @dataclass(slots=True)
 class Followed:
-    """What one configuration made of one video.
+    """The result of one configuration on one video.
 
     Attributes:
-        rows: confirmed tracks from their first frame on, as the product writes them.
-        live: the same without the frames before a track was confirmed: what is known while the car drives.
-        seconds: CPU time of all that follows detection, naming the sign included.
+        rows: all frames of confirmed tracks, as the product writes them.
+        live: ``rows`` without the frames before a track was confirmed, as known during the drive.
+        seconds: CPU time of all steps after detection, including classification.
     """
 
     rows: TrackTable
@@ -37,19 +37,19 @@ class Followed:
     seconds: float
 
     def as_dict(self) -> JsonObject:
-        """Plain values, exact."""
+        """The result as exact JSON values."""
         return {"rows": _plain(self.rows), "live": _plain(self.live), "seconds": self.seconds}
 
     @classmethod
     def of(cls, record: JsonMapping) -> Followed:
-        """What ``as_dict`` gave."""
+        """The reverse of ``as_dict``."""
         return cls(_results(record["rows"]), _results(record["live"]), float(record["seconds"]))
 
 
 def filter_alone(seen: Seen, params: Params) -> TrackTable:
     """The Kalman filter without gate, online detector and classifier: rows of confirmed tracks, class 0.
 
-    No pixel is looked at.
+    It reads no pixels.
     """
     tracker = Tracker(seen.aimed(params).tracking, seen.width, seen.height)
     rows: dict[int, list[tuple[int, int, FloatArray, int, float, str]]] = {}
@@ -66,7 +66,7 @@ def filter_alone(seen: Seen, params: Params) -> TrackTable:
 
 
 _WARM = Event()
-"""Set once a video has gone through in this process: kernels that are compiled or loaded meanwhile are in no time."""
+"""Set after the first video of this process, so that no time includes the compilation or loading of kernels."""
 
 
 def _plain(rows: TrackTable) -> list[list[object]]:
@@ -80,7 +80,7 @@ def _results(rows: list[list[Any]]) -> TrackTable:
 
 @dataclass(slots=True)
 class _Run:
-    """One configuration on its way through a video."""
+    """The state of one configuration during a video."""
 
     core: TrackingCore
     use_shift: bool
@@ -104,20 +104,20 @@ class _Run:
 
 
 def start(seen: Seen, params: Params, parts: Models) -> TrackingCore:
-    """A fresh core for a video."""
+    """A new core for a video."""
     return TrackingCore(seen.aimed(params), parts, seen.width, seen.height, interval=seen.interval)
 
 
 def frame_input(
     frame: SeenFrame, picture: Picture, *, use_shift: bool, detections: Detections | None = None
 ) -> FrameInput:
-    """One frame as a live run would hand it to the core.
+    """The core's input for one frame, as in a live run.
 
     Args:
-        frame: as our detector saw it.
+        frame: the frame with its detections.
         picture: its pixels.
-        use_shift: whether the parameters take the camera's shift into account.
-        detections: others than the stored ones.
+        use_shift: whether the parameters use the camera shift.
+        detections: detections to use; unset: the stored ones.
     """
     return FrameInput(
         frame.ordinal,
@@ -129,14 +129,14 @@ def frame_input(
 
 
 def follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]], kept: Cache) -> dict[str, Followed]:
-    """Track one video under several parameters; it is decoded once.
+    """Track one video with several configurations; it is decoded once.
 
-    Detections, and so the parameters of the detector, are those of ``seen`` for all.
+    All configurations use the detections of ``seen``.
 
     Args:
         seen: the video with its detections.
         configurations: parameters and trained parts by name.
-        kept: where earlier results are.
+        kept: store of earlier results.
 
     Returns:
         The result of each configuration by its name.
@@ -147,7 +147,7 @@ def follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]], 
 
 
 def identity(configurations: Mapping[str, tuple[Params, Components]]) -> JsonObject:
-    """What decides the results of configurations, besides the code."""
+    """All inputs of the results of configurations, besides the code."""
     return {
         name: [params.model_dump(mode="json"), dict(components.models)]
         for name, (params, components) in configurations.items()

@@ -1,4 +1,4 @@
-"""One run of our detector over a video, kept, so that every tracker starts from the same boxes."""
+"""Stores one run of our detector over a video, so that every tracker gets the same boxes."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ __all__ = ["Annotated", "Seen", "SeenFrame", "every", "look", "pictures"]
 STEPS = (
     "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus.py", "runs/calibration.py",
 )  # fmt: skip
-"""Parts of the engine's code that what is seen of a video depends on."""
+"""Parts of the engine's code that detections depend on."""
 
 
 @dataclass(frozen=True, slots=True)
 class Annotated:
-    """A video with truth.
+    """A video with ground truth.
 
     Attributes:
-        name: of the clip.
+        name: name of the clip.
         group: ``chosen on``, ``held out``, or the stress of a simulated approach.
         path: the file.
         truth: annotated boxes.
@@ -47,7 +47,7 @@ class Annotated:
     truth: TrackTable
 
     def identity(self) -> list[str]:
-        """Digests of the file and of its truth."""
+        """Digests of the file and of its ground truth."""
         truth = hashlib.sha256()
         for column in (self.truth.frame, self.truth.track, self.truth.boxes, self.truth.ignore):
             truth.update(column.tobytes())
@@ -56,13 +56,13 @@ class Annotated:
 
 @dataclass(frozen=True, slots=True)
 class SeenFrame:
-    """What a tracker may know of one frame.
+    """The input of a tracker for one frame.
 
     Attributes:
         ordinal: 0-based position in the video.
         seconds: presentation time.
-        detections: of our detector, best first, with the score after the spatial prior.
-        shift: global camera shift since the frame before, px (only our tracker asks for it).
+        detections: detections of our detector, best first, with the score after the spatial prior.
+        shift: global camera shift since the last frame, px (only our tracker uses it).
     """
 
     ordinal: int
@@ -73,16 +73,16 @@ class SeenFrame:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A video as our detector saw it.
+    """A video with our detections.
 
     Attributes:
-        video: the video and its truth.
-        width: of the pictures, px.
-        height: of the pictures, px.
-        interval: nominal seconds between two frames.
+        video: the video and its ground truth.
+        width: width of the pictures, px.
+        height: height of the pictures, px.
+        interval: nominal time between two frames, s.
         frames: every frame, in order.
-        coast_foe_y: height of the camera's focus of expansion as the video tells it, share of the picture's; None: it
-            does not tell.
+        coast_foe_y: height of the camera's focus of expansion, estimated from the video, share of the picture's height;
+            None: no estimate.
     """
 
     video: Annotated
@@ -93,7 +93,7 @@ class Seen:
     coast_foe_y: float | None = None
 
     def aimed(self, params: Params) -> Params:
-        """Parameters with the camera's focus of expansion, as a live run over the video has them."""
+        """Parameters with the camera's focus of expansion, as in a live run over the video."""
         if params.tracking.coast_foe_y is not None:
             return params
         return params.with_settings([("coast_foe_y", self.coast_foe_y)])
@@ -102,12 +102,11 @@ class Seen:
 def look(videos: Sequence[Annotated], store: Path, components: Components | None = None) -> Iterator[Seen]:
     """Detect in each video once, with the shipped detector and the ``default`` preset.
 
-    A store of an earlier call is read again where video, models, parameters and the code that detects are the same;
-    else it is made anew.
+    The result of an earlier call is reused if video, models, parameters and detection code are the same.
 
     Args:
-        videos: what to look at.
-        store: folder of the evidence, one run a video.
+        videos: videos to detect in.
+        store: folder of the evidence, one run for each video.
         components: the engine's parts; unset: the shipped ones.
     """
     params = Params.preset("default")
@@ -126,10 +125,10 @@ def look(videos: Sequence[Annotated], store: Path, components: Components | None
 
 
 def every(seen: Seen, step: int) -> Seen:
-    """A video of which every ``step``-th frame is left, as a camera of that rate would have seen it.
+    """A video with only every ``step``-th frame, as from a camera of that rate.
 
-    Detections stay, the camera's shift adds up over the frames that are left out. Frames are counted anew, so the
-    video's pixels do not belong to it.
+    Detections stay the same. The camera shift is summed over the frames that are left out. Frames are renumbered, so
+    the video's pixels do not belong to them.
     """
     frames, shift = [], np.zeros(2)
     for number, frame in enumerate(seen.frames):
@@ -143,25 +142,25 @@ def every(seen: Seen, step: int) -> Seen:
 
 
 def pictures(seen: Seen) -> Iterator[tuple[SeenFrame, Picture]]:
-    """The frames once more with their pixels, decoded anew."""
+    """The frames with their pixels, decoded again."""
     with open_video(seen.video.path) as video:
         for frame, known in zip(video.frames(), seen.frames, strict=True):
             yield known, frame.picture
 
 
 def _seeing(parameters: JsonMapping) -> str:
-    """Those parameters that detections and the camera's shift depend on: tracking may change, they stay."""
+    """The parameters that detections and camera shift depend on, without those of tracking."""
     tracking = parameters["tracking"]
     used = {name: tracking.get(name) for name in ("use_camera_shift", "shift_scale", "foe_x", "foe_y")}
     return json.dumps([parameters["detector"], parameters["prior"], used], sort_keys=True)
 
 
 def _is_current(folder: Path, video: Path, params: Params, models: Mapping[str, str]) -> bool:
-    """Whether a finished run of exactly this lies in the folder."""
+    """Whether the folder holds a finished run with the same inputs."""
     try:
         with EvidenceReader(folder) as reader:
             header = reader.header
             same = header.video.sha256 == file_digest(video) and dict(header.models) == dict(models)
             return same and reader.state == "complete" and _seeing(header.parameters) == _seeing(params.model_dump())
-    except TsrError:  # whatever is wrong with an old store, a new one replaces it
+    except TsrError:  # a new store replaces any faulty one
         return False

@@ -1,4 +1,4 @@
-"""Choosing a peer's settings on clips that it is not judged on."""
+"""Chooses a peer's settings on clips that it is not judged on."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from benchmarks.peers.seen import Seen
 __all__ = ["Tuned", "tune"]
 
 ORDER = ("HOTA", "MOTA", "IDF1")
-"""What a combination is chosen by: the later ones decide where the earlier are equal."""
+"""Figures by which a combination is chosen; a later one decides if the earlier ones are equal."""
 _DIGITS = 9
-"""Figures that agree to so many decimals are equal: sums come in another order."""
+"""Number of decimals in which equal figures agree, since the order of sums may differ."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tuned:
-    """The settings that did best.
+    """The best settings.
 
     Attributes:
         settings: a combination of the peer's grid.
-        hota: on the videos that it was chosen on.
+        hota: HOTA on the tuning videos.
         tried: number of combinations.
-        equal: how many of them reach that HOTA.
+        equal: number of combinations with that HOTA.
     """
 
     settings: dict[str, float]
@@ -36,16 +36,16 @@ class Tuned:
 
 
 def tune(peer: Peer, clips: Sequence[Seen], kept: Cache) -> Tuned:
-    """The combination with the highest HOTA over all videos together; of equal ones the best by MOTA, then by IDF1.
+    """Find the combination with the highest HOTA over all videos together; MOTA, then IDF1, decide on a tie.
 
     Args:
-        peer: what is tuned.
-        clips: the videos, with the detections that it gets.
-        kept: where earlier answers are.
+        peer: the tracker to tune.
+        clips: the videos with their detections.
+        kept: store of earlier results.
 
     Raises:
         Missing: the peer or TrackEval is not installed.
-        ValueError: no clips, or an empty grid.
+        ValueError: there are no clips, or the grid is empty.
     """
     load("trackeval")
     if not clips:
@@ -62,7 +62,7 @@ def _search(peer: Peer, clips: Sequence[Seen]) -> Tuned:
     reached: list[tuple[float, ...]] = []
     for settings in combinations:
         found = [rows_of(peer, s, settings)[0] for s in clips]
-        # Neighbouring settings often come to the very same rows.
+        # Neighbouring settings often give the same rows.
         same = tuple(part.tobytes() for rows in found for part in (rows.frame, rows.track, rows.boxes))
         if same not in known:
             videos = [sequence(s.video.truth, rows, len(s.frames)) for s, rows in zip(clips, found, strict=True)]

@@ -1,4 +1,4 @@
-"""A video as a worse detector would have seen it: runs of frames without detections, and boxes that are off."""
+"""Degrades detections as of a worse detector: runs of frames without detections, and displaced boxes."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ RUN = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Worse:
-    """How much worse.
+    """Degree of degradation.
 
     Attributes:
-        missed: share of the frames in which nothing is detected, in [0, 1). They come in runs of ``RUN`` frames on
-            average.
+        missed: share of the frames without detections, in [0, 1), in runs of ``RUN`` frames on average.
         jitter: standard deviation of each edge of a box, share of the width or height.
     """
 
@@ -31,14 +30,14 @@ class Worse:
 
 
 def worsened(seen: Seen, how: Worse, seed: int) -> Seen:
-    """The same video with fewer detections, whose boxes are off by normal errors.
+    """The video with fewer detections, whose boxes have normally distributed errors.
 
-    The random numbers are the same for every ``how``: more of the same happens where it asks for more.
+    The random numbers are the same for every ``how``, so that a larger value adds to the effect of a smaller one.
 
     Args:
         seen: the video with its detections.
-        how: see :class:`Worse`.
-        seed: of everything random.
+        how: degree of degradation.
+        seed: random seed.
     """
     rng = np.random.default_rng(seed)
     again = how.missed / (RUN * (1.0 - how.missed))
@@ -55,13 +54,13 @@ def worsened(seen: Seen, how: Worse, seed: int) -> Seen:
 
 
 def reaching(wanted: float, measured: Callable[[float], float], high: float, steps: int = 7) -> float:
-    """The least value in [0, ``high``] at which something that grows with it reaches a figure, by halving.
+    """The smallest value in [0, ``high``] at which an increasing figure reaches a wanted one, by bisection.
 
     Args:
-        wanted: the figure.
-        measured: value -> figure.
-        high: largest value; the answer where the figure is not reached.
-        steps: number of halvings.
+        wanted: the wanted figure.
+        measured: computes the figure from a value.
+        high: largest value; the result if the figure is not reached.
+        steps: number of bisections.
     """
     if measured(high) < wanted:
         return high
