@@ -1,11 +1,11 @@
-"""Pictures a second of the space-time volume in headless Chromium, drawn by software, while the mouse turns it.
+"""Measures the frame rate of the space-time volume in headless Chromium with software rendering, while it is turned.
 
 ::
 
     python benchmarks/scene3d_rate.py                  # 500 tracks of 25 boxes
-    python benchmarks/scene3d_rate.py --as-viser # viser's page as it is: four samples a pixel, every picture copied
+    python benchmarks/scene3d_rate.py --as-viser # viser's original page: four samples per pixel, every picture copied
 
-On a busy machine look at the processor time of a picture, not at the rate.
+On a busy machine, use the processor time per picture, not the rate.
 """
 
 from __future__ import annotations
@@ -74,12 +74,12 @@ def main() -> None:
 
 
 def stand_up(server: viser.ViserServer, tracks: int) -> None:
-    """The whole scene: lines, blocks near the cursor, a selected track, a picture."""
+    """Add the whole scene: lines, blocks near the cursor, a selected track, a picture."""
     length, rng = 25, np.random.default_rng(tracks)
     frame = (np.arange(tracks)[:, None] * 10 + np.arange(length)).ravel()
     track = np.repeat(np.arange(tracks), length)
     side = np.tile(np.linspace(12, 60, length), tracks)
-    # Signs move outwards as a car comes nearer, with the jitter of a tracker.
+    # Signs move outwards as a car approaches, with the jitter of a tracker.
     along = np.tile(np.linspace(0.0, 1.0, length) ** 2, tracks)
     centre = rng.uniform([300, 150], [1000, 500], (tracks, 2))[track] + along[:, None] * (150, -60)
     centre += rng.normal(0.0, 0.25, centre.shape)
@@ -110,7 +110,7 @@ def stand_up(server: viser.ViserServer, tracks: int) -> None:
 
 
 def turn(page: Page, seconds: float) -> JsonObject:
-    """Drag the scene to and fro: pictures, draw calls a picture, the browser's processor time."""
+    """Drag the scene back and forth; returns pictures, draw calls per picture, and the browser's processor time."""
     load = os.getloadavg()[0]
     page.mouse.move(300, 300)
     page.mouse.down()
@@ -137,7 +137,7 @@ def turn(page: Page, seconds: float) -> JsonObject:
 
 
 def _worked() -> float:
-    """Processor time of all processes below this one, s."""
+    """Processor time of all child processes, s."""
     table = {}
     for place in Path("/proc").iterdir():
         if place.name.isdecimal():

@@ -1,4 +1,4 @@
-"""A library of a million tracks that are made up, and how long questions to its search and its overview take."""
+"""Measures searches and overviews in a library of a million synthetic tracks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ __all__ = ["MOST_MS", "QUESTIONS", "TRACKS_OF_DRIVE", "fill", "measured", "pages
 _Answer = TypeVar("_Answer")
 
 MOST_MS = 300.0
-"""The budget of one answer."""
+"""Time limit of one answer, ms."""
 TRACKS_OF_DRIVE = 100
 _TIMES = 7
 _PEOPLE = 20
@@ -61,12 +61,12 @@ QUESTIONS: dict[str, JsonObject] = {
 
 
 def fill(database: Database, tracks: int, seed: int = 0) -> None:
-    """Put made-up tracks into the tables of the search, and what people did to four in ten of them in the last year.
+    """Fill the tables of the search with synthetic tracks, and with edits of the last year to four in ten of them.
 
     Args:
-        database: fresh, with its tables.
-        tracks: how many.
-        seed: of everything random.
+        database: empty database with its tables.
+        tracks: number of tracks.
+        seed: random seed.
     """
     random = np.random.default_rng(seed)
     now = datetime.now(UTC)
@@ -163,7 +163,7 @@ def _rows(random: np.random.Generator, count: int, own: JsonObject) -> Iterator[
 
 
 def measured(database: Database) -> list[JsonObject]:
-    """Time of each question: median and slowest of some, ms, and how many tracks it counts."""
+    """Median and largest time of each search, ms, and the number of tracks that it finds."""
     found = []
     for name, asked in QUESTIONS.items():
         further = asked.get("_pages", 1)
@@ -183,7 +183,7 @@ def measured(database: Database) -> list[JsonObject]:
 
 
 def pages(database: Database) -> list[JsonObject]:
-    """Time of the pages that tell of people's work: median and slowest of some, ms."""
+    """Median and largest time of the pages about people's work, ms."""
     activity = ActivityService(database)
     asked: dict[str, Callable[[], object]] = {
         "overview": lambda: activity.overview(0),
@@ -194,13 +194,13 @@ def pages(database: Database) -> list[JsonObject]:
 
 
 def listed(database: Database) -> bytes:
-    """The answer of ``GET /api/videos``, as it is sent to a browser that takes no compressed one."""
+    """The uncompressed response of ``GET /api/videos``."""
     with database.read() as session:
         return to_json({"videos": video_listing(session)})
 
 
 def _timed(ask: Callable[[], _Answer]) -> tuple[dict[str, float], _Answer]:
-    """Median and slowest of some times, ms, and the last answer."""
+    """Median and largest of some times, ms, and the last answer."""
     times = []
     for _ in range(_TIMES):
         began = time.perf_counter()

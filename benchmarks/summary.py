@@ -1,4 +1,4 @@
-"""The table at the top of the report: one row a result, each computed from the stored figures."""
+"""The table at the top of the report: one row for each headline figure, computed from the stored results."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tsr_engine.json_shapes import JsonMapping
 __all__ = ["ROWS", "Row", "summary"]
 
 Figures = JsonMapping
-"""Figures of every experiment that has some, by its name."""
+"""Figures of experiments by their name."""
 
 _PEERS = ("ByteTrack", "C-BIoU", "OC-SORT", "SORT")
 _STRESSES = ("blur", "illumination", "occlusion", "shake", "steady", "turn")
@@ -24,10 +24,10 @@ class Row(NamedTuple):
     """One row.
 
     Attributes:
-        what: is measured.
-        needs: names of the experiments it is computed from.
+        what: name of the figure.
+        needs: names of the experiments from which it is computed.
         value: computes the text of the figure.
-        source: computes on which data it was measured, and by which command.
+        source: computes the text about data and command.
     """
 
     what: str
@@ -43,8 +43,8 @@ def summary(results: Path) -> str:
         results: folder of the JSON files.
 
     Returns:
-        A heading and a table of the rows whose experiments have results; empty if no row has them. A row whose results
-        lack a figure, as they are older than the row, says which.
+        A heading and a table of the rows whose experiments have results; empty without any. If results are older than
+        their row and lack a figure, the row names it.
     """
     figures = {}
     for path in sorted(results.glob("*.json")):

@@ -25,10 +25,10 @@ COLUMNS = ("signs", "found", "false", "ids", "coverage", "Eq. 7", "followed", "r
 
 
 def configurations(settings: list[str]) -> dict[str, Params]:
-    """Name -> parameters: those run by default, and each further one from ``NAME:key=value,...``.
+    """Name -> parameters: the default configurations, and further ones from ``NAME:key=value,...``.
 
     Raises:
-        UsageError: an unknown parameter, or a value that it cannot have.
+        UsageError: a parameter is unknown, or a value is invalid.
     """
     found = {
         "default": Params.preset("default"),
@@ -37,7 +37,7 @@ def configurations(settings: list[str]) -> dict[str, Params]:
     }
     for text in settings:
         name, _, changes = text.partition(":")
-        # A comma parts two settings where a name follows; within a list it does not.
+        # A comma separates two settings only if a name follows, since values may be lists.
         pairs = [change.partition("=") for change in re.split(r",(?=\w+=)", changes) if change]
         found[name] = Params.preset("default").with_settings([(key, value) for key, _, value in pairs])
     return found

@@ -1,7 +1,7 @@
-"""How long people wait for short work in the tool: from asking for it to having it.
+"""Measures how long people wait for short jobs in the tool.
 
-A sample drive is tracked by ``tsr review``; then a what-if, a recording, an export and a bug bundle of it are asked
-for. With no page open a process begins with the work; with one open a worker stands by. Both sides in one session::
+``tsr review`` tracks a sample drive; then a what-if, a recording, an export and a bug bundle are requested. Without an
+open page, a process starts for each job; with one, a worker stands by. One session measures both::
 
     python -m benchmarks.waiting_time [--turns 3] [--video FILE]
 """
@@ -25,11 +25,11 @@ from tests.e2e.live_server import LiveServer
 from tsr_engine.json_shapes import JsonObject
 
 _CLOSED: Final = 32.0
-"""Seconds until a process without work has ended."""
+"""Seconds until an idle process has ended."""
 _OPEN: Final = 12.0
-"""Seconds until a worker that stands by has loaded everything."""
+"""Seconds until a standby worker has loaded everything."""
 _LOOK: Final = 0.05
-"""Seconds between two looks whether it is there; more often, and asking takes the processor from the work."""
+"""Seconds between two polls; more frequent polls would slow the work."""
 _GOING_ON: Final = ("queued", "running")
 
 
@@ -45,11 +45,11 @@ class Asking:
         self._wait(f"/runs/{self._run}", 0.5)
 
     def seconds(self, kind: str) -> float:
-        """Ask for something and wait until it is there."""
+        """Request a job and wait for its result; returns the seconds."""
         began = time.perf_counter()
         self._asked += 1
         if kind == "whatif":
-            # each asks for other parameters: a what-if that has been made is given at once
+            # Each request has new parameters, since an existing what-if is returned at once.
             changed = {"parameters": {"gate.tau": 2.0 + self._asked / 1000}}
             made = self._server.call("POST", f"/runs/{self._run}/whatif", changed)
             self._wait(f"/runs/{made['id']}", _LOOK)
@@ -74,7 +74,7 @@ class Asking:
 
 @contextlib.contextmanager
 def page_of(server: LiveServer) -> Iterator[None]:
-    """What the server knows of an open page: somebody follows its events."""
+    """Simulate an open page: a client that reads the server's events."""
     request = urllib.request.Request(server.base + "/api/events")  # noqa: S310 - our own server
     request.add_header("Authorization", "Bearer " + (server.home / "token").read_text().strip())
     with urllib.request.urlopen(request, timeout=600) as answer:  # noqa: S310
@@ -89,7 +89,7 @@ def page_of(server: LiveServer) -> Iterator[None]:
 
 
 def measure(video: Path, turns: int) -> JsonObject:
-    """Seconds of each kind, asked for first of all: without a page, with one, and again right afterwards."""
+    """Seconds of each kind of job: without a page, with a page, and repeated right afterwards."""
     kinds = ("whatif", "recording", "export", "bundle")
     found: dict[str, dict[str, list[float]]] = {kind: {"closed": [], "open": [], "again": []} for kind in kinds}
     with tempfile.TemporaryDirectory() as home, LiveServer(Path(home), (video.parent,), sample=False) as server:

@@ -1,4 +1,4 @@
-"""Drives under other weather: what makes a detector see signs where there are none. Pictures in, pictures out."""
+"""Changes pictures of drives to other weather, which may cause false detections."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["WEATHERS"]
 
 Weather = Callable[[Picture, int], Picture]
-"""A BGR picture and its number in the drive -> the picture under this weather."""
+"""Maps a BGR picture and its number in the drive to the picture in this weather."""
 _LAMPS: Final = 14
 _BULBS: Final = np.array([[255, 255, 255], [150, 220, 255], [40, 50, 255], [80, 255, 80], [255, 120, 60]], np.float32)
-"""White, sodium, tail lamp, green light, blue light; BGR."""
+"""Colours of lamps, BGR: white, sodium, tail lamp, green light, blue light."""
 _STAYS: Final = 45
-"""Frames for which a drop stays on the glass."""
+"""Number of frames for which a drop stays on the glass."""
 _SWEEP: Final = 30
-"""Frames from one sweep of the wiper to the next; a sweep takes a third of them."""
+"""Number of frames between two sweeps of the wiper; a sweep takes a third of them."""
 
 
 def _night(picture: Picture, ordinal: int) -> Picture:
-    """Headlights on the road, all else nearly black, lamps that come nearer and leave the picture."""
+    """Night: headlights on the road, the rest nearly black, lamps that approach and leave the picture."""
     height, width = picture.shape[:2]
     x, y = (np.arange(width) + 0.5) / width, (np.arange(height)[:, None] + 0.5) / height
     light = 0.05 + 0.6 * np.exp(-(((x - 0.5) / 0.35) ** 2)) * np.exp(-(((y - 0.75) / 0.25) ** 2))
@@ -48,7 +48,7 @@ def _night(picture: Picture, ordinal: int) -> Picture:
 
 
 def _rain(picture: Picture, ordinal: int) -> Picture:
-    """Grey air, streaks, and drops on the glass that show the road upside down."""
+    """Rain: haze, streaks, and drops on the glass that show the road upside down."""
     height, width = picture.shape[:2]
     seen = _streaked(picture, ordinal)
     turned = cv2.GaussianBlur(cv2.flip(seen, -1), (0, 0), width / 160)
@@ -62,7 +62,7 @@ def _rain(picture: Picture, ordinal: int) -> Picture:
 
 
 def _wiped(picture: Picture, ordinal: int) -> Picture:
-    """Rain with a wiper: a dark blade, and a smear behind it that dries until the next sweep."""
+    """Rain with a wiper: a dark blade, and a smear behind it that fades until the next sweep."""
     height, width = picture.shape[:2]
     swept = 3 * (ordinal % _SWEEP) / _SWEEP
     pivot = np.array([width / 2, 1.05 * height])
@@ -90,7 +90,7 @@ def _streaked(picture: Picture, ordinal: int) -> Picture:
 
 
 def _towards(share: float) -> FloatArray:
-    """Where the blade points after a share of its sweep, which goes from the left to the right."""
+    """Direction of the blade after a share of its sweep from left to right."""
     angle = np.pi * (1 - share)
     return np.array([np.cos(angle), -np.sin(angle)])
 

@@ -1,1 +1,1 @@
-"""The review tool timed as a user meets it: a real server, a real browser, a real drive."""
+"""Measures the review tool as a user has it: with a real server, a real browser and a real drive."""

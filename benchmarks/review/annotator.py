@@ -1,8 +1,7 @@
-"""An annotator who knows the truth, at the real page: presses keys, drags boxes, and counts what that takes.
+"""Simulates an annotator who knows the ground truth: presses keys and drags boxes on the real page, and counts actions.
 
-An action is a key press that is a command, a click, or a drag. Typing a label's name or a frame's number is one action,
-with the Enter that ends it, and the key before it that asks for it is another. The time is that of the page: a person's
-own thinking comes on top.
+An action is a key press that is a command, a click, or a drag. The key that opens an input is one action; the name or
+number typed there, with Enter, is another. Times are those of the page, without a person's time to think.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Annotator", "Proposals", "Work", "steps_of"]
 
 Proposals = list[tuple[int, list[float]]]
-"""Frame, and the box that was taken there, px edges."""
+"""Pairs of frame and accepted box, px edges."""
 
 _STATE = """() => { const r = tsr.store.get().review; return { frame: r.frame, shown: r.shown, selected: r.selected,
   unsaved: r.unsaved.length, mode: r.mode, dialog: tsr.store.get().dialog?.kind ?? null,
@@ -35,19 +34,19 @@ _STATE = """() => { const r = tsr.store.get().review; return { frame: r.frame, s
 _PROPOSED = "() => Object.entries(tsr.store.get().review.following.proposals).map(([k, p]) => [Number(k), p.box])"
 _OPERATIONS = """async () => (await import('/static/js/operations/registry.js')).allOperations().map((one) => one.id)"""
 _PATIENCE = 600.0
-"""How long the page may take for one step on a busy machine, s: following needs a worker that starts."""
+"""Largest time of the page for one step on a busy machine, s; following may have to start a worker."""
 _PIXELS = 3
-"""Pixels that the end of a bar is dragged for a frame, where the page does not ask for more."""
+"""Distance to drag the end of a bar for one frame, px, unless the page needs more."""
 
 
 @dataclass(slots=True)
 class Work:
-    """What one track took.
+    """The work on one track.
 
     Attributes:
-        kind: what was wrong with it, see ``planted.KINDS``.
+        kind: fault of the track, see ``planted.KINDS``.
         actions: the actions, in order.
-        seconds: until the page was ready for the next track.
+        seconds: time until the page was ready for the next track.
     """
 
     kind: str
@@ -56,11 +55,11 @@ class Work:
 
 
 class Annotator:
-    """Works off one page.
+    """Works through all tracks of one run.
 
     Args:
         page: the review screen, ready.
-        cases: what there is to find, by the number of the run's track; missed signs under negative numbers.
+        cases: cases by the number of the run's track; missed signs have negative numbers.
         names: label id -> its name.
     """
 
@@ -69,14 +68,14 @@ class Annotator:
         self._cases = cases
         self._names = names
         self._work = Work("")
-        # what the versions of the page can do: the operations that they know, and a bar that ends where it is let go
+        # Versions of the page differ in their operations, and in whether the end of a bar can be dragged.
         known = page.evaluate(_OPERATIONS)
         self._follows = "follow" in known
         self._accepts = "end-here" in known
         self._trims = page.locator(".lanes-end").count() == 1
 
     def work_off(self) -> list[Work]:
-        """All tracks of the queue, then the missed signs; what each took."""
+        """Work on all tracks of the queue, then on the missed signs; returns the work on each."""
         done: list[Work] = []
         left = {number for number in self._cases if number >= 0}
         if self._trims:  # this page opens the first track by itself
@@ -99,7 +98,7 @@ class Annotator:
         return done
 
     def bring_back(self) -> Iterator[tuple[int, Work, Proposals]]:
-        """Each track of the queue, followed back to its first sight: its number, what that took, what was taken."""
+        """Follow each track of the queue back to its first sight; yields its number, the work, and accepted boxes."""
         for _ in self._cases:
             self._work, began = Work(""), time.monotonic()
             before = self._state()["selected"]
@@ -111,7 +110,7 @@ class Annotator:
             yield number, self._finished("late", began), taken
 
     def draw_missed(self, number: int) -> tuple[Work, Proposals]:
-        """A sign that the run lacks, drawn in the frame that is shown: what its whole life took, what was taken."""
+        """Draw a missed sign in the shown frame and follow it; returns the work and the accepted boxes."""
         self._work, began = Work(""), time.monotonic()
         frame = self._wait(lambda s: s["ready"])["frame"]
         self._set(self._cases[number], frame)
@@ -151,7 +150,7 @@ class Annotator:
         self._left("accepted" if letter == "a" else "rejected", key, last=last)
 
     def _next(self, before: str | None) -> JsonObject:
-        """The state once another track is selected and its frame is there."""
+        """Wait until another track is selected and its frame is shown; returns the state."""
         return self._wait(lambda s: s["selected"] not in (None, before) and s["ready"])
 
     def _left(self, wanted: str, key: str, *, last: bool) -> None:
@@ -159,7 +158,7 @@ class Annotator:
         self._wait(lambda s: s["judged"].get(key) == wanted and (last or (s["selected"] != key and s["ready"])))
 
     def _draw(self, case: Case) -> None:
-        """A sign that the run lacks: drawn where it is largest, then followed; by key frames where nothing follows."""
+        """Draw a missed sign in its largest frame, then follow it, or set keyframes if the page cannot follow."""
         largest = case.box_frame
         self._go(largest)
         key = self._set(case, largest)
@@ -177,7 +176,7 @@ class Annotator:
         self._wait(lambda s: s["judged"].get(key) == "accepted")
 
     def _set(self, case: Case, frame: int) -> str:
-        """Draw a sign in the frame that is shown, and name it; the new track."""
+        """Draw a sign in the shown frame and label it; returns the new track."""
         before = self._state()["selected"]
         self._key("n")
         self._drag_between(*_corners(case.truth[frame]))
@@ -185,7 +184,7 @@ class Annotator:
         return str(self._wait(lambda s: s["selected"] not in (None, before))["selected"])
 
     def _take(self) -> Proposals:
-        """Wait for all proposed boxes, and take them."""
+        """Wait for all proposed boxes, and accept them."""
         self._wait(lambda s: s["following"] is True)
         proposed: Proposals = self._page.evaluate(_PROPOSED)
         self._key("Enter")
@@ -193,7 +192,7 @@ class Annotator:
         return proposed
 
     def _label(self, case: Case, *, accepts: bool = False) -> None:
-        """Type the name into the dialog that is open; ``accepts``: with the key that accepts the track as well."""
+        """Type the name into the open dialog; ``accepts``: end with the key that also accepts the track."""
         page = self._page
         if case.label < 0:
             page.get_by_role("button", name="Not in the set").click()
@@ -208,7 +207,7 @@ class Annotator:
     # --------------------------------------------------------------------------------------------------- actions
 
     def _go(self, frame: int) -> None:
-        """By the keys that take the fewest presses: single frames and tens, or the frame's number."""
+        """Go to a frame with the fewest key presses: steps of one and ten frames, or the frame's number."""
         now = self._state()["frame"]
         tens, ones = steps_of(frame - now)
         if abs(tens) + abs(ones) <= 2:
@@ -230,11 +229,11 @@ class Annotator:
         self._count(key)
 
     def _drag(self, box: FloatArray, target: FloatArray) -> None:
-        """Take hold of the middle of a box and bring it onto the target."""
+        """Drag the middle of a box onto that of the target."""
         self._drag_between(_middle(box), _middle(target))
 
     def _trim(self, key: str, last: int) -> None:
-        """Drag the end of the track's bar until the picture shows the frame that is to be its last one."""
+        """Drag the end of the track's bar until the picture shows the new last frame."""
         handle = self._page.locator(".lanes-end")
         handle.wait_for()
         box = handle.bounding_box()
@@ -296,7 +295,7 @@ class Annotator:
 
 
 def steps_of(way: int) -> tuple[int, int]:
-    """Steps of ten and of one frame that go a way with the fewest presses."""
+    """Numbers of steps of ten and of one frame that cover a distance with the fewest presses."""
     tens = round(way / 10)
     return tens, way - 10 * tens
 

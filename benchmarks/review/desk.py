@@ -1,4 +1,4 @@
-"""A server and a browser to measure with."""
+"""Starts a server and a browser for measurements."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 __all__ = ["READY", "Desk", "descendants", "open_desk", "open_review", "renderers", "resident_mb"]
 
 READY = "(r => r && r.shown === r.frame && r.tracks && r.lanes)(tsr.store.get().review)"
-"""In the page: the review screen has its picture, its tracks and its lanes."""
+"""JavaScript condition: the review screen shows its picture, tracks and lanes."""
 SIZE = {"width": 1280, "height": 720}
 
 
 @dataclass
 class Desk:
-    """A running server with a browser beside it."""
+    """A running server and a browser."""
 
     server: LiveServer
     browser: Browser
@@ -33,7 +33,7 @@ class Desk:
     flags: list[str]
 
     def page(self, width: int = SIZE["width"], height: int = SIZE["height"]) -> Page:
-        """A page that has signed in, in a window and a profile of its own."""
+        """A signed-in page in a new window with a new profile."""
         page = self.browser.new_context(viewport={"width": width, "height": height}).new_page()
         page.set_default_timeout(120_000)
         page.goto(self.server.link())
@@ -75,7 +75,7 @@ def open_review(page: Page, video: str, run: str, frame: int = 0) -> None:
 def resident_mb(pids: Iterable[int]) -> float:
     """Resident memory of processes, in MB of 2^20 bytes.
 
-    Pages that several processes share are counted once for each: an upper bound.
+    This is an upper bound, since memory that several processes share counts for each.
     """
     total = 0
     for pid in pids:
@@ -86,11 +86,11 @@ def resident_mb(pids: Iterable[int]) -> float:
 
 
 def descendants(pid: int) -> list[int]:
-    """All processes that a process has started, and those that they have, without itself (Linux)."""
+    """All direct and indirect child processes of a process (Linux)."""
     parents: dict[int, list[int]] = {}
     for folder in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
-            # the name in brackets may hold anything: what follows the last bracket is state, then parent
+            # State and parent follow the last bracket, since the name in brackets may contain brackets.
             parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
             parents.setdefault(parent, []).append(int(folder.name))
     found = list(parents.get(pid, ()))

@@ -1,4 +1,4 @@
-"""From a new data folder to the first correction, as somebody who starts the tool for the first time."""
+"""Measures the time from a new data folder to the first correction, as on the first start of the tool."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def first_correction(home: Path) -> JsonObject:
     """Start the tool, open the sample drive while the engine runs on it, accept its first track.
 
     Returns:
-        Seconds since the start of the command at each step, ``corrected`` when it is stored; ``server_mb``: memory of
-        the server at rest after the work; ``workers_mb``: of each of its worker processes.
+        Seconds from the start of the command to each step, ``corrected`` for the stored correction; ``server_mb``:
+        memory of the idle server afterwards; ``workers_mb``: memory of each of its worker processes.
     """
     from sample_videos import SHIPPED
 

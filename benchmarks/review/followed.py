@@ -1,4 +1,4 @@
-"""Following on the review page: actions with real keys, and how soon the first proposed box is drawn."""
+"""Measures following on the review page: actions with real keys, and the time to the first proposed box."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ __all__ = ["bring_back", "draw_missed", "press"]
 _LATE = 2 / 3
 """Share of a sign's life that a late track lacks at its beginning."""
 _WARM = 12.0
-"""Seconds on an open page until the worker that stands by has loaded everything."""
+"""Seconds with an open page until the standby worker has loaded everything."""
 _STILL = 1000
-"""Milliseconds that a person looks at a frame before the key."""
+"""Milliseconds from a new frame to the key press."""
 _HEAD = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"
 _LISTEN = """() => {
   globalThis.first = null;
@@ -42,16 +42,16 @@ _LISTEN = """() => {
 
 
 def bring_back(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[dict[str, Any]]:
-    """All tracks begin late; each is brought back to its first sight.
+    """Follow each of a run's tracks, which all begin late, back to its first sight.
 
     Args:
         desk: server and browser.
-        video: id.
+        video: id of the video.
         cases: signs by the number of their track.
         names: label id -> its name.
 
     Returns:
-        A row for each sign: ``actions``, and ``share`` of its life that lies right by an IoU of 0.7 afterwards.
+        A row for each sign: ``actions``, and ``share`` of its life with an IoU of at least 0.7 afterwards.
     """
     late = {number: _late(case) for number, case in cases.items()}
     page = _opened(desk, video, late)
@@ -64,9 +64,9 @@ def bring_back(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping
 
 
 def draw_missed(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[dict[str, Any]]:
-    """The run lacks each sign but one; they are drawn in the middle of their lives, where a person has met them.
+    """Draw each sign but one, which the run lacks, in the middle of its life.
 
-    Args and returns as :func:`bring_back`.
+    Arguments and result are those of :func:`bring_back`.
     """
     first = min(cases)
     page = _opened(desk, video, {first: cases[first].truth})
@@ -83,17 +83,17 @@ def draw_missed(desk: Desk, video: str, cases: Mapping[int, Case], names: Mappin
 
 
 def press(desk: Desk, video: str, cases: Mapping[int, Case], times: int, seed: int) -> dict[str, Any]:
-    """Press T on tracks in frames at random.
+    """Press T on random tracks in random frames.
 
     Args:
         desk: server and browser.
-        video: id.
+        video: id of the video.
         cases: signs by the number of their track.
-        times: presses.
-        seed: of the frames.
+        times: number of presses.
+        seed: random seed of tracks and frames.
 
     Returns:
-        ``ms``: from each key to the first proposed box on the screen; ``load``: of the machine before the first one.
+        ``ms``: times from each key to the first proposed box on the screen; ``load``: the machine's load before.
     """
     rng = np.random.default_rng(seed)
     page = _opened(desk, video, {number: case.truth for number, case in cases.items()})
@@ -115,7 +115,7 @@ def press(desk: Desk, video: str, cases: Mapping[int, Case], times: int, seed: i
 
 
 def _opened(desk: Desk, video: str, tracks: Mapping[int, Mapping[int, FloatArray]]) -> Page:
-    """The review screen of a new run that has these tracks."""
+    """The review screen of a new run with these tracks."""
     lines = [_HEAD]
     for number, boxes in tracks.items():
         lines += [f"{k},{number},{','.join(f'{edge:.2f}' for edge in box)},14,1,0" for k, box in sorted(boxes.items())]
@@ -127,7 +127,7 @@ def _opened(desk: Desk, video: str, tracks: Mapping[int, Mapping[int, FloatArray
 
 
 def _look(page: Page, frame: int, track: str | None = None) -> None:
-    """Lead the page to a frame, and look at it for a moment."""
+    """Show a frame, and wait for a moment."""
     where = f"?frame={frame}" + ("" if track is None else f"&track={track}")
     page.evaluate("where => { location.hash = location.hash.split('?')[0] + where }", where)
     page.wait_for_function(
@@ -148,6 +148,6 @@ def _boxes(taken: Proposals) -> dict[int, FloatArray]:
 
 
 def _share(case: Case, boxes: Mapping[int, FloatArray]) -> float:
-    """Of the frames in which the sign is wide enough to be followed: those with an IoU of 0.7."""
+    """Share of the frames with an IoU of at least 0.7, of those in which the sign is wide enough to follow."""
     life = {k: box for k, box in case.truth.items() if box[2] - box[0] >= NARROWEST}
     return float(np.mean([k in boxes and iou_each(boxes[k], box)[0] >= 0.7 for k, box in life.items()]))

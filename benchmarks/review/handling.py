@@ -1,4 +1,4 @@
-"""Stepping, seeking and playing on the review screen, timed inside the page."""
+"""Measures stepping, seeking and playing on the review screen inside the page."""
 
 from __future__ import annotations
 
@@ -60,25 +60,25 @@ def _percentiles(times: list[float]) -> dict[str, float]:
 
 
 def measure_early_seeks(page: Page, seed: int) -> dict[str, float]:
-    """Seek to ten places that ``measure_handling`` leaves out, in ms."""
+    """Times in ms of seeks to ten places that ``measure_handling`` does not use."""
     frames = page.evaluate("() => tsr.store.get().review.timebase.frames")
     return _percentiles(page.evaluate(_GO, [np.random.default_rng(seed).permutation(frames)[-10:].tolist(), 250]))
 
 
 def measure_handling(page: Page, seed: int) -> JsonObject:
-    """Step forth and back, seek at random, play.
+    """Step forward and back, seek to random frames, play.
 
     Args:
-        page: the review screen of a clip that it has not shown yet.
-        seed: of the order of the seeks.
+        page: the review screen of a clip that was not shown before.
+        seed: random seed of the order of the seeks.
 
     Returns:
-        ``step``, ``back``, ``seek``: milliseconds from the request to the frame after the picture is drawn; ``play``:
-        frames shown, frames that passed, frames shown without their overlay, seconds.
+        ``step``, ``back``, ``seek``: milliseconds from the request to the drawn picture; ``play``: numbers of shown
+        frames, of passed frames and of frames shown without overlay, and seconds.
     """
     frames = page.evaluate("() => tsr.store.get().review.timebase.frames")
     found: JsonObject = {}
-    # far places first: what has been seen stays in the page's cache
+    # Far places come first, since shown frames stay in the page's cache.
     places = np.random.default_rng(seed).permutation(frames)[: min(frames // 2, 60)].tolist()
     found["seek"] = _percentiles(page.evaluate(_GO, [places, 250]))
     start = 5

@@ -1,4 +1,4 @@
-"""A drive of an hour and a half on the review screen: first paint, lanes, memory while it plays."""
+"""Measures the review screen with a drive of an hour and a half: first paint, lanes, memory during play."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ _PLAY = """(() => {
 
 
 def first_paint(desk: Desk, video: str, run: str) -> tuple[float, float]:
-    """Open the review screen in a fresh profile.
+    """Open the review screen in a new profile.
 
     Returns:
         Milliseconds from the request to the first picture, and to the picture with tracks and lanes.
@@ -83,7 +83,7 @@ def lane_intervals(page: Page, kind: str) -> dict[str, float]:
     """Pan, zoom or seek for 90 frames of the display.
 
     Returns:
-        ``p50`` and ``p95`` of the time between two frames of the display, and of the page's own work in one, ms.
+        ``p50`` and ``p95``, ms, of the time between two display frames, and of the page's work in a frame.
     """
     length = page.evaluate("() => tsr.store.get().review.timebase.frames")
     found = page.evaluate(_LANES, [kind, length, 95])
@@ -97,11 +97,11 @@ def lane_intervals(page: Page, kind: str) -> dict[str, float]:
 
 
 def play_on(desk: Desk, video: str, run: str, minutes: float) -> list[dict[str, float]]:
-    """Play for some minutes, as fast as pictures come, in a browser whose network nobody listens to.
+    """Play for some minutes at full speed, in a browser without a network debugger.
 
     Returns:
-        Twice a minute: ``minutes``, ``frames`` shown, ``heap`` of the page's script after a collection, ``renderers``
-        and ``server`` resident, all in MB.
+        Twice a minute: ``minutes``, number of shown ``frames``, ``heap`` of the page's script after garbage collection,
+        and resident memory of ``renderers`` and ``server``, MB.
     """
     rows: list[dict[str, float]] = []
     with open_unwatched(desk.chromium, desk.flags, desk.server.link(), (1280, 720)) as page:

@@ -1,4 +1,4 @@
-"""Runs with known faults, made from the truth of a clip: what a simulated annotator finds and mends."""
+"""Makes runs with known faults from the ground truth of a clip, which a simulated annotator corrects."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["KINDS", "ROUNDS", "Case", "planted"]
 
 KINDS = ("right", "label", "box", "end", "box, label and end", "missed")
-"""What becomes of a sign with a label in one of the rounds; signs that no label names are always right."""
+"""Faults of labelled signs in the rounds; signs without a label have no faults."""
 ROUNDS = 3
-"""Runs of a clip; with two signs each kind comes once."""
+"""Number of runs of a clip; with two signs, each kind occurs once."""
 _FALSE_FRAMES = 14
 _TOO_LONG = 12
-"""Frames by which a track with a wrong end goes on."""
+"""Number of frames by which a track with a wrong end is too long."""
 _OFF = 0.4
-"""Share of its width by which a wrong box is off."""
+"""Displacement of a wrong box, as a share of its width."""
 _LEAST_FRAMES = 10
 _LEAST_WIDTH = 14.0
 
@@ -30,11 +30,11 @@ class Case:
     """One track of a run, or one sign that it lacks.
 
     Attributes:
-        kind: one of ``KINDS``, or ``false``: it lies on no sign.
-        label: the right one; -1: of no label.
-        truth: frame -> box, shape (4,), of the sign; empty: there is none.
-        box_frame: where the sign is largest and not cut by the picture's edge, and a wrong box is.
-        wrong_box: shape (4,), what the run has there.
+        kind: one of ``KINDS``, or ``false`` for a track on no sign.
+        label: the correct label; -1: no label.
+        truth: frame -> box of the sign, shape (4,); empty: no sign.
+        box_frame: frame of the wrong box, in which the sign is largest and not cut off.
+        wrong_box: the run's box in that frame, shape (4,).
     """
 
     kind: str
@@ -45,7 +45,7 @@ class Case:
 
     @property
     def faults(self) -> frozenset[str]:
-        """Of ``box``, ``label``, ``end``: what a person has to mend."""
+        """The faults to correct, of ``box``, ``label`` and ``end``."""
         return frozenset(name for name in ("box", "label", "end") if name in self.kind)
 
     @property
@@ -62,14 +62,14 @@ class Case:
 def planted(
     truth: TrackTable, size: tuple[int, int], frames: int, turn: int, seed: int
 ) -> tuple[bytes, dict[int, Case]]:
-    """A run as a table of the format ``tracks-csv``, and what is wrong with it.
+    """A run as a table of the format ``tracks-csv``, and its faults.
 
     Args:
-        truth: of the clip.
+        truth: ground truth of the clip.
         size: width and height of its picture, px.
-        frames: of the clip.
-        turn: 0 to ``ROUNDS`` - 1: which kinds come.
-        seed: of the place of the false track.
+        frames: number of frames of the clip.
+        turn: 0 to ``ROUNDS`` - 1; selects the kinds of faults.
+        seed: random seed of the place of the false track.
 
     Returns:
         The table; cases by number of the track, missed signs by negative numbers.
@@ -83,7 +83,7 @@ def planted(
         named += label >= 0
         where = _largest(boxes, size)
         case = Case(kind, label, boxes, where)
-        if "end" in kind and case.last + 2 >= frames:  # there is no frame behind it to take away
+        if "end" in kind and case.last + 2 >= frames:  # there are no frames behind it to add
             case.kind = kind = "box" if kind == "end" else "box and label"
         cases[-number if kind == "missed" else number] = case
         if kind != "missed":
@@ -95,7 +95,7 @@ def planted(
 
 
 def _signs(truth: TrackTable) -> Iterator[tuple[int, dict[int, FloatArray]]]:
-    """Label and boxes of each sign that is large and long enough to be looked at."""
+    """Label and boxes of each sign that is large enough and visible long enough."""
     for sign in np.unique(truth.track):
         rows = np.flatnonzero(truth.track == sign)
         widths = truth.boxes[rows, 2] - truth.boxes[rows, 0]
@@ -105,7 +105,7 @@ def _signs(truth: TrackTable) -> Iterator[tuple[int, dict[int, FloatArray]]]:
         values, counts = np.unique(truth.class_id[rows], return_counts=True)
         boxes = dict(zip(truth.frame[rows].tolist(), truth.boxes[rows], strict=True))
         span = range(min(boxes), max(boxes) + 1)
-        if len(boxes) == len(span):  # one that is hidden meanwhile would be two tracks
+        if len(boxes) == len(span):  # a sign with a gap would be two tracks
             yield int(values[counts.argmax()]), boxes
 
 

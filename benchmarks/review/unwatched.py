@@ -1,8 +1,8 @@
-"""A browser in which nobody listens to the network.
+"""A browser without a network debugger.
 
-Playwright has the browser tell it of every request, and for that each page keeps some 4 kB a request for as long as it
-lives: too much where memory over an hour is the question. Here the page is spoken to through the debugging port alone,
-and only when something is asked.
+Playwright makes the browser report every request, for which each page keeps about 4 kB per request during its whole
+life. This is too much for measurements of memory over an hour. Here, only the debugging port is used, and only for
+single commands.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["UnwatchedPage", "open_unwatched"]
 
 _START = 60.0
-"""Seconds that the browser may take to start."""
+"""Largest start time of the browser, s."""
 
 
 class UnwatchedPage:
     """The only page of its browser.
 
     Attributes:
-        pid: process of the browser.
+        pid: process id of the browser.
     """
 
     def __init__(self, pid: int, socket: Connection) -> None:
@@ -42,10 +42,10 @@ class UnwatchedPage:
         self._numbers = itertools.count(1)
 
     def send(self, method: str, **params: object) -> JsonObject:
-        """One command of the debugging protocol.
+        """Send one command of the debugging protocol; returns its result.
 
         Raises:
-            RuntimeError: the browser refuses it.
+            RuntimeError: the browser refuses the command.
         """
         number = next(self._numbers)
         self._socket.send(json.dumps({"id": number, "method": method, "params": params}))
@@ -57,10 +57,10 @@ class UnwatchedPage:
         return result
 
     def evaluate(self, expression: str) -> Any:
-        """The value of an expression; a promise is waited for.
+        """The value of an expression, or of the promise that it returns.
 
         Raises:
-            RuntimeError: it throws.
+            RuntimeError: the expression throws.
         """
         answer = self.send("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in answer:
@@ -71,11 +71,11 @@ class UnwatchedPage:
         """Wait until an expression is true.
 
         Raises:
-            TimeoutError: it does not become so.
+            TimeoutError: the expression does not become true in time.
         """
         until = time.monotonic() + seconds
         while time.monotonic() < until:
-            with contextlib.suppress(RuntimeError):  # the page before it is just being left
+            with contextlib.suppress(RuntimeError):  # the page may just be loading
                 if self.evaluate(f"Boolean({condition})"):
                     return
             time.sleep(0.1)
@@ -84,13 +84,13 @@ class UnwatchedPage:
 
 @contextlib.contextmanager
 def open_unwatched(chromium: str, flags: list[str], address: str, size: tuple[int, int]) -> Iterator[UnwatchedPage]:
-    """Start Chromium without a window on one address.
+    """Start headless Chromium with one address.
 
     Args:
-        chromium: the program.
+        chromium: path of the program.
         flags: its options.
-        address: of the page.
-        size: of the page, px.
+        address: address of the page.
+        size: width and height of the page, px.
     """
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = [chromium, *flags, "--headless=new", "--remote-debugging-port=0", f"--user-data-dir={profile}"]

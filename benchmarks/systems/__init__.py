@@ -1,1 +1,1 @@
-"""The other systems of the paper's comparison, trained on the same scenes and run through the same seam."""
+"""The other systems of the paper's comparison, trained on the same scenes and used through the same interface."""

@@ -1,12 +1,12 @@
-"""The colour probability model of Yang et al. 2016, [20] of the paper: how likely a pixel has a colour of signs.
+"""The colour probability model of Yang et al. 2016, [20] of the paper: the probability of a sign's colour by pixel.
 
-Pixels are seen in the normalised Ohta plane, where light and shade cancel: ``(R - B) / (R + G + B)`` and
-``(2 G - R - B) / (R + G + B)``. Each sign colour is a Gaussian there, everything else a histogram of road scenes;
-Bayes' rule gives a probability, a table over 32 levels of blue, green and red makes it one look-up a pixel.
+Pixels are converted to the normalised Ohta plane, which cancels brightness: ``(R - B) / (R + G + B)`` and
+``(2 G - R - B) / (R + G + B)``. Each sign colour is a Gaussian in it, the background a histogram of road scenes. Bayes'
+rule gives a probability; a table over 32 levels of blue, green and red reduces it to one look-up per pixel.
 
-[20] fits its Gaussians to pixels that were picked by hand. Here they come from annotated boxes alone: a box of a
-red-rimmed sign holds red and other pixels, and expectation maximisation parts the two, the other ones being known from
-the rest of the scenes.
+[20] fits its Gaussians to pixels that were picked by hand. Here they come from annotated boxes alone. A box of a
+red-rimmed sign holds red and other pixels. Expectation maximisation separates them, given the colours of the rest of
+the scenes.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ COLOURS: Final[dict[str, frozenset[int]]] = {
     "blue": frozenset(range(33, 41)),
     "yellow": frozenset((12,)),
 }
-"""Classes whose signs show the colour; those of the ends of limits (6, 32, 41, 42) show none."""
+"""Classes whose signs have the colour; the ends of limits (6, 32, 41, 42) have none."""
 LEVELS: Final = 32
 """Steps of blue, green and red in the table."""
 _DARK: Final = 30.0
-"""Added to R + G + B: the hue of what is nearly black is noise."""
+"""Added to R + G + B, since the hue of nearly black pixels is noise."""
 _STEP: Final = 0.03
-"""What one step of the table is in the Ohta plane: no colour is narrower."""
+"""Size of one step of the table in the Ohta plane: the least width of a colour."""
 _SPAN: Final = 1.2
 _CELLS: Final = 96
-"""The background's histogram covers +-_SPAN with so many cells an axis."""
+"""Number of cells per axis of the background's histogram, which covers +-_SPAN."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +75,11 @@ def fit_colours(scenes: Sequence[Scene], rng: np.random.Generator, per_sign: int
 
     Args:
         scenes: training scenes.
-        rng: which pixels are drawn.
-        per_sign: pixels drawn from every sign.
+        rng: random generator; draws the pixels.
+        per_sign: number of pixels drawn from every sign.
 
     Raises:
-        ValueError: a colour without a single sign.
+        ValueError: the scenes hold no sign of a colour.
     """
     samples: dict[str, list[FloatArray]] = {name: [] for name in COLOURS}
     background = []
@@ -130,9 +130,9 @@ def _gaussian(points: FloatArray, mean: FloatArray, covariance: FloatArray) -> F
 
 
 def _separate(points: FloatArray, rest: FloatArray, rounds: int = 40) -> tuple[FloatArray, FloatArray]:
-    """Mean and covariance of the colour within boxes that also hold pixels as the rest of the scenes has them."""
+    """Mean and covariance of the sign's colour in boxes that also hold background pixels."""
     other = _look_up(rest, points)
-    # where the boxes are denser than the rest by the largest factor is the colour
+    # The sign's colour is where the density in the boxes exceeds that of the rest by the largest factor.
     ratio = _look_up(_histogram(points), points) / (other + 1e-6)
     mine = (ratio >= np.quantile(ratio, 0.7)).astype(float)
     mean, covariance = np.zeros(2), np.eye(2)

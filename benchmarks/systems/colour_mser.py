@@ -22,12 +22,12 @@ __all__ = ["ColourMser", "ColourMserDetector"]
 
 @dataclass(frozen=True, slots=True)
 class ColourMser:
-    """Everything trained.
+    """The trained parts.
 
     Attributes:
         colours: the colour probability model.
-        plan: how regions are proposed.
-        svm: what judges them.
+        plan: settings of the proposals.
+        svm: classifier of the proposals.
         calibration: log-odds of being a sign = c0 * decision value + c1.
     """
 
@@ -38,7 +38,7 @@ class ColourMser:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], settings: JsonMapping) -> ColourMser:
-        """From what :meth:`to_arrays` gave."""
+        """The reverse of :meth:`to_arrays`."""
         colours = ColourModel(
             arrays["table"].astype(np.uint8, copy=False),
             arrays["means"].astype(float),

@@ -1,4 +1,4 @@
-"""Training of [20]: colours from annotated boxes, SVMs from signs and from the proposals that are none."""
+"""Training of [20]: colours from annotated boxes, SVMs from signs and from proposals without signs."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ _BYTES: Final = 800.0
 
 @dataclass(frozen=True, slots=True)
 class SvmPlan:
-    """What decides the result besides data and seed.
+    """Settings of the training.
 
     Attributes:
         cost: C of the linear SVMs.
-        jittered: patches cut around each annotated sign.
-        crop_frames: patches from each GTSRB track.
-        searched: share of the scenes whose proposals are looked at.
-        first: background proposals drawn at random from each scene for the first round.
-        hard: background proposals that the first round likes best, from each scene.
-        own: proposals on signs that are taken from each scene.
-        relit: share of the scenes whose proposals are taken under another light.
-        log_odds: so many calibration scenes are searched for the log-odds.
+        jittered: number of patches around each annotated sign.
+        crop_frames: number of patches from each GTSRB track.
+        searched: share of the scenes whose proposals are used.
+        first: number of random background proposals from each scene for the first round.
+        hard: number of background proposals with the highest scores of the first round, from each scene.
+        own: number of proposals on signs from each scene.
+        relit: share of the scenes with changed light.
+        log_odds: number of calibration scenes for the log-odds.
     """
 
     cost: float = 0.05
@@ -64,7 +64,7 @@ class SvmPlan:
 class _Samples:
     """Descriptors and the class of each; -1 is background.
 
-    All background of all scenes is in memory at once, so descriptors, which lie in [0, 0.3], are kept in bytes.
+    All background of all scenes is in memory, so descriptors, which lie in [0, 0.3], are stored as bytes.
     """
 
     bytes: NDArray[np.uint8]
@@ -81,7 +81,7 @@ class _Samples:
         return self.bytes.astype(np.float32) / np.float32(_BYTES)
 
     def at(self, rows: NDArray[np.int64]) -> _Samples:
-        """Some of them."""
+        """The samples of some rows."""
         return _Samples(self.bytes[rows], self.classes[rows])
 
 
@@ -98,18 +98,18 @@ def train_colour_mser(
 
     Args:
         train: annotated scenes to learn from.
-        calibrate: scenes from which the log-odds come.
+        calibrate: scenes for the log-odds.
         crops: GTSRB crops as further signs.
-        seed: of everything random.
-        tell: told what is going on.
-        plan: unset: the defaults.
-        proposals: unset: the defaults.
+        seed: random seed.
+        tell: called with each stage.
+        plan: settings of the training; unset: the defaults.
+        proposals: settings of the proposals; unset: the defaults.
 
     Returns:
         The model and a record of the training.
 
     Raises:
-        ValueError: no sign of some colour.
+        ValueError: the scenes hold no sign of a colour.
     """
     plan, proposals = plan or SvmPlan(), proposals or ProposalPlan()
     rng = np.random.default_rng([seed, 37])
@@ -141,7 +141,7 @@ def train_colour_mser(
 
 
 def proposal_recall(boxes: FloatArray, truth: FloatArray) -> int:
-    """How many true boxes (m, 4) some proposal (n, 4) covers with an IoU of 0.5."""
+    """Number of true boxes (m, 4) that a proposal (n, 4) covers with an IoU of at least 0.5."""
     return int((iou(truth, boxes).max(axis=1) >= 0.5).sum()) if len(truth) and len(boxes) else 0
 
 
@@ -166,7 +166,7 @@ def _signs(
 def _proposed(
     scene: Scene, colours: ColourModel, proposals: ProposalPlan, plan: SvmPlan, rng: np.random.Generator
 ) -> tuple[_Samples, _Samples]:
-    """A scene's proposals on signs, and all that lie on none."""
+    """A scene's proposals on signs, and those on no sign."""
     picture = searched_picture(scene, rng, Changed(plan.relit))
     found = propose(picture, colours, proposals, DetectorParams(far_top=0.0, far_bottom=1.0))
     overlap = iou(found.boxes, scene.boxes) if len(scene.boxes) else np.zeros((len(found.boxes), 1))
@@ -194,14 +194,14 @@ def _hardest(samples: _Samples, count: int, svm: HogSvm) -> _Samples:
 
 
 def _fit(samples: _Samples, cost: float, seed: int) -> HogSvm:
-    """One machine a family, against background and the other families' background alike."""
+    """Train one machine for each family, against all background."""
     weights, offsets = [], []
     background = samples.classes < 0
     descriptors = samples.descriptors
     for classes in FAMILIES.values():
         mine = np.isin(samples.classes, list(classes))
         rows = mine | background
-        if not mine.any():  # a family that nobody has seen is never answered
+        if not mine.any():  # a family without samples never wins
             weights.append(np.zeros(LENGTH))
             offsets.append(_SILENT)
             continue
@@ -215,7 +215,7 @@ def _fit(samples: _Samples, cost: float, seed: int) -> HogSvm:
 def _log_odds(
     scenes: Sequence[Scene], colours: ColourModel, proposals: ProposalPlan, svm: HogSvm
 ) -> tuple[tuple[float, float], float]:
-    """``log-odds = c0 * value + c1`` of what the machines see on scenes that trained nothing; recall of proposals."""
+    """``c0, c1`` of ``log-odds = c0 * value + c1``, fitted on scenes without training, and the proposals' recall."""
     values, labels, covered, signs = [], [], 0, 0
     for scene in scenes:
         picture = read_picture(scene)

@@ -1,4 +1,4 @@
-"""Precision-recall curves as results keep them, and who is ahead in a table."""
+"""Precision-recall curves in stored results, and comparisons of rows of a table."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from tsr_engine.records import FloatArray
 __all__ = ["RATES", "outdone", "plain"]
 
 RATES: Final = ("0.03", "0.1", "1.0")
-"""False detections a picture at which recall is reported."""
+"""Numbers of false detections per picture at which recall is reported."""
 
 
 def plain(curve: DetectionScore) -> JsonObject:
-    """What the report needs of a curve."""
+    """The values of a curve that the report needs."""
     some = _corners(curve.recall)
     return {
         "ap": curve.average_precision,
@@ -30,7 +30,7 @@ def plain(curve: DetectionScore) -> JsonObject:
 
 
 def _corners(recall: FloatArray, most: int = 800) -> NDArray[np.int64]:
-    """Points that a drawing needs: between two finds precision only falls, however many false ones there are."""
+    """Indices of the points for a drawing; between two true detections, precision only falls."""
     if not len(recall):
         return np.zeros(0, np.int64)
     finds = np.flatnonzero(np.diff(recall))
@@ -42,7 +42,7 @@ def _corners(recall: FloatArray, most: int = 800) -> NDArray[np.int64]:
 def outdone(
     curves: Mapping[str, JsonMapping], ours: Sequence[str], columns: Mapping[str, tuple[Callable[..., Any], int]]
 ) -> list[str]:
-    """Sentences on where the best of ours is behind another row.
+    """Sentences on columns in which the best of our rows is worse than another row.
 
     Args:
         curves: rows by name.

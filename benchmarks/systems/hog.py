@@ -1,9 +1,9 @@
 """Histograms of oriented gradients, computed once for a whole picture.
 
-The wheel of OpenCV 5 has no ``HOGDescriptor`` any more (it moved to contrib's ``xobjdetect``), so the two systems of
-the comparison that need one share this: nine unsigned bins 20 degrees apart, votes shared between the two nearest
-(Dalal & Triggs 2005), summed over square cells. Histograms of rectangles come from integral planes (Zhu et al. 2006,
-"Fast Human Detection Using a Cascade of Histograms of Oriented Gradients").
+The wheel of OpenCV 5 lacks ``HOGDescriptor`` (it moved to contrib's ``xobjdetect``), so two systems of the comparison
+share this module. It has nine unsigned bins 20 degrees apart; votes are divided between the two nearest (Dalal & Triggs
+2005) and summed over square cells. Histograms of rectangles come from integral planes (Zhu et al. 2006, "Fast Human
+Detection Using a Cascade of Histograms of Oriented Gradients").
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ __all__ = ["BINS", "PLANES", "integral", "orientation_cells", "patch_cells"]
 BINS: Final = 9
 """Unsigned orientations: 0, 20, ..., 160 degrees."""
 PLANES: Final = BINS + 1
-"""The orientations, and last their sum."""
+"""Number of planes: the orientations, then their sum."""
 
 
 def orientation_cells(picture: Picture, cell: int) -> NDArray[np.int32]:
     """Orientation histograms of square cells.
 
     Args:
-        picture: uint8, grey (h, w) or BGR (h, w, 3); of colours the channel with the strongest gradient counts.
-        cell: side of a cell, px; what is left over at the right and below is dropped.
+        picture: uint8, grey (h, w) or BGR (h, w, 3); the colour channel with the strongest gradient counts.
+        cell: side of a cell, px; incomplete cells at the right and below are dropped.
 
     Returns:
-        Shape (10, h // cell, w // cell): twice the sum of magnitudes in grey values, by orientation and in all.
+        Shape (10, h // cell, w // cell): twice the sum of magnitudes in grey values, by orientation and in total.
 
     Raises:
-        ValueError: not a uint8 picture, or smaller than one cell.
+        ValueError: the picture is not uint8, or is smaller than one cell.
     """
     if picture.dtype != np.uint8 or picture.ndim not in (2, 3) or min(picture.shape[:2]) < cell:
         raise ValueError(f"Expected a uint8 picture of at least {cell} px a side. Got {picture.dtype} {picture.shape}.")
@@ -45,7 +45,7 @@ def orientation_cells(picture: Picture, cell: int) -> NDArray[np.int32]:
 
 
 def patch_cells(patches: NDArray[np.uint8], cell: int) -> NDArray[np.int32]:
-    """Orientation histograms of many BGR patches of one size, each by itself.
+    """Orientation histograms of BGR patches of one size.
 
     Args:
         patches: shape (n, h, w, 3).
@@ -76,11 +76,11 @@ def _voted(planes: NDArray[np.uint8], cell: int) -> NDArray[np.int32]:
     return out
 
 
-# Rows are worked on as a whole so that the processor takes several pixels at a time. Sums are of whole numbers: their
-# order does not matter.
+# Loops process whole rows, so that the compiler can vectorise them. Sums are of whole numbers, so their order does not
+# matter.
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gradient_row(above, here, below, gx, gy, energy):  # type: ignore[no-untyped-def]
-    """Takes over the gradient of one channel where it is the strongest so far; ``here`` has a pixel more each side."""
+    """Takes the gradient of one channel where it is stronger than that of earlier ones; ``here`` is padded by 1 px."""
     for x in range(gx.shape[0]):
         dx = np.float32(here[x + 2]) - np.float32(here[x])
         dy = np.float32(below[x + 1]) - np.float32(above[x + 1])
@@ -128,7 +128,7 @@ def _vote(patches, cell, floats, ints, votes, out):  # type: ignore[no-untyped-d
                 for c in range(patches.shape[1]):
                     _gradient_row(patches[i, c, up], patches[i, c, y], patches[i, c, down], gx, gy, energy)
                 _share_row(gx, gy, energy, low, upper, whole)
-                for column in range(columns):  # cell by cell: no division a pixel
+                for column in range(columns):  # cell by cell, to avoid a division per pixel
                     base = 10 * column
                     for x in range(column * cell, (column + 1) * cell):
                         k = low[x]

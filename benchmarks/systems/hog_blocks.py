@@ -1,7 +1,7 @@
-"""The features of the HOG cascade: shares that one orientation in one quarter has of a block's whole gradient.
+"""The features of the HOG cascade: the share of one orientation in one quarter in a block's whole gradient.
 
-Blocks of several sizes and shapes lie in the window; each is quartered, and each quarter has nine orientations, so a
-block gives 36 numbers, normalised by the block's sum (L1, as in OpenCV's cascade trainer and in Zhu et al. 2006).
+The window holds blocks of several sizes and shapes. Each has four quarters with nine orientations each, which gives 36
+numbers per block, normalised by the block's sum (L1, as in OpenCV's cascade trainer and in Zhu et al. 2006).
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ __all__ = ["FEATURES", "FLOOR", "GAIN", "RECTS", "WINDOW", "offsets", "window_by
 WINDOW: Final = Window(cells=14, shrink=2, sign=24.0, pad=2)
 """The same window as the ACF detector's: 28 px with a sign of 24 px in its middle."""
 GAIN: Final = 900.0
-"""Bytes per unit of a share; a quarter of a block's gradient in one bin saturates."""
+"""Bytes per unit of a share; more than about a quarter of a block's gradient in one bin saturates."""
 FLOOR: Final = 8
-"""Added to a block's sum per cell of it: what grain in a flat sky amounts to."""
+"""Added to a block's sum for each of its cells: the gradient of noise in a flat sky."""
 _SHAPES: Final = ((4, 4), (6, 6), (8, 8), (12, 12), (4, 8), (8, 4), (6, 12), (12, 6), (14, 14))
 """Heights and widths of the blocks in cells of 2 px."""
 
@@ -62,8 +62,8 @@ def window_bytes(planes: NDArray[np.int32], rows: NDArray[np.int64], columns: ND
 
     Args:
         planes: integral planes of one level, shape (10, h + 1, w + 1).
-        rows: of the windows' first cells, shape (n,).
-        columns: likewise.
+        rows: rows of the windows' first cells, shape (n,).
+        columns: columns of the windows' first cells, shape (n,).
 
     Returns:
         Shape (n, FEATURES), uint8.
@@ -79,11 +79,11 @@ def window_bytes(planes: NDArray[np.int32], rows: NDArray[np.int64], columns: ND
 def offsets(
     features: NDArray[np.int32] | NDArray[np.int64], rows: int, columns: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
-    """Where features lie in the flat integral planes of a level of rows x columns cells.
+    """Offsets of features in the flat integral planes of a level of rows x columns cells.
 
     Returns:
-        Corners of the quarter and of the block from a window's first cell, (..., 4) each, signs + - - +; what is added
-        to the block's sum, (...).
+        Offsets of the corners of quarter and block from a window's first cell, (..., 4) each, signs + - - +; and the
+        number added to the block's sum, (...).
     """
     stride, plane = columns + 1, (rows + 1) * (columns + 1)
 

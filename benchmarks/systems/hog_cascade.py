@@ -1,7 +1,7 @@
 """A boosted cascade on histograms of oriented gradients alone, in the manner of Viola and Jones with HOG features.
 
-What the paper's Fig. 9 calls VJ+HOG: grey picture, HOG blocks of many sizes in a sliding window, boosted trees, early
-rejection. It has neither colour nor a refine-and-verify stage, but the same window, scales and search bands as the ACF
+This is VJ+HOG of the paper's Fig. 9: grey picture, HOG blocks of many sizes in a sliding window, boosted trees, early
+rejection. It has neither colour nor a refine-and-verify stage. Window, scales and search bands are those of the ACF
 detector.
 """
 
@@ -26,14 +26,14 @@ from tsr_engine.records import Detections, FloatArray, Picture
 __all__ = ["HogCascade", "HogCascadeDetector", "Survivors", "search"]
 
 LEVEL_LIMIT: Final = 1000
-"""Most windows that one level hands on."""
+"""Largest number of windows of one level."""
 MOST: Final = 4000
-"""Most windows of a picture that are compared with each other."""
+"""Largest number of windows of a picture for suppression."""
 
 
 @dataclass(frozen=True, slots=True)
 class HogCascade:
-    """Everything trained.
+    """The trained parts.
 
     Attributes:
         cascade: trees of depth 2 with rejection thresholds.
@@ -45,7 +45,7 @@ class HogCascade:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], settings: JsonMapping) -> HogCascade:
-        """From what :meth:`to_arrays` gave."""
+        """The reverse of :meth:`to_arrays`."""
         cascade = TreeEnsemble(
             arrays["features"].astype(np.int32),
             arrays["thresholds"].astype(np.uint8),
@@ -69,13 +69,13 @@ class HogCascade:
 
 @dataclass(frozen=True, slots=True)
 class Survivors:
-    """Windows of one picture that a cascade left.
+    """Windows of one picture that pass a cascade.
 
     Attributes:
         boxes: shape (n, 4).
         scores: shape (n,), half log-odds.
         places: shape (n, 3): level, row and column.
-        levels: the levels by index, if they were kept.
+        levels: the levels by index, if kept.
     """
 
     boxes: FloatArray
@@ -90,8 +90,8 @@ def search(picture: Picture, cascade: TreeEnsemble, params: DetectorParams, keep
     Args:
         picture: BGR.
         cascade: see :func:`benchmarks.systems.hog_scan.scan`.
-        params: ``min_width`` and the band of rows in which far signs are searched.
-        keep: keep the levels, for training.
+        params: only ``min_width`` and the band of rows of far signs are used.
+        keep: whether to keep the levels, for training.
     """
     height, width = picture.shape[:2]
     boxes, scores, places = [np.zeros((0, 4))], [np.zeros(0)], [np.zeros((0, 3), np.int64)]
@@ -114,7 +114,7 @@ def search(picture: Picture, cascade: TreeEnsemble, params: DetectorParams, keep
 
 
 def _band(level: HogLevel, params: DetectorParams, height: int) -> tuple[int, int] | None:
-    """Rows of windows that are searched; far signs are near the horizon."""
+    """Rows of windows to search; far signs are near the horizon."""
     if WINDOW.sign / level.scale_y >= params.far_share * height:
         return None
     low, high = (share * height * level.scale_y / WINDOW.shrink for share in (params.far_top, params.far_bottom))
@@ -143,9 +143,9 @@ class HogCascadeDetector:
 
 
 def merged(boxes: FloatArray, scores: FloatArray, kept: FloatArray) -> FloatArray:
-    """Kept boxes (m, 4), each as the mean of what overlaps it by an IoU of 0.6, weighted by the exponential score.
+    """Kept boxes (m, 4), each replaced by the mean of boxes with an IoU above 0.6, weighted by the exponential score.
 
-    The windows lie on a grid; their mean is where the sign is (the cascade's own habit of grouping rectangles).
+    Windows lie on a grid, and their mean is closer to the sign (as in the grouping of rectangles of usual cascades).
     """
     out = kept.copy()
     for i, box in enumerate(kept):

@@ -1,7 +1,7 @@
 """The HOG cascade over every window of a picture.
 
-Trees have two levels of questions. The first few are answered for whole rows of windows at once, which the processor
-does several windows at a time; survivors go on tree by tree until one drops them.
+Trees have depth 2. The first few are evaluated for whole rows of windows at once, which the compiler vectorises.
+Survivors continue tree by tree until one drops them.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["PER_OCTAVE", "HogLevel", "levels", "scales_of", "scan"]
 
 PER_OCTAVE: Final = 6
-"""Scales per octave, as many as the ACF detector searches."""
+"""Scales per octave, as in the ACF detector."""
 DENSE: Final = 6
-"""Trees that are evaluated for whole rows."""
+"""Number of first trees that are evaluated for whole rows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class HogLevel:
         index: scale = first scale * 2 ** (-index / PER_OCTAVE).
         planes: integral planes, shape (10, rows + 1, columns + 1), with a border of ``WINDOW.pad`` cells.
         scale_x: px of the level per px of the picture.
-        scale_y: likewise.
+        scale_y: px of the level per px of the picture, along y.
     """
 
     index: int
@@ -47,11 +47,11 @@ class HogLevel:
 
     @property
     def windows(self) -> tuple[int, int]:
-        """Rows and columns of windows."""
+        """Numbers of rows and columns of windows."""
         return self.planes.shape[1] - WINDOW.cells, self.planes.shape[2] - WINDOW.cells
 
     def boxes(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> FloatArray:
-        """Sign boxes in picture px, shape (n, 4), of windows by their first cells."""
+        """Boxes (n, 4), px of the picture, of the signs in windows with these first cells."""
         x = ((columns - WINDOW.pad) * WINDOW.shrink + WINDOW.margin) / self.scale_x
         y = ((rows - WINDOW.pad) * WINDOW.shrink + WINDOW.margin) / self.scale_y
         return np.stack([x, y, x + WINDOW.sign / self.scale_x, y + WINDOW.sign / self.scale_y], axis=-1)
@@ -63,7 +63,7 @@ def scales_of(width: int, height: int, min_width: float) -> FloatArray:
 
 
 def levels(picture: Picture, scales: Sequence[float] | FloatArray) -> Iterator[HogLevel]:
-    """The levels of a BGR picture, largest first; each is made when it is asked for."""
+    """Yield the levels of a BGR picture, largest first, each made on demand."""
     grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
     border = WINDOW.pad * WINDOW.shrink
     for index, scale in enumerate(scales):
@@ -79,7 +79,7 @@ def levels(picture: Picture, scales: Sequence[float] | FloatArray) -> Iterator[H
 def scan(
     level: HogLevel, cascade: TreeEnsemble, rows: tuple[int, int] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int32]]:
-    """Windows of one level that the cascade leaves.
+    """Windows of one level that pass the cascade.
 
     Args:
         level: see :class:`HogLevel`.
@@ -91,7 +91,7 @@ def scan(
         Row, column and score (in 1/UNIT) of each, in scan order.
 
     Raises:
-        ValueError: trees of another depth.
+        ValueError: the trees have another depth.
     """
     if cascade.depth != 2:
         raise ValueError(f"The scan needs trees of depth 2. Got {cascade.depth} instead.")
@@ -112,7 +112,7 @@ def scan(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _ask_row(a, b, c, d, e, f, g, h, floor, threshold, out):  # type: ignore[no-untyped-def]
-    """One question to a row of windows: does the quarter's share reach the threshold?"""
+    """Evaluates one node for a row of windows: whether the quarter's share reaches the threshold."""
     limit = np.float32(threshold)
     for x in range(out.shape[0]):
         part = np.int32(a[x] - b[x]) - np.int32(c[x] - d[x])

@@ -1,7 +1,7 @@
-"""What [20] of the paper asks of each proposal: a HOG with colour, and one linear SVM for each family of signs.
+"""Classifier of the proposals of [20] of the paper: a HOG with colour, and one linear SVM for each family of signs.
 
-The descriptor is Dalal and Triggs': a patch of 48 px, cells of 6 px, blocks of 2 x 2 cells with their L2 norm clipped
-at 0.2, gradients of the strongest colour channel; and the mean of every colour map in every cell.
+The descriptor is that of Dalal and Triggs: a patch of 48 px, cells of 6 px, blocks of 2 x 2 cells with their L2 norm
+clipped at 0.2, gradients of the strongest colour channel; and the mean of every colour map in every cell.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SIDE: Final = 48
 CELL: Final = 6
 GRID: Final = SIDE // CELL
 MARGIN: Final = 0.12
-"""Border around the box that belongs to the patch, share of its side."""
+"""Border of the patch around the box, as a share of the box's side."""
 LENGTH: Final = (GRID - 1) ** 2 * 4 * BINS + GRID * GRID * len(COLOURS)
 """Values of a descriptor."""
 
@@ -35,12 +35,12 @@ FAMILIES: Final[dict[str, frozenset[int]]] = {
     "ends of limits": frozenset((6, 32, 41, 42)),
     "right of way": frozenset((12, 13, 14)),
 }
-"""Classes by shape and colour; every one of the 43 is in one."""
+"""Families of classes by shape and colour; each of the 43 classes is in one."""
 
 
 @dataclass(frozen=True, slots=True)
 class HogSvm:
-    """One linear SVM a family.
+    """One linear SVM for each family.
 
     Attributes:
         weights: shape (families, LENGTH), float32.
@@ -51,7 +51,7 @@ class HogSvm:
     offsets: NDArray[np.float32]
 
     def scores(self, descriptors: NDArray[np.float32]) -> FloatArray:
-        """The best family's decision value, (n, LENGTH) to (n,)."""
+        """The highest decision value of any family, (n, LENGTH) to (n,)."""
         if not len(descriptors):
             return np.zeros(0)
         return np.asarray((descriptors @ self.weights.T + self.offsets).max(axis=1), dtype=np.float64)
@@ -63,7 +63,7 @@ def describe_boxes(picture: Picture, maps: NDArray[np.uint8], boxes: FloatArray)
     Args:
         picture: BGR.
         maps: colour maps of the picture, (colours, h, w).
-        boxes: shape (n, 4); what lies beyond the picture is replicated.
+        boxes: shape (n, 4), px; the picture's border is replicated beyond its edges.
 
     Returns:
         Shape (n, LENGTH), in [0, 0.3].
@@ -88,7 +88,7 @@ def describe_boxes(picture: Picture, maps: NDArray[np.uint8], boxes: FloatArray)
 
 
 def _surroundings(box: FloatArray) -> tuple[int, int, int, int]:
-    """Whole pixels ``top, bottom, left, right`` of a box with its margin; at least one pixel a side."""
+    """Bounds ``top, bottom, left, right``, whole px, of a box with its margin; at least one pixel wide and high."""
     w, h = box[2] - box[0], box[3] - box[1]
     left, right = round(box[0] - MARGIN * w), round(box[2] + MARGIN * w)
     top, bottom = round(box[1] - MARGIN * h), round(box[3] + MARGIN * h)

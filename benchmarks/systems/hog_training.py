@@ -1,4 +1,4 @@
-"""Training of the HOG cascade: the ACF detector's scenes, crops, jitter, light and hard background, other features."""
+"""Training of the HOG cascade: as for the ACF detector, with other features."""
 
 from __future__ import annotations
 
@@ -31,26 +31,26 @@ __all__ = ["HogPlan", "train_hog_cascade", "windows_on_signs"]
 
 Tell = Callable[[str], None]
 _SIZE_SLACK: Final = 0.12
-"""A window is of a sign's size where the logarithms of their sides differ by no more."""
+"""Largest difference of the logarithms of a window's and a sign's side for a match."""
 
 
 @dataclass(frozen=True, slots=True)
 class HogPlan:
-    """What decides the result besides data and seed.
+    """Settings of the training.
 
     Attributes:
-        rounds: trees of each round; between rounds hard background is collected.
-        mining_share: share of the scenes that are searched after each round but the last.
-        feature_share: share of the features that one tree may look at.
-        jittered: windows cut around each annotated sign.
-        crop_frames: windows from each GTSRB track.
-        random_per_scene: random background windows a scene.
-        per_scene: hard background windows a scene and round.
-        relit: share of the scenes that are searched under another light.
-        most_negatives: background is thinned to this number.
-        lost: share of the calibration scenes' signs, the weakest, that early rejection need not keep.
-        log_odds: so many calibration scenes are searched for the log-odds.
-        slack: how far below the weakest kept sign's running score rejection starts, half log-odds.
+        rounds: number of trees of each round; hard background is collected between rounds.
+        mining_share: share of the scenes to search after each round but the last.
+        feature_share: share of the features that one tree may use.
+        jittered: number of windows around each annotated sign.
+        crop_frames: number of windows from each GTSRB track.
+        random_per_scene: number of random background windows per scene.
+        per_scene: number of hard background windows per scene and round.
+        relit: share of the scenes to search with changed light.
+        most_negatives: largest number of background windows.
+        lost: share of the calibration scenes' weakest signs that early rejection may lose.
+        log_odds: number of calibration scenes for the log-odds.
+        slack: margin of rejection below the running score of the weakest kept sign, half log-odds.
     """
 
     rounds: tuple[int, ...] = (32, 128, 512)
@@ -79,17 +79,17 @@ def train_hog_cascade(
 
     Args:
         train: annotated scenes to learn from.
-        calibrate: scenes from which rejection thresholds and log-odds come.
+        calibrate: scenes for rejection thresholds and log-odds.
         crops: GTSRB crops as further signs.
-        seed: of everything random.
-        tell: told what is going on.
-        plan: unset: the defaults.
+        seed: random seed.
+        tell: called with each stage.
+        plan: settings of the training; unset: the defaults.
 
     Returns:
         The model and a record of the training.
 
     Raises:
-        ValueError: no scene holds a sign.
+        ValueError: the scenes hold no sign.
     """
     plan = plan or HogPlan()
     if not any(len(scene.boxes) for scene in train) or not any(len(scene.boxes) for scene in calibrate):
@@ -136,7 +136,7 @@ def _patch_bytes(patch: Picture) -> NDArray[np.uint8]:
 def _positives(
     train: Sequence[Scene], crops: Sequence[CropItem], plan: HogPlan, rng: np.random.Generator
 ) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """Windows of signs and their weights: rare classes weigh more, crops half as much as scenes."""
+    """Windows of signs and their weights: rare classes have a higher weight, crops half the weight of scenes."""
 
     def seen(patches: list[SignPatch]) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
         if not patches:
@@ -155,7 +155,7 @@ def _levels(picture: Picture) -> list[HogLevel]:
 
 
 def _random_background(scenes: Sequence[Scene], per_scene: int, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Windows that hold no sign, spread over a fifth of the scenes and their levels by size."""
+    """Windows without a sign from a fifth of the scenes, distributed over the levels by size."""
     out = [np.zeros((0, FEATURES), np.uint8)]
     for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 5)]:
         scene = scenes[i]
@@ -172,7 +172,7 @@ def _random_background(scenes: Sequence[Scene], per_scene: int, rng: np.random.G
 
 
 def _hard_background(scene: Scene, cascade: TreeEnsemble, plan: HogPlan, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """The windows without a sign that the cascade likes best."""
+    """The windows without a sign that have the highest scores."""
     params = DetectorParams(far_top=0.0, far_bottom=1.0)
     found = search(searched_picture(scene, rng, Changed(plan.relit)), cascade, params, keep=True)
     clear = away_from_signs(found.boxes, scene.taken)
@@ -186,13 +186,13 @@ def _hard_background(scene: Scene, cascade: TreeEnsemble, plan: HogPlan, rng: np
 
 
 def windows_on_signs(scene: Scene) -> list[NDArray[np.uint8]]:
-    """Per sign of a scene the windows of the scan that lie on it, shape (n, FEATURES) each; n may be 0."""
+    """For each sign of a scene the windows of the scan on it, shape (n, FEATURES) each; n may be 0."""
     out: list[list[NDArray[np.uint8]]] = [[] for _ in scene.boxes]
     picture = read_picture(scene)
     sides = np.sqrt((scene.boxes[:, 2] - scene.boxes[:, 0]) * (scene.boxes[:, 3] - scene.boxes[:, 1]))
     scales = scales_of(picture.shape[1], picture.shape[0], MIN_WIDTH)
-    # A level costs far more than its windows: those that show no sign at the window's size are not made. Sides of
-    # levels are whole px, so a level's own scale may be a little off the one asked for.
+    # A level takes far more time than its windows, so only levels with a sign of the window's size are made. Sides of
+    # levels are whole px, so a level's exact scale may differ a little from the nominal one.
     near_size = np.abs(np.log(WINDOW.sign / (scales[:, None] * sides))) < _SIZE_SLACK + 0.05
     for level in levels(picture, scales[near_size.any(axis=1)]):
         for number, (box, side) in enumerate(zip(scene.boxes, sides, strict=True)):
@@ -211,7 +211,7 @@ def windows_on_signs(scene: Scene) -> list[NDArray[np.uint8]]:
 
 
 def _with_rejection(ensemble: TreeEnsemble, traces: list[list[NDArray[np.uint8]]], plan: HogPlan) -> TreeEnsemble:
-    """Thresholds below the running scores of the best window on each sign of scenes that trained nothing.
+    """Set thresholds below the running scores of the best window on each sign of scenes without training.
 
     The weakest signs, which would not be found anyway, do not count (direct backward pruning, Zhang & Viola 2007).
     """
@@ -227,7 +227,7 @@ def _with_rejection(ensemble: TreeEnsemble, traces: list[list[NDArray[np.uint8]]
 
 
 def _log_odds(cascade: TreeEnsemble, scenes: Sequence[Scene]) -> tuple[float, float]:
-    """``log-odds = c0 * score + c1`` from what the cascade leaves on scenes that trained nothing."""
+    """``c0, c1`` of ``log-odds = c0 * score + c1``, fitted to survivors on scenes without training."""
     scores: list[FloatArray] = []
     labels: list[FloatArray] = []
     for scene in scenes:

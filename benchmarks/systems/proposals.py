@@ -1,4 +1,4 @@
-"""Where a sign could be: maximally stable regions of the colour maps, as [20] of the paper proposes them."""
+"""Proposals of signs: maximally stable regions of the colour maps, as in [20] of the paper."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["ProposalPlan", "Proposals", "propose"]
 
 _SMOOTH: Final = 0.8
-"""Standard deviation, px, of the blur that takes the grain of dark places out of the colour maps."""
+"""Standard deviation, px, of the blur that removes the noise of dark places from the colour maps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +24,12 @@ class ProposalPlan:
     """Settings of the search, chosen on the calibration scenes.
 
     Attributes:
-        delta: grey levels over which a region must be stable.
+        delta: number of grey levels over which a region must be stable.
         max_variation: largest relative change of its area over them.
-        min_diversity: least relative difference between nested regions; OpenCV's own 0.2 loses every second sign.
-        grey: search the grey picture too, for signs without colour.
-        thickest: most elongated box, longer by shorter side.
-        widest: widest sign, px.
+        min_diversity: least relative difference between nested regions; OpenCV's default 0.2 loses every second sign.
+        grey: whether to search the grey picture as well, for signs without colour.
+        thickest: largest ratio of longer to shorter side.
+        widest: largest width of a sign, px.
     """
 
     delta: int = 4
@@ -60,7 +60,7 @@ def propose(picture: Picture, colours: ColourModel, plan: ProposalPlan, params: 
         picture: BGR.
         colours: see :class:`ColourModel`.
         plan: see :class:`ProposalPlan`.
-        params: ``min_width`` and the band of rows in which far signs are searched.
+        params: only ``min_width`` and the band of rows of far signs are used.
     """
     height = picture.shape[0]
     maps = colours.maps(picture)
@@ -92,7 +92,7 @@ def propose(picture: Picture, colours: ColourModel, plan: ProposalPlan, params: 
 
 
 def _distinct(boxes: FloatArray, step: float = 0.07) -> FloatArray:
-    """One box of each group that agrees in place, width and height to about a ``step`` of the size."""
+    """One box of each group with equal place, width and height, up to about a ``step`` of the size."""
     if not len(boxes):
         return boxes
     size = np.log(boxes[:, 2:] - boxes[:, :2]) / step

@@ -1,4 +1,4 @@
-"""What the long experiments with these systems have already seen, so that they go on where they were stopped."""
+"""Stores detections of the long experiments with these systems, so that they can continue after a stop."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ __all__ = ["plain_detections", "plain_seen", "read_detections", "read_seen", "sy
 _DETECTING: Final = (
     "colour_model", "colour_mser", "hog", "hog_blocks", "hog_cascade", "hog_scan", "hog_svm", "proposals", "video",
 )  # fmt: skip
-"""Modules of this folder that decide what is found and how fast; how it is reported may change."""
+"""Modules of this folder that detections and their times depend on."""
 
 
 @cache
 def systems_code() -> str:
-    """Digest of the code that detects, as it is written: what is remembered was made by it."""
+    """Digest of the source of the code that detects; part of the key of stored detections."""
     folder = Path(__file__).parent
     return digest_of(folder, [folder / f"{name}.py" for name in _DETECTING])
 
 
 def plain_detections(found: Detections) -> list[object]:
-    """Detections as values that JSON can hold, exact."""
+    """Detections as exact JSON values."""
     return [found.boxes.tolist(), found.raw_scores.tolist(), found.prior.tolist(), found.scores.tolist()]
 
 
 def read_detections(record: Sequence[object]) -> Detections:
-    """What :func:`plain_detections` gave."""
+    """The reverse of :func:`plain_detections`."""
     boxes, raw, prior, scores = (np.array(column, dtype=np.float64) for column in record)
     return Detections(boxes.reshape(-1, 4), raw, prior, scores)
 
 
 def plain_seen(seen: Seen) -> list[object]:
-    """A frame as values that JSON can hold, exact."""
+    """A frame as exact JSON values."""
     return [seen.ordinal, seen.seconds, list(seen.size), list(seen.shift), plain_detections(seen.detections)]
 
 
 def read_seen(record: list[Any]) -> Seen:
-    """What :func:`plain_seen` gave."""
+    """The reverse of :func:`plain_seen`."""
     ordinal, seconds, (width, height), (x, y), found = record
     return Seen(ordinal, seconds, (width, height), (x, y), read_detections(found))

@@ -1,4 +1,4 @@
-"""Patches of signs to train on, with the jitter, light and loss of detail that the ACF detector is trained with."""
+"""Training patches of signs, with the jitter, light and loss of detail of the ACF detector's training."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def scene_patches(scenes: Sequence[Scene], count: int, sign: float, rng: np.rand
 
     Args:
         scenes: annotated scenes.
-        count: patches a sign; the first is neither relit nor softened.
+        count: number of patches per sign; the first keeps its light and detail.
         sign: side of the sign in the patch, px.
-        rng: randomness.
+        rng: random generator.
     """
     for scene in scenes:
         if not len(scene.boxes):
@@ -59,10 +59,10 @@ def crop_patches(
 
     Args:
         crops: items with region of interest, class and track.
-        scenes: where backgrounds come from.
-        frames: patches a track.
+        scenes: scenes for the backgrounds.
+        frames: number of patches per track.
         sign: side of the sign in the patch, px.
-        rng: randomness.
+        rng: random generator.
     """
     backgrounds = [read_picture(scenes[i]) for i in rng.permutation(len(scenes))[:12]]
     for _, items in sorted(tracks_of(crops).items()):
@@ -76,7 +76,7 @@ def crop_patches(
 
 
 def _varied(patch: Picture, rng: np.random.Generator, relit: float, softened: float) -> Picture:
-    """Relit and softened with these probabilities, mirrored in half of all cases."""
+    """Change light and detail with these probabilities, and mirror half of the patches."""
     if rng.random() < relit:
         patch = relight(patch, rng)
     if rng.random() < softened:

@@ -1,4 +1,4 @@
-"""The trained systems: made once from the scenes that the ACF detector's held-out model was trained on, then read."""
+"""The trained systems: trained once on the scenes of the ACF detector's held-out model, then read from files."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class System:
     """One system of the comparison.
 
     Attributes:
-        name: of its component, for files.
-        title: in the report.
-        train: from scenes to train and to calibrate on, crops, seed and a listener to a model and a record.
-        read: a model from arrays and settings.
-        detector: a detector from a model and parameters.
+        name: name of its component, for files.
+        title: name in the report.
+        train: trains on training and calibration scenes, crops, seed and a callback; returns a model and a record.
+        read: makes a model from arrays and settings.
+        detector: makes a detector from a model and parameters.
     """
 
     name: str
@@ -47,13 +47,13 @@ class System:
 
 @dataclass(frozen=True, slots=True)
 class TrainedSystem:
-    """A system that is ready.
+    """A trained system.
 
     Attributes:
-        system: which.
-        model: what was trained.
-        record: how; ``cpu_seconds`` and ``processor`` among it.
-        sha256: of the component.
+        system: the system.
+        model: its model.
+        record: record of the training, with ``cpu_seconds`` and ``processor``.
+        sha256: hash of the component.
     """
 
     system: System
@@ -75,7 +75,7 @@ SYSTEMS: Final = (
 
 
 def split(data: Data) -> tuple[list[Scene], list[Scene], list[Scene]]:
-    """Scenes to train, to calibrate and to report on: the shipped detector's split of the same folder.
+    """Scenes for training, calibration and report, in the shipped detector's split of the same folder.
 
     Raises:
         Skip: there are no scenes.
@@ -85,11 +85,11 @@ def split(data: Data) -> tuple[list[Scene], list[Scene], list[Scene]]:
 
 
 def trained(data: Data, only: Sequence[str] | None = None) -> list[TrainedSystem]:
-    """The systems; those that are not in the scratch folder yet are trained and kept there.
+    """The systems; those that the scratch folder lacks are trained and stored there.
 
     Args:
         data: scenes and crops.
-        only: names; unset: all.
+        only: names of systems; unset: all.
 
     Raises:
         Skip: scenes or crops are missing.

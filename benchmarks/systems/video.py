@@ -1,4 +1,4 @@
-"""Detections over a video, followed by the Kalman filter or not, against what the frames truly show."""
+"""Detections over a video, with or without the Kalman filter, compared with ground truth."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ __all__ = ["FrameGroundTruth", "Rows", "Seen", "counted", "followed", "frame_gro
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What a detector saw in one frame.
+    """Detections in one frame.
 
     Attributes:
-        ordinal: of the frame.
-        seconds: its time.
+        ordinal: ordinal of the frame.
+        seconds: presentation time.
         size: width and height, px.
-        shift: of the camera since the frame before, px.
-        detections: best first.
+        shift: global camera shift since the last frame, px.
+        detections: detections, best first.
     """
 
     ordinal: int
@@ -44,7 +44,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class FrameGroundTruth:
-    """Signs of one frame that count, (n, 4), and boxes that count neither way, (m, 4)."""
+    """Counted signs of one frame, (n, 4), and ignored boxes, (m, 4)."""
 
     boxes: FloatArray
     ignored: FloatArray
@@ -55,9 +55,9 @@ class Rows:
     """Tracked boxes of one frame.
 
     Attributes:
-        boxes: shape (n, 4), of tracks that are confirmed at some time.
+        boxes: shape (n, 4), boxes of tracks that are confirmed in any frame.
         scores: shape (n,).
-        known: shape (n,), whether the track is confirmed already.
+        known: shape (n,), whether the track is already confirmed.
     """
 
     boxes: FloatArray
@@ -70,8 +70,8 @@ def watch(video: Path, detector: OfflineDetector, times: list[float]) -> Iterato
 
     Args:
         video: the file.
-        detector: any.
-        times: gets the CPU seconds of this thread that each detection took.
+        detector: any detector.
+        times: receives the CPU seconds of this thread for each detection.
     """
     tracking = Params().tracking
     shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
@@ -87,7 +87,7 @@ def watch(video: Path, detector: OfflineDetector, times: list[float]) -> Iterato
 
 
 def followed(frames: Sequence[Seen], params: TrackingParams) -> list[Rows]:
-    """The frames' detections through the tracker, Kalman filter alone, without gate and online detector."""
+    """Track the frames' detections with the Kalman filter alone, without gate and online detector."""
     if not frames:
         return []
     tracker = Tracker(params, *frames[0].size)
@@ -116,7 +116,7 @@ def followed(frames: Sequence[Seen], params: TrackingParams) -> list[Rows]:
 
 
 def frame_ground_truths(truth: TrackTable, ordinals: Sequence[int], min_width: float) -> list[FrameGroundTruth]:
-    """Truth frame by frame; signs narrower than ``min_width`` px count neither way."""
+    """Ground truth by frame; signs narrower than ``min_width`` px are ignored."""
     counts = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= min_width)
     return [
         FrameGroundTruth(truth.boxes[(truth.frame == k) & counts], truth.boxes[(truth.frame == k) & ~counts])
@@ -127,9 +127,9 @@ def frame_ground_truths(truth: TrackTable, ordinals: Sequence[int], min_width: f
 def counted(
     boxes: FloatArray, scores: FloatArray, truth: FrameGroundTruth
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Boxes, scores and truth without the boxes that an ignored one excuses, unless they are on a sign that counts.
+    """Boxes, scores and ground truth, without boxes that an ignored box excuses and that are on no counted sign.
 
-    A box is excused by an IoU, or a share of its own area inside the ignored box, of at least a half.
+    An ignored box excuses a box with an IoU of at least 0.5, or with at least half of its area inside.
     """
     if len(boxes) and len(truth.ignored):
         own = intersection(boxes, truth.ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)

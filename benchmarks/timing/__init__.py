@@ -1,1 +1,1 @@
-"""Measuring time and memory: contenders in turn, and drives as long as one likes."""
+"""Measures time and memory: alternating contenders, and drives of any length."""

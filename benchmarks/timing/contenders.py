@@ -1,4 +1,4 @@
-"""The networks that our times stand beside, each as a function of a picture."""
+"""The networks for comparison of times, each as a function of a picture."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Contender = Callable[[Picture], object]
 
 @dataclass(frozen=True, slots=True)
 class Networks:
-    """Networks by name, and what they are, for the report."""
+    """Networks by name, and their description for the report."""
 
     run: Mapping[str, Contender]
     about: JsonMapping
@@ -47,7 +47,7 @@ def runtime() -> ModuleType:
     """The module `onnxruntime`.
 
     Raises:
-        Skip: it is not installed.
+        Skip: the module is not installed.
     """
     _need("onnxruntime")
     return importlib.import_module("onnxruntime")
@@ -59,7 +59,7 @@ def _need(package: str) -> None:
 
 
 def session(onnxruntime: ModuleType, network: Path | bytes) -> Any:
-    """A session of one thread."""
+    """An inference session with one thread."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.log_severity_level = 3
@@ -68,10 +68,10 @@ def session(onnxruntime: ModuleType, network: Path | bytes) -> Any:
 
 
 def yolo_networks(onnxruntime: ModuleType, folder: Path) -> Networks:
-    """YOLO11n with random weights at both input sizes, exported into a folder if it does not hold them.
+    """YOLO11n with random weights at both input sizes, exported to the folder if missing there.
 
     Raises:
-        Skip: no interpreter at hand can export them.
+        Skip: no available interpreter can export them.
     """
     files = {name: folder / name_of(size) for name, size in SIZES.items()}
     about = folder / "yolo11n.json"
@@ -82,7 +82,7 @@ def yolo_networks(onnxruntime: ModuleType, folder: Path) -> Networks:
 
 
 def _export(folder: Path) -> None:
-    """By this interpreter, or by the one that TSR_ORACLES names, whichever has the package."""
+    """Export with this interpreter, or with that of TSR_ORACLES, depending on which has the package."""
     said = ""
     for python in (sys.executable, os.environ.get("TSR_ORACLES", "")):
         if not python:
@@ -100,10 +100,10 @@ def _export(folder: Path) -> None:
 
 
 def deep_networks(onnxruntime: ModuleType) -> dict[str, Contender]:
-    """The small deep detector at 736x576, by onnxruntime and by the engine's own plug-in.
+    """The small deep detector at 736x576, with onnxruntime and with the engine's plug-in.
 
     Raises:
-        Skip: it was not trained, or `onnx`, which sets its input size, is not installed.
+        Skip: the detector was not trained, or `onnx`, which sets its input size, is not installed.
     """
     if not SIGNS.is_file():
         raise Skip(f"there is no trained network at `{SIGNS.relative_to(ROOT.parent)}`.")
@@ -119,7 +119,7 @@ def deep_networks(onnxruntime: ModuleType) -> dict[str, Contender]:
 
 
 def _answer(network: Any, size: tuple[int, int]) -> Contender:
-    """Runs on the picture enlarged to the input; the tensor is made once a picture and not timed again."""
+    """Runs a network on the picture enlarged to the input size; the tensor is made before the timing."""
     name = network.get_inputs()[0].name
     kept: dict[int, NDArray[np.float32]] = {}
 

@@ -1,4 +1,4 @@
-"""How cost grows: with the number of signs in view, and with the size of the picture."""
+"""Measures how time grows with the number of signs in view, and with the size of the picture."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tsr_engine.records import Detections, Picture
 __all__ = ["exponent", "picture_cost", "sign_cost", "sign_faces"]
 
 _STARTING: Final = 12
-"""Frames until the tracks are confirmed and everything is compiled; they are not counted."""
+"""Number of first frames that are not counted: they confirm tracks and compile code."""
 
 
 def exponent(x: Sequence[float], y: Sequence[float]) -> float:
@@ -30,7 +30,7 @@ def exponent(x: Sequence[float], y: Sequence[float]) -> float:
 
 
 def sign_faces(video: Path, truth: Path, count: int = 4, side: int = 64) -> list[Picture]:
-    """The largest view of each of some signs of an annotated drive, square, side px."""
+    """The largest views of ``count`` signs of an annotated drive, squares of ``side`` px."""
     best: dict[int, tuple[float, int, list[float]]] = {}
     with truth.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
@@ -55,11 +55,11 @@ def sign_cost(
     """Median CPU ms of a step of the core by the number of signs in view, all detected in every frame.
 
     Args:
-        background: shape of SIZE.
-        faces: of signs, pasted in turn.
+        background: picture of size SIZE.
+        faces: pictures of signs, pasted in turn.
         counts: numbers of signs, at most 20.
-        components: trained parts; the detector is not asked.
-        frames: of which the first dozen are not counted.
+        components: trained parts; the detector is not used.
+        frames: number of frames; the first dozen are not counted.
     """
     costs = {}
     with one_blas_thread():
@@ -80,7 +80,7 @@ def sign_cost(
 
 
 def _place(number: int, k: int) -> list[float]:
-    """Five columns and four rows of signs that grow from 24 px on and drift outwards, never onto each other."""
+    """Box of sign ``k`` in frame ``number``: signs in five columns and four rows grow from 24 px without overlap."""
     column, row = number % 5, number // 5
     side = 24 + 0.5 * k
     x, y = 110 + 125 * column + 0.3 * k, 90 + 125 * row + 0.2 * k
@@ -96,11 +96,11 @@ def _pasted(background: Picture, faces: Sequence[Picture], boxes: np.ndarray) ->
 
 
 def picture_cost(pictures: Sequence[Picture], factors: Sequence[float]) -> dict[tuple[int, int], float]:
-    """Median CPU ms of a detection, one thread, by size: pictures scaled to SIZE times each factor, in turn."""
+    """Median CPU ms of a detection on one thread, by size: pictures are scaled to SIZE times each factor."""
     detector = load_detector(Params().with_settings([("second_core", False)]))
     sizes = [(round(SIZE[0] * factor), round(SIZE[1] * factor)) for factor in factors]
     times: dict[tuple[int, int], list[float]] = {size: [] for size in sizes}
-    for number, picture in enumerate([pictures[0], *pictures]):  # the first time prepares and is not counted
+    for number, picture in enumerate([pictures[0], *pictures]):  # the first run compiles and is not counted
         for size in sizes:
             scaled = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
             began = time.thread_time()

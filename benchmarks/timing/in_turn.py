@@ -1,4 +1,4 @@
-"""Contenders in turn within one process, so that a busy or slow moment of the machine meets all of them alike."""
+"""Alternates contenders within one process, so that other load of the machine affects all of them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Contender", "Turns", "pipeline_beside", "scenes_in_turn", "thread_se
 
 Contender = Callable[[Picture], object]
 _STARTING = 12
-"""Frames of a drive that are not counted: code is compiled and the decoder fills its queue."""
+"""Number of first frames of a drive that are not counted: they compile code and fill the decoder's queue."""
 
 
 @dataclass(slots=True)
@@ -27,8 +27,8 @@ class Turns:
     """CPU times, ms, by contender.
 
     Attributes:
-        ms: a list each, in the order of the pictures.
-        signs_in_view: mean number of tracks a frame, where a drive was tracked.
+        ms: a list for each contender, in the order of the pictures.
+        signs_in_view: mean number of tracks per frame, for a tracked drive.
     """
 
     ms: dict[str, list[float]] = field(default_factory=dict)
@@ -40,7 +40,7 @@ class Turns:
         return tuple(self.ms)
 
     def add(self, name: str, seconds: float) -> None:
-        """Count a turn."""
+        """Add a time."""
         self.ms.setdefault(name, []).append(1e3 * seconds)
 
     def median(self, name: str) -> float:
@@ -48,7 +48,7 @@ class Turns:
         return float(np.median(self.ms[name]))
 
     def summary(self, name: str) -> dict[str, float]:
-        """Number of turns, median, quartiles and mean, ms."""
+        """Number of times, median, quartiles and mean, ms."""
         values = np.array(self.ms[name])
         low, middle, high = np.percentile(values, [25, 50, 75])
         parts = {"median": middle, "low": low, "high": high, "mean": values.mean()}
@@ -62,22 +62,22 @@ class Turns:
 
 
 def scenes_in_turn(contenders: Mapping[str, Contender], pictures: Sequence[Picture], rounds: int = 1) -> Turns:
-    """Every contender on every picture; who begins changes from turn to turn.
+    """Run every contender on every picture; the order rotates.
 
-    Times are of the calling thread: contenders must not use others. A contender with an attribute ``prepare`` has it
-    called with the picture beforehand, untimed.
+    Times are those of the calling thread, so contenders must not use other threads. If a contender has an attribute
+    ``prepare``, it is called with the picture before, without timing.
 
     Args:
-        contenders: by name.
-        pictures: to work on.
-        rounds: turns of everyone on each picture, of which the least counts: processors whose neighbours are busy at
-            times double a time, for one contender and not for the next.
+        contenders: contenders by name.
+        pictures: pictures to process.
+        rounds: runs of each contender on each picture; the shortest time counts, because load on neighbouring cores can
+            double a single time.
     """
     turns = Turns({name: [] for name in contenders})
     names = list(contenders)
     for name in names:
         _prepare(contenders[name], pictures[0])
-        contenders[name](pictures[0])  # compiles and reserves memory
+        contenders[name](pictures[0])  # compiles and allocates memory
     for number, picture in enumerate(pictures):
         least = dict.fromkeys(names, np.inf)
         for turn in range(rounds):
@@ -93,15 +93,15 @@ def scenes_in_turn(contenders: Mapping[str, Contender], pictures: Sequence[Pictu
 def pipeline_beside(
     video: Path, params: Params, components: Components, others: Mapping[str, tuple[Contender, int]]
 ) -> Turns:
-    """The whole engine over a video, with others let in between its frames.
+    """Run the whole engine over a video, with other contenders between its frames.
 
-    The engine's time of a frame is that of the whole process, the decoding thread included, less that of the others.
+    The engine's time of a frame is that of the whole process, with the decoding thread, minus that of the others.
 
     Args:
         video: the file.
-        params: of the run.
+        params: parameters of the run.
         components: trained parts for those parameters.
-        others: name -> contender, and after how many frames its turn comes.
+        others: name -> contender, and the number of frames between its runs.
     """
     turns = Turns({"whole engine": [], **{name: [] for name in others}})
     with open_video(video) as opened:
@@ -112,7 +112,7 @@ def pipeline_beside(
     before, theirs = time.process_time(), 0.0
 
     def after(progress: Progress) -> None:
-        # what the decoding thread does meanwhile counts for the next frame: only the others' own time is taken off
+        # Only the time of the others is subtracted; concurrent work of the decoding thread counts for the next frame.
         nonlocal before, theirs
         now = time.process_time()
         if progress.done > _STARTING:

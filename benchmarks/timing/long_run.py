@@ -1,14 +1,15 @@
-"""A long run in a process of its own, which notes every few hundred frames how long it took and how large it is.
+"""A long run in a separate process, which regularly notes its time and memory.
 
     python -m benchmarks.timing.long_run real VIDEO FOLDER --stop 4500 --seconds 500
     python -m benchmarks.timing.long_run repeated VIDEO FOLDER --stop 132400 --seconds 500
 
-``real`` is `tsr track` on the file. ``repeated`` decodes, detects and measures the camera's shift once for each frame
-of a short clip, and then gives those answers again turn after turn: tracking, gate, online detector, recognition,
-result rows and the evidence store do all their work for every frame of the long drive. In most turns the detections
-are withheld, for on real drives signs are rare.
+``real`` is `tsr track` on the file. ``repeated`` decodes, detects and measures the camera shift once for each frame of
+a short clip, and repeats these results for the whole drive. Tracking, gate, online detector, recognition, result rows
+and evidence do all their work for every frame. In most repetitions, detections are left out, since signs are rare on
+real drives.
 
-Both keep evidence in FOLDER and notes in FOLDER/notes.jsonl. When the time is over they stop; the same command goes on.
+Both store evidence in FOLDER and notes in FOLDER/notes.jsonl. They stop when the time is over; the same command
+continues.
 """
 
 from __future__ import annotations
@@ -49,14 +50,14 @@ __all__ = ["NOTES", "SHOWN", "Seen", "look_once", "note_writer", "repeated"]
 
 NOTES: Final = "notes.jsonl"
 STEP: Final = 100
-"""Frames from one note to the next; the lengths that are reported are multiples of it."""
+"""Number of frames between two notes; reported lengths are multiples of it."""
 SHOWN: Final = 8
-"""Signs are shown in the first of so many turns."""
+"""Period of repetitions; only the first of each period has detections."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A frame of the short clip with all that comes before tracking."""
+    """A frame of the short clip with the results of all steps before tracking."""
 
     picture: Picture
     detections: Detections
@@ -64,13 +65,13 @@ class Seen:
 
 
 def look_once(video: Path, components: Components, params: Params, kept: Path | None = None) -> list[Seen]:
-    """Every frame of a short clip, decoded, detected in, and its camera shift measured.
+    """Decode a short clip, detect in every frame, and measure its camera shift.
 
     Args:
         video: the clip.
-        components: of which only the detector is asked.
-        params: of the run.
-        kept: file of the answers, so that the next process need only decode; unset: none.
+        components: trained parts; only the detector is used.
+        params: parameters of the run.
+        kept: file for the results, so that the next process only decodes; unset: none.
     """
     key = {"video": video_sha256(video), "models": dict(components.models), "params": params.model_dump(mode="json")}
     answers = _read_answers(kept, key) if kept is not None else []
@@ -98,7 +99,7 @@ def look_once(video: Path, components: Components, params: Params, kept: Path | 
 
 
 def _read_answers(path: Path, key: JsonObject) -> list[Any]:
-    """Answers of an earlier process to the same question; none if it was another."""
+    """Results of an earlier process for the same key; empty if there are none."""
     if not path.is_file():
         return []
     reported = json.loads(path.read_text(encoding="utf-8"))
@@ -114,19 +115,19 @@ def repeated(
     stop: int,
     note: Callable[[int], bool],
 ) -> int:
-    """All of a run that comes after detection, over a drive made of one clip; goes on where FOLDER ends.
+    """Do all steps of a run after detection over a repeated clip; continues the run in the folder.
 
     Args:
-        clip: the frames of a turn.
-        components: of which the detector is not asked.
-        params: of the run.
-        identity: of the clip.
-        folder: of the evidence.
+        clip: the frames of one repetition.
+        components: trained parts; the detector is not used.
+        params: parameters of the run.
+        identity: identity of the clip.
+        folder: folder of the evidence.
         stop: frame after the last.
-        note: told after each frame how many are done; false ends the run.
+        note: called after each frame with the number of frames done; false ends the run.
 
     Returns:
-        Frames done, those of earlier calls included.
+        Number of frames done, including earlier calls.
     """
     height, width = clip[0].picture.shape[:2]
     table: JsonObject = {"time_base": f"1/{RATE}", "frames": stop, "width": width, "height": height}
@@ -164,7 +165,7 @@ def repeated(
 
 
 def note_writer(lines: TextIO, seconds: float) -> Callable[[int], bool]:
-    """Writes a note every `STEP` frames; says whether there is time left."""
+    """A callback that writes a note every `STEP` frames, and returns whether there is time left."""
     began, cpu = time.monotonic(), time.process_time()
 
     def note(done: int) -> bool:

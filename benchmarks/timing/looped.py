@@ -1,4 +1,4 @@
-"""Drives of 720x576 as long as one likes: a part of the sample drives, its coded pictures repeated without recoding."""
+"""Makes drives of 720x576 of any length: coded pictures of the sample drives, repeated without encoding."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ RATE: Final = 25
 
 
 def cut_out(picture: Picture) -> Picture:
-    """The right part of a picture, as wide as SIZE's shape allows, scaled to SIZE; signs stand at the right."""
+    """The right part of a picture with the aspect ratio of SIZE, scaled to SIZE; signs are on the right."""
     height, width = picture.shape[:2]
     wide = min(width, round(height * SIZE[0] / SIZE[1]))
     return np.asarray(cv2.resize(picture[:, width - wide :], SIZE, interpolation=cv2.INTER_LINEAR), np.uint8)
 
 
 def base_clip(folder: Path, frames: int, drives: int = 1) -> Path:
-    """The first pictures of the sample drives, as many of each; made once.
+    """Equally many first pictures of the sample drives as one clip, made on first use.
 
     Args:
-        folder: for the file.
-        frames: in all.
-        drives: how many sample drives share them.
+        folder: folder for the file.
+        frames: total number of frames.
+        drives: number of sample drives.
 
     Raises:
-        ValueError: the drives are shorter.
+        ValueError: the drives are too short.
     """
     path = folder / f"base_{frames}_{drives}.mp4"
     if path.is_file():
         return path
     folder.mkdir(parents=True, exist_ok=True)
     left = frames
-    # key frames often, and none that waits for a later one: the file can be repeated at its end
+    # Frequent keyframes and no frame that depends on a later one, so that the file can be repeated at its end.
     with VideoWriter(path, *SIZE, Fraction(RATE), keys=RATE) as writer:
         for number, clip in enumerate(SHIPPED[:drives]):
             with open_video(clip.video) as video:
@@ -58,7 +58,7 @@ def base_clip(folder: Path, frames: int, drives: int = 1) -> Path:
 
 
 def looped(base: Path, times: int, path: Path) -> Path:
-    """A clip again and again in one file; made once."""
+    """A clip repeated in one file, made on first use."""
     if path.is_file():
         return path
     part = path.with_suffix(".part.mp4")

@@ -1,4 +1,4 @@
-"""What the notes of a long run say: rate by section, memory along the way."""
+"""Reads the notes of a long run: rate and memory by section."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class Section:
     """A part of a run.
 
     Attributes:
-        frames: done at its end.
-        per_second: frames a second of wall time in it.
-        cpu_ms: CPU time a frame in it, all threads.
-        peak_mb: largest resident memory up to its end, without the pictures that only the measurement holds.
-        sittings: processes that the run took up to its end.
+        frames: number of frames done at its end.
+        per_second: frames per second of wall time.
+        cpu_ms: CPU time per frame of all threads, ms.
+        peak_mb: peak of resident memory up to its end, without pictures that only the measurement needs.
+        sittings: number of processes of the run up to its end.
     """
 
     frames: int
@@ -30,10 +30,10 @@ class Section:
 
 
 def read_sections(path: Path, ends: Sequence[int]) -> list[Section]:
-    """Sections that end at the given numbers of frames, as far as the run got.
+    """Sections that end at the given numbers of frames, up to the end of the run.
 
-    Time between two processes, and what they need to begin, is in no section: only the way from one note to the next
-    within a process counts. A run that got nowhere near the first end gives one section up to where it is.
+    Only the time between two notes of the same process counts, so pauses and starts of processes are not included. A
+    run that ended before the first given number has one section.
     """
     steps: list[tuple[int, int, float, float]] = []
     peaks: list[tuple[int, float, int]] = []
