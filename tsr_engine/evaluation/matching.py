@@ -80,11 +80,9 @@ def box_pairs(first: TrackTable, second: TrackTable, least: float) -> Pairs:
     )
     bounds = np.unique(np.concatenate([[0], np.minimum(ends, len(first)), [len(first)]]))
     pieces = [_pairs_of(first, second, low, count, slice(a, b), least) for a, b in pairwise(bounds.tolist())]
-    return (
-        Pairs(*(np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("a", "b", "iou")))
-        if pieces
-        else Pairs(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
-    )
+    if not pieces:
+        return Pairs(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+    return Pairs(*(np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("a", "b", "iou")))
 
 
 def _pairs_of(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -45,9 +46,9 @@ def join(
             hidden = [s for s in (ahead.get(frame), back.get(frame)) if s is not None]
             if not hidden:  # neither pass reaches these frames, because of cuts of the film
                 continue
-            uncertainty = max(s.confidence for s in hidden)
+            confidence = max(s.confidence for s in hidden)
             box = between((before, places[before]), (after, places[after]), frame)
-            joined[frame] = Step(box, uncertainty, "predicted", hidden[0].place_error, hidden[0].size_error, None)
+            joined[frame] = Step(box, confidence, "predicted", hidden[0].place_error, hidden[0].size_error, None)
     return joined
 
 
@@ -69,9 +70,7 @@ def _mean(one: Step, other: Step) -> Step:
     agree = float(iou_each(one.box, other.box)[0])
     surer = max((one, other), key=lambda step: step.confidence)
     if agree < _APART:
-        return Step(
-            surer.box, surer.confidence * 0.5, surer.source, surer.place_error, surer.size_error, surer.evidence
-        )
+        return replace(surer, confidence=surer.confidence * 0.5)
     a, b = to_cxcywh(one.box), to_cxcywh(other.box)
     place = _weight([one.place_error, other.place_error])
     size = _weight([one.size_error, other.size_error])

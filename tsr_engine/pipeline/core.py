@@ -210,10 +210,8 @@ class TrackingCore:
         if taken is not None:
             box, quality = taken.box, FULL_QUALITY.times(p.rescore_noise * noise_scale)
         else:
-            box, quality = (
-                found.box,
-                MeasurementQuality(p.search_noise, p.search_size_noise or p.search_noise).times(noise_scale),
-            )
+            quality = MeasurementQuality(p.search_noise, p.search_size_noise or p.search_noise)
+            box, quality = found.box, quality.times(noise_scale)
         self._tracker.correct(track_id, box, source="relocalised", quality=quality, confident=sure)
         return found_by_search(track_id, alone, prediction.box, found, taken, refused)
 
