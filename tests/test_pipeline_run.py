@@ -225,7 +225,7 @@ def test_a_start_in_the_middle_is_reached_by_the_frame_table(tmp_path: Path, ste
     assert min(steps[1:]) == 60
     assert_same_run(tmp_path / "run", tmp_path / "counted")
     moved = replace(table, pts=table.pts + 1, stamps=table.stamps + 1)
-    with pytest.raises(VideoError, match="does not belong to its frame table"):
+    with pytest.raises(VideoError, match="does not match its frame table"):
         track_video(replace(request, evidence=tmp_path / "other", table=moved), toys.components(toys.PARAMS))
 
 

@@ -60,7 +60,7 @@ def start_core(reader: EvidenceReader, params: Params, parts: Models, *, first_i
         size = int(table["width"]), int(table["height"])
         interval = float(table["interval"])
     except (KeyError, TypeError, ValueError):
-        raise EvidenceError(f"{reader.folder} does not say the size and rate of its video. Track it again.") from None
+        raise EvidenceError(f"{reader.folder} lacks the size and rate of its video. Track the video again.") from None
     if "detector" not in reader.header.models:
         parts = replace(parts, look=None)
     return TrackingCore(params, parts, *size, interval=interval, first_id=first_id)

@@ -134,7 +134,7 @@ class _Run:
         table = video.table
         self.frames, self.interval, self.time_base = len(table), float(table.interval()), table.time_base
         if request.table is not None and not video.adopt(request.table):
-            raise VideoError(f"{request.video} does not belong to its frame table. Add it anew.")
+            raise VideoError(f"{request.video} does not match its frame table. Add the video again.")
         self.evidence: RunEvidence | None = None
 
     def execute(self) -> RunReport:

@@ -164,7 +164,7 @@ class Tracker:
             ValueError: the box has no area.
         """
         if not shorter_side(box) > 0:
-            raise ValueError(f"A track is corrected by a box with area. Got: {[float(v) for v in box]}.")
+            raise ValueError(f"A track must be corrected by a box with area. Got {[float(v) for v in box]} instead.")
         track = self._tracks[track_id]
         before = track.motion
         expected = to_xyxy(self._motion.box_of(before))
