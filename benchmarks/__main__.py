@@ -26,7 +26,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"experiments: {', '.join(names)}; unset: all")
     parser.add_argument("--gtsdb", type=Path, help="scenes with gt.txt")
     parser.add_argument("--gtsrb", type=Path, help="class folders 00000 to 00042")
-    parser.add_argument("--clips", type=Path, help="annotated clips, truth in gt/")
+    parser.add_argument("--clips", type=Path, help="annotated clips with ground truth in gt/")
     parser.add_argument("--looming", type=Path, help="simulated approaches with clips.json")
     parser.add_argument("--tuning", type=Path, help="simulated approaches that parameters were chosen on")
     parser.add_argument("--boards", type=Path, help="simulated approaches to signs of no label set")
@@ -35,12 +35,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--drives", type=Path, help="videos without annotation")
     parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--seconds", type=float, help="a call of `scale` may spend on a drive; the next one goes on")
-    parser.add_argument("--report", action="store_true", help="run nothing, write the report anew")
+    parser.add_argument("--seconds", type=float, help="time of one call of `scale`; the next call continues")
+    parser.add_argument("--report", action="store_true", help="only write the report, from stored results")
     args = parser.parse_args(argv)
     unknown = sorted(set(args.names) - set(names))
     if unknown:
-        parser.error(f"there is no experiment {', '.join(unknown)}; there are {', '.join(names)}")
+        parser.error(f"there is no experiment {', '.join(unknown)}; choose from {', '.join(names)}")
     args.scratch.mkdir(parents=True, exist_ok=True)
     data = Data(**{field.name: getattr(args, field.name) for field in fields(Data)})
     chosen = [] if args.report else [e for e in EXPERIMENTS if not args.names or e.name in args.names]
@@ -67,8 +67,8 @@ def alone(scratch: Path) -> Iterator[None]:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise UsageError(
-                f"Other experiments run in {scratch} and make what these would use. Wait for them, or name another "
-                "folder with --scratch."
+                f"Other experiments run in {scratch}, and experiments share their files there. Wait for them, or name "
+                "another folder with --scratch."
             ) from None
         yield
 

@@ -29,7 +29,7 @@ def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--setting", action="append", default=[], help="a further configuration")
-    parser.add_argument("--scratch", type=Path, help="where detections are kept for the next call")
+    parser.add_argument("--scratch", type=Path, help="folder that keeps detections for the next call")
     return parser
 
 

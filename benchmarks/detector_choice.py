@@ -120,13 +120,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Train, and print one line of JSON for each part."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.detector_choice", description=__doc__)
     parser.add_argument("--gtsdb", type=Path, required=True)
-    parser.add_argument("--gtsrb", type=Path, help="unset: scenes alone")
+    parser.add_argument("--gtsrb", type=Path, help="GTSRB crops; unset: only scenes are used")
     parser.add_argument("--parts", type=int, default=3)
-    parser.add_argument("--part", type=int, help="unset: all, one after the other")
+    parser.add_argument("--part", type=int, help="part to run; unset: all, one after another")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument(
-        "--passes", type=int, help="how often the box refinement moves a box; unset: as the detector does"
-    )
+    parser.add_argument("--passes", type=int, help="passes of the box refinement; unset: the detector's default")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="option of the training")
     args = parser.parse_args(argv)
     try:

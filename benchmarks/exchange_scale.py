@@ -124,10 +124,10 @@ def measured(name: str, *, zipped: bool = True, read: bool = False) -> JsonObjec
 def main() -> None:
     """Measure the named formats, or all, each in a separate process."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("formats", nargs="*", help="names; none: all")
-    parser.add_argument("--folder", action="store_true", help="a folder instead of a ZIP file")
-    parser.add_argument("--read", action="store_true", help="read it back too")
-    parser.add_argument("--here", action="store_true", help="in this process")
+    parser.add_argument("formats", nargs="*", help="names of formats; unset: all")
+    parser.add_argument("--folder", action="store_true", help="write a folder instead of a ZIP file")
+    parser.add_argument("--read", action="store_true", help="also read the export back")
+    parser.add_argument("--here", action="store_true", help="measure in this process")
     args = parser.parse_args()
     one = measure if args.here else measured
     for name in args.formats or WITHOUT_PICTURES:

@@ -39,10 +39,10 @@ def main() -> None:
     """Print weights and calibration."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "--clips", type=Path, required=True, help="annotated clips; those that values are chosen on count"
+        "--clips", type=Path, required=True, help="annotated clips; only those of the tuning set are used"
     )
-    parser.add_argument("--looming", type=Path, required=True, help="simulated approaches to choose on")
-    parser.add_argument("--each", type=int, default=2, help="approaches of each stress")
+    parser.add_argument("--looming", type=Path, required=True, help="simulated approaches of the tuning set")
+    parser.add_argument("--each", type=int, default=2, help="number of approaches of each stress")
     args = parser.parse_args()
     videos = [video for name, video in read_clips(args.clips).items() if name in TUNED_ON]
     videos += read_looming(args.looming, each=args.each).videos.values()

@@ -54,10 +54,10 @@ _CRF = {"copied": (26, 32, 38, 44), "encoded": (20, 14, 8, 2)}
 def main() -> None:
     """Print one JSON line for each of the two drives; returns 1 if a recording exceeds a limit."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--clips", type=Path, help=f"folder of clips; those of {WIDTH}x{HEIGHT} are taken")
+    parser.add_argument("--clips", type=Path, help=f"folder of clips; only those of {WIDTH}x{HEIGHT} px are used")
     parser.add_argument("--work", type=Path, help="folder that keeps drives and runs")
     parser.add_argument("--times", type=int, default=4, help="recordings in one process")
-    parser.add_argument("--here", nargs=2, type=Path, metavar=("RUN", "VIDEO"), help="in this process, for one run")
+    parser.add_argument("--here", nargs=2, type=Path, metavar=("RUN", "VIDEO"), help="record one run in this process")
     asked = parser.parse_args()
     if asked.here:
         print(json.dumps(record(asked.here[0], asked.here[1], asked.times)))

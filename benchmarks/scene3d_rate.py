@@ -50,8 +50,8 @@ def main() -> None:
     """Print one JSON line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--tracks", type=int, default=500)
-    parser.add_argument("--seconds", type=float, default=15.0, help="how long the mouse turns the scene")
-    parser.add_argument("--as-viser", action="store_true", help="without our script for drawing by software")
+    parser.add_argument("--seconds", type=float, default=15.0, help="time to turn the scene")
+    parser.add_argument("--as-viser", action="store_true", help="without our script for software rendering")
     parser.add_argument("--chromium", type=Path, default=Path(shutil.which("chromium") or "/usr/bin/chromium"))
     asked = parser.parse_args()
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)

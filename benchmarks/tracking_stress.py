@@ -48,7 +48,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--clips", type=Path, required=True)
     parser.add_argument("--models", type=Path)
-    parser.add_argument("--first", type=int, help="only so many clips")
+    parser.add_argument("--first", type=int, help="number of first clips to use; unset: all")
     parser.add_argument("--setting", action="append", default=[], help="a further configuration")
     parser.add_argument("--only", action="append", help="only these configurations")
     args = parser.parse_args()

@@ -49,7 +49,7 @@ class Seen:
 
     @property
     def alike(self) -> bool:
-        """Whether all looks agree; ``vehicle`` does not count, since a cut-out does not show the vehicle."""
+        """Whether the second naming agrees with the close look; ``unread`` agrees with ``vehicle``."""
         return self.again in ("", self.close) or (self.close, self.again) == ("vehicle", "unread")
 
 

@@ -135,10 +135,10 @@ def main() -> None:
     """Train or continue training, and write the trained network."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--gtsdb", type=Path, required=True)
-    parser.add_argument("--state", type=Path, required=True, help="where a stopped training is kept")
-    parser.add_argument("--out", type=Path, required=True, help="the ONNX file; its .json stands beside it")
+    parser.add_argument("--state", type=Path, required=True, help="file of the training's state")
+    parser.add_argument("--out", type=Path, required=True, help="the ONNX file; a .json is written as well")
     parser.add_argument("--steps", type=int, default=700)
-    parser.add_argument("--minutes", type=float, default=1e9, help="stop after this long, state saved")
+    parser.add_argument("--minutes", type=float, default=1e9, help="save the state and stop after this time")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     torch.set_num_threads(1)

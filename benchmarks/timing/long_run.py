@@ -191,7 +191,7 @@ def main() -> None:
     parser.add_argument("video", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--stop", type=int, required=True)
-    parser.add_argument("--seconds", type=float, default=1e9, help="stop after this long")
+    parser.add_argument("--seconds", type=float, default=1e9, help="stop after this time")
     args = parser.parse_args()
     cv2.setNumThreads(1)
     params = Params()

@@ -41,6 +41,9 @@ class PyramidPlan:
         per_octave: scales per octave.
         computed_per_octave: scales per octave whose channels are computed from the picture.
         lambdas: exponents of the ten channels.
+
+    Raises:
+        ValueError: ``per_octave`` is not a multiple of ``computed_per_octave``.
     """
 
     shrink: int = 2

@@ -47,7 +47,7 @@ class DetectionScore:
         return float(self.recall[allowed[-1]]) if len(allowed) else 0.0
 
     def threshold_at(self, false_per_picture: float) -> float:
-        """Score threshold for :meth:`recall_at`; infinity if no detection is allowed."""
+        """Score threshold for :meth:`recall_at`; infinity if the best detection already exceeds the rate."""
         rank = np.arange(1, len(self.recall) + 1)
         false = rank - self.recall * self.signs
         allowed = np.nonzero(false <= false_per_picture * self.pictures + 1e-9)[0]

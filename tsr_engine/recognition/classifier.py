@@ -41,7 +41,11 @@ Array = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class SignClassifier:
-    """Class margins and probabilities of sign crops. Implements ``CropClassifier``."""
+    """Class margins and probabilities of sign crops. Implements ``CropClassifier``.
+
+    Raises:
+        ValueError: shapes do not fit together, labels repeat, or the temperature is not positive.
+    """
 
     features: FeatureMap | NetworkMap
     weights: Array

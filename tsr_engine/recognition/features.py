@@ -31,7 +31,11 @@ Array = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class FeatureMap:
-    """Learned filters and hidden layer, plain float32 arrays."""
+    """Learned filters and hidden layer, plain float32 arrays.
+
+    Raises:
+        ValueError: a shape does not fit.
+    """
 
     filters: Array
     """Shape (480, f)."""

@@ -78,7 +78,11 @@ NETWORK_GEOMETRY: Final = {
 
 @dataclass(frozen=True, slots=True)
 class NetworkMap:
-    """Weights of the network, plain float32 arrays."""
+    """Weights of the network, plain float32 arrays.
+
+    Raises:
+        ValueError: a shape does not fit the layers.
+    """
 
     kernels: tuple[Array, ...]
     """One for each layer, shape (size * size * inputs, outputs): row by row, the channels of a place together."""
