@@ -101,7 +101,7 @@ def changed_parameters(before: Params, now: Params) -> list[str]:
 def check_models(reader: EvidenceReader, components: Components, params: Params) -> None:
     """Check that the models are those of the run.
 
-    The prior's hash is not checked. The detector's hash is checked only if it also rescores windows.
+    The prior's hash is not checked. The detector's is checked only if it also rescores windows.
 
     Raises:
         ModelError: a component that the replay uses has another hash.
