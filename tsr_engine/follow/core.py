@@ -60,10 +60,7 @@ def follow(
     for anchor in anchors:
         if 0 <= anchor.frame < first or (last is not None and anchor.frame > last):
             end = "the end" if last is None else last
-            raise UsageError(
-                f"The box of frame {anchor.frame} lies outside the range of frames {first} to {end}. Choose another "
-                "box."
-            )
+            raise UsageError(f"The box of frame {anchor.frame} is outside frames {first} to {end}. Choose another box.")
     if between and len(anchors) < 2:
         raise UsageError("Following between boxes needs at least two boxes. Add another one.")
     placed = place(pictures, anchors, parts.look)
