@@ -33,6 +33,7 @@ def register() -> None:
         engine.app.add_typer(people, name="people")
         engine.app.command("record")(record)
         engine.app.command("search")(search)
+        engine.command.cache_clear()
 
 
 def run(arguments: list[str] | None = None) -> int:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Annotated, Any, TextIO
 
 import typer
@@ -31,7 +32,7 @@ from tsr_engine.errors import StorageError, TsrError, UsageError
 from tsr_engine.extras import explained
 from tsr_engine.version import __version__
 
-__all__ = ["app", "run"]
+__all__ = ["app", "command", "run"]
 
 EXIT_UNEXPECTED = 1
 EXIT_USAGE = 2
@@ -98,6 +99,12 @@ app.command("params")(params.params)
 app.command("doctor")(doctor.doctor)
 
 
+@cache
+def command() -> Callable[..., Any]:
+    """The command line of ``app``, made once a process; whoever adds a command to ``app`` clears the cache."""
+    return typer.main.get_command(app)
+
+
 def run(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
@@ -108,7 +115,7 @@ def run(arguments: list[str] | None = None) -> int:
     try:
         refuse_empty_words(sys.argv[1:] if arguments is None else arguments)
         with explained():
-            result = app(args=arguments, standalone_mode=False)
+            result = command()(args=arguments, standalone_mode=False)
         sys.stdout.flush()
     except TsrError as error:
         return _failed(str(error), error.exit_code)

@@ -13,6 +13,7 @@ from app.cli.main import run
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video
+from tests.app.databases import put_tables
 from tests.app.toy_server import Server
 from tsr_engine.errors import UsageError
 from tsr_engine.labels.files import load_set, shipped_set
@@ -45,8 +46,8 @@ def labels(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pyte
     monkeypatch.setenv("TSR_AUTHOR", "ada")
     settings = Settings(home=tmp_path / "home")
     settings.home.mkdir()
+    put_tables(settings.home / "tsr.sqlite")
     database = Database(settings.database)
-    database.migrate()
     with database.write() as session:
         session.add(Video(id="a" * 64, name="drive.mp4", path="/drives/drive.mp4", size=1, state="ready"))
     database.close()

@@ -18,12 +18,13 @@ from app.errors import Invalid
 from app.labels.pictures import MOST_BYTES, Pictograms, is_there, store_picture
 from app.storage.database import Database
 from app.storage.models import LabelPicture
+from tests.app.databases import put_tables
 
 
 @pytest.fixture
 def sqlite(tmp_path: Path) -> Iterator[Database]:
+    put_tables(tmp_path / "tsr.sqlite")
     made = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
-    made.migrate()
     yield made
     made.close()
 

@@ -11,6 +11,7 @@ from app.cli.main import run
 from app.people.directory import Directory
 from app.settings import Settings
 from app.storage.database import Database
+from tests.app.databases import put_tables
 
 
 class Command:
@@ -33,9 +34,7 @@ def tsr(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Command:
     """The command line on an empty library."""
     settings = Settings(home=tmp_path / "home", database_url=None)
     settings.home.mkdir()
-    database = Database(settings.database)
-    database.migrate()
-    database.close()
+    put_tables(settings.home / "tsr.sqlite")
     return Command(settings.home, capsys)
 
 

@@ -15,6 +15,7 @@ from app.storage.models import Video
 from app.videos.opened import ChangedError, CheckedFile, library_file
 from app.videos.same_file import confirm, require_same
 from app.videos.table import pack, unpack
+from tests.app.databases import put_tables
 from tsr_engine.errors import InputError, VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import OpenedFile, stamp_of
@@ -33,9 +34,8 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def database(tmp_path: Path) -> Database:
-    made = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
-    made.migrate()
-    return made
+    put_tables(tmp_path / "tsr.sqlite")
+    return Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
 
 
 @pytest.fixture
