@@ -210,5 +210,5 @@ def test_a_manifest_of_somebody_else(tmp_path: Path) -> None:
     with pytest.raises(ImportFormatError, match="no manifest.json"):
         read_manifest(tmp_path)
     (tmp_path / MANIFEST).write_text('{"name": "extension"}')
-    with pytest.raises(ImportFormatError, match="no manifest of version 1"):
+    with pytest.raises(ImportFormatError, match="not a manifest of version 1"):
         read_manifest(tmp_path)

@@ -20,12 +20,12 @@ from tsr_engine.track_table import NO_CLASS
 __all__ = ["Said", "attributed"]
 
 Said = JsonMapping | None
-"""What a row says beside its box, by name; None: nothing."""
+"""Attributes of a row by name; None: the row has none."""
 
 
 @dataclass(slots=True)
 class _Tellings:
-    """Sentences about attributes, one a kind, with the number of cases."""
+    """Counts sentences about attributes by kind."""
 
     counts: dict[tuple[str, str], int] = field(default_factory=dict)
 
@@ -47,18 +47,18 @@ def attributed(
     add: Callable[[int], bool],
     file: str,
 ) -> tuple[LabelSet, list[Skipped]]:
-    """Give tracks the attributes in the rows of a file; attributes that a label lacks are added to it or reported.
+    """Give tracks the attributes in the rows of a file; attributes that a label lacks are added or reported.
 
     Args:
-        labels: the set.
-        tracks: those that have attributes in the rows are replaced.
-        rows: place of a track -> what is said in each of its frames.
-        declared: what the file says of labels, by id.
-        add: whether a label, by its id, gets the attributes that it does not have.
+        labels: the label set.
+        tracks: tracks with attributes in the rows are replaced.
+        rows: index of a track -> attributes of each of its frames.
+        declared: the file's declarations of labels, by id.
+        add: whether the label with this id gets the attributes that it lacks.
         file: for messages.
 
     Returns:
-        The set, and what was left out.
+        The label set, and what was left out.
     """
     reported = _Tellings()
     by_label: dict[int, dict[str, list[list[object]]]] = {}
@@ -92,11 +92,11 @@ def attributed(
 
 
 def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
-    """What the rows of a track say, by name."""
+    """Values of a track's rows, by attribute name."""
     out: dict[str, list[object]] = {}
     before: Said = None
     for row in said:
-        # rows between two key frames are one object
+        # All frames of one row share one object.
         if row is None or row is before:
             continue
         before = row
@@ -106,7 +106,7 @@ def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
 
 
 def _asked(known: Attribute | None, said: Attribute | None, name: str, columns: list[list[object]]) -> Attribute | None:
-    """The attribute that holds all answers; None: no attribute can hold them."""
+    """The attribute that can hold all values; None: no attribute can."""
     attribute = known or said
     if attribute is None:
         mutable = any(any(value != column[0] for value in column) for column in columns)
@@ -140,10 +140,10 @@ def _plain(value: object) -> str:
 
 
 def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
-    """A value as the attribute takes it.
+    """A value in the form that the attribute stores.
 
     Raises:
-        ValueError: it does not; part of a sentence says why.
+        ValueError: the attribute cannot hold it; the message is part of a sentence.
     """
     answer: AttributeValue = _plain(value)
     if attribute.kind == "checkbox":
@@ -163,7 +163,7 @@ def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
 def _given(
     track: Track, said: Sequence[Said], known: Mapping[str, Attribute], label: str | None, reported: _Tellings
 ) -> Track:
-    """The track with the answers that rows give."""
+    """The track with the values of its rows."""
     whole: dict[str, AttributeValue] = {}
     changing: JsonObject = {}
     for name in _columns(said):
@@ -172,7 +172,7 @@ def _given(
             why = (
                 f"The label {label!r} has no such attribute. Import with unknown=add to add it."
                 if track.label != NO_CLASS and label is not None
-                else "Tracks without label have none."
+                else "Tracks without a label have no attributes."
             )
             reported.count(f"attribute {name[:80]!r}", why)
             continue
@@ -182,7 +182,7 @@ def _given(
                 try:
                     answers[k] = _answer(attribute, row[name])
                 except ValueError as error:
-                    reported.count(f"answers to {name[:80]!r} of {label!r}", f"The set says: {str(error)[:200]}.")
+                    reported.count(f"answers to {name[:80]!r} of {label!r}", f"The label set says: {str(error)[:200]}.")
         given = [answer for answer in answers.tolist() if answer is not None]
         if not given:
             continue
@@ -190,7 +190,7 @@ def _given(
             changing[name] = answers
             continue
         if any(answer != given[0] for answer in given):
-            reason = f"{label!r} has one answer for a whole track; the first was taken."
+            reason = f"{label!r} has one answer for a whole track; the first one was taken."
             reported.count(f"answers to {name[:80]!r} that change within a track", reason)
         whole[name] = given[0]
     return replace(track, attributes=whole, changing=changing)
