@@ -210,7 +210,7 @@ def test_a_label_studio_configuration_of_people_is_read(tmp_path: Path) -> None:
         ("<View>" * 40 + "</View>" * 40, "a.xml", "nested deeper"),
         ("<View/>", "a.xml", "has no labels"),
         ('{"schema": 2, "labels": []}', "a.json", "Update tsr"),
-        ('{"schema": 1, "key": "a", "name": "b"' + "[" * 100_000, "a.json", "no JSON"),
+        ('{"schema": 1, "key": "a", "name": "b"' + "[" * 100_000, "a.json", "not JSON"),
         ([{"name": f"label {n}"} for n in range(MOST_LABELS + 1)], "a", f"more than the {MOST_LABELS} labels"),
         (
             {"schema": 1, "key": "a", "name": "b", "labels": [{"id": n} for n in range(2 * MOST_LABELS)]},
