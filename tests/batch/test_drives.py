@@ -36,7 +36,7 @@ def test_a_list_names_them_too(archive: Path) -> None:
     with pytest.raises(InputError, match=r"list\.txt, line 2: There is no video at"):
         find_drives([f"@{listing}"])
     listing.write_bytes(b"\xff\xfe")
-    with pytest.raises(InputError, match="no text in UTF-8"):
+    with pytest.raises(InputError, match="not UTF-8 text"):
         find_drives([f"@{listing}"])
 
 
