@@ -50,7 +50,7 @@ def test_a_run_is_told_by_its_drive_where_the_camera_looks(capsys: Capture, tmp_
     y = round(json.loads(capsys.readouterr().out)["coast_foe_y"], 3)
     command = ["track", str(DRIVE), "--frames", "200:203", "--evidence", str(tmp_path / "run")]
     assert run(command) == 0
-    assert f"focus of expansion lies at {y:.3f} of the picture's height (distinguished from " in capsys.readouterr().out
+    assert f"focus of expansion lies at {y:.3f} of the picture's height (estimated from " in capsys.readouterr().out
     assert stored_focus(tmp_path / "run") == y
     assert run([*command, "--json"]) == 0  # goes on, here to its end: nothing is reported anew
     assert json.loads(capsys.readouterr().out)["focus"] is None
