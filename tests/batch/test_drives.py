@@ -41,7 +41,7 @@ def test_a_list_names_them_too(archive: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "reported"), [("a/none.mp4", "no video at"), ("*.mov", "No file matches"), ("a/empty", "holds no video")]
+    ("text", "reported"), [("a/none.mp4", "no video at"), ("*.mov", "No file matches"), ("a/empty", "has no video")]
 )
 def test_what_names_nothing_is_told(archive: Path, text: str, reported: str) -> None:
     (archive / "a/empty").mkdir()

@@ -70,7 +70,7 @@ def test_nothing_is_told_to_a_run_that_knows_or_does_not_ask(words: list[str], c
     [
         (["nothing.mp4"], 3, "There is no video at nothing.mp4"),
         ([str(DRIVE), "--frames", "9:9"], 2, "is empty"),
-        ([str(DRIVE), "--frames", "0:2"], 3, "Choose --frames in which it drives on"),
+        ([str(DRIVE), "--frames", "0:2"], 3, "Choose --frames in which it drives"),
         ([str(DRIVE), "--frames", "900:"], 2, "900"),
         ([str(Path(__file__))], 3, "is not a video"),
     ],

@@ -80,7 +80,7 @@ def test_a_file_system_without_exchange(tmp_path: Path, monkeypatch: pytest.Monk
 def test_what_is_no_export_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "photos").mkdir()
     (tmp_path / "photos" / "holiday.jpg").write_bytes(b"x")
-    with pytest.raises(StorageError, match="is no earlier export"):
+    with pytest.raises(StorageError, match="is not an earlier export"):
         export_dataset(a_dataset(), VIDEO, tmp_path / "photos", zipped=False)
     with pytest.raises(StorageError, match="is a folder"):
         export_dataset(a_dataset(), VIDEO, tmp_path / "photos", zipped=True)

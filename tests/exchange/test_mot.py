@@ -182,7 +182,7 @@ def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, 
     text_file(tmp_path, name, _mot_rows("1,1,1"))
     text_file(tmp_path, name.replace("gt.txt", "labels.txt"), "stop\n")
     assert _reported(_read(tmp_path), "names other", "drive.mp4") == reported
-    assert not _reported(_read(tmp_path / name.split("/")[0]), "speaks of"), "a person chose the folder"
+    assert not _reported(_read(tmp_path / name.split("/")[0]), "It was imported onto"), "a person chose the folder"
     (tmp_path / "readme.md").write_text("")
     assert _reported(_read(tmp_path), "names other", "drive.mp4") == reported
 

@@ -273,8 +273,8 @@ def test_a_json_of_another_number_of_frames_is_told(tmp_path: Path) -> None:
 def test_any_column_that_names_a_video_counts(tmp_path: Path, column: str) -> None:
     table = f"{column},frame,x1,y1,x2,y2\n{{}},0,10,10,50,50\n"
     assert _reported(_read(tmp_path, "rows.csv", table.format("a/other.mp4")), "names other.mp4")
-    assert not _reported(_read(tmp_path, "rows.csv", table.format("a/drive.mp4")), "speaks of")
-    assert not _reported(_read(tmp_path, "rows.csv", table.format("camera")), "speaks of")
+    assert not _reported(_read(tmp_path, "rows.csv", table.format("a/drive.mp4")), "It was imported onto")
+    assert not _reported(_read(tmp_path, "rows.csv", table.format("camera")), "It was imported onto")
 
 
 def test_the_head_of_a_json_says_video_and_size(tmp_path: Path) -> None:

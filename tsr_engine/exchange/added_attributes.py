@@ -24,7 +24,7 @@ Said = JsonMapping | None
 
 
 @dataclass(slots=True)
-class _Tellings:
+class _SkipCounts:
     """Counts sentences about attributes by kind."""
 
     counts: dict[tuple[str, str], int] = field(default_factory=dict)
@@ -60,7 +60,7 @@ def attributed(
     Returns:
         The label set, and what was left out.
     """
-    reported = _Tellings()
+    skips = _SkipCounts()
     by_label: dict[int, dict[str, list[list[object]]]] = {}
     for place, said in rows.items():
         questions = by_label.setdefault(tracks[place].label, {})
@@ -76,7 +76,7 @@ def attributed(
         if add(label_id):
             said_here = {each.name: each for each in declared.get(label_id, Declared()).attributes}
             for name, columns in questions.items():
-                new = _asked(found.get(name), said_here.get(name), name, columns)
+                new = _attribute_for(found.get(name), said_here.get(name), name, columns)
                 if new is not None:
                     found[name] = new
             if tuple(found.values()) != label.attributes:
@@ -87,8 +87,10 @@ def attributed(
     for place, said in rows.items():
         track = tracks[place]
         label = labels.get(track.label)
-        tracks[place] = _given(track, said, known.get(track.label, {}), None if label is None else label.name, reported)
-    return labels, reported.skipped()
+        tracks[place] = _with_answers(
+            track, said, known.get(track.label, {}), None if label is None else label.name, skips
+        )
+    return labels, skips.skipped()
 
 
 def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
@@ -105,7 +107,9 @@ def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
     return out
 
 
-def _asked(known: Attribute | None, said: Attribute | None, name: str, columns: list[list[object]]) -> Attribute | None:
+def _attribute_for(
+    known: Attribute | None, said: Attribute | None, name: str, columns: list[list[object]]
+) -> Attribute | None:
     """The attribute that can hold all values; None: no attribute can."""
     attribute = known or said
     if attribute is None:
@@ -160,8 +164,8 @@ def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
     return answer
 
 
-def _given(
-    track: Track, said: Sequence[Said], known: Mapping[str, Attribute], label: str | None, reported: _Tellings
+def _with_answers(
+    track: Track, said: Sequence[Said], known: Mapping[str, Attribute], label: str | None, skips: _SkipCounts
 ) -> Track:
     """The track with the values of its rows."""
     whole: dict[str, AttributeValue] = {}
@@ -174,7 +178,7 @@ def _given(
                 if track.label != NO_CLASS and label is not None
                 else "Tracks without a label have no attributes."
             )
-            reported.count(f"attribute {name[:80]!r}", why)
+            skips.count(f"attribute {name[:80]!r}", why)
             continue
         answers = np.full(len(track.frames), None, object)
         for k, row in enumerate(said):
@@ -182,7 +186,7 @@ def _given(
                 try:
                     answers[k] = _answer(attribute, row[name])
                 except ValueError as error:
-                    reported.count(f"answers to {name[:80]!r} of {label!r}", f"The label set says: {str(error)[:200]}.")
+                    skips.count(f"answers to {name[:80]!r} of {label!r}", f"The label set says: {str(error)[:200]}.")
         given = [answer for answer in answers.tolist() if answer is not None]
         if not given:
             continue
@@ -191,6 +195,6 @@ def _given(
             continue
         if any(answer != given[0] for answer in given):
             reason = f"{label!r} has one answer for a whole track; the first one was taken."
-            reported.count(f"answers to {name[:80]!r} that change within a track", reason)
+            skips.count(f"answers to {name[:80]!r} that change within a track", reason)
         whole[name] = given[0]
     return replace(track, attributes=whole, changing=changing)

@@ -72,26 +72,26 @@ def manifest_beside(folder: Path) -> ManifestFacts | None:
         place = place.parent
     path = place / MANIFEST
     found = path.stat()
-    return _reported(path, found.st_mtime_ns, found.st_size)
+    return _read(path, found.st_mtime_ns, found.st_size)
 
 
 def stated_by_manifest(folder: Path, key: str) -> str:
-    """The manifest's section on the format; empty: there is no manifest, or it has no such section."""
-    reported = manifest_beside(folder)
-    return "" if reported is None else str(reported.format.get(key, ""))
+    """The entry ``key`` of the format section in our manifest beside a file; empty: there is none."""
+    manifest = manifest_beside(folder)
+    return "" if manifest is None else str(manifest.format.get(key, ""))
 
 
 def prefix_in_export(folder: Path, video: DatasetVideo) -> str:
     """The prefix of the names of the video's pictures, if a manifest lists several videos; else empty."""
-    reported = manifest_beside(folder)
-    name = reported.name_of(video) if reported is not None and len(reported.videos) > 1 else ""
+    manifest = manifest_beside(folder)
+    name = manifest.name_of(video) if manifest is not None and len(manifest.videos) > 1 else ""
     return f"{name}_" if name else ""
 
 
 def is_called(folder: Path, video: DatasetVideo, name: str) -> bool:
     """Whether a file or folder is named after a video: by the name in our manifest, else by the video's own name."""
-    reported = manifest_beside(folder)
-    said = reported.name_of(video) if reported is not None else ""
+    manifest = manifest_beside(folder)
+    said = manifest.name_of(video) if manifest is not None else ""
     return name.casefold() == said.casefold() if said else is_name_of(name, video)
 
 
@@ -109,7 +109,7 @@ def is_wrapper(path: Path) -> bool:
 
 
 @lru_cache(maxsize=8)
-def _reported(path: Path, _changed: int, _size: int) -> ManifestFacts | None:
+def _read(path: Path, _changed: int, _size: int) -> ManifestFacts | None:
     about: JsonMapping = {}
     videos: list[JsonMapping] = []
     version: object = None

@@ -102,10 +102,10 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
     target = replace(target, switches=_switches(chosen, target, named=format is not None))
     if place != path and place.is_dir():
         target = replace(target, wrapper=place.name)
-    reported = manifest_beside(place) if place.is_dir() else None
-    entry = None if reported is None else reported.entry(target.video)
-    if reported is not None and reported.videos and entry is None:
-        raise ImportFormatError(_of_others(name, reported, target))
+    manifest = manifest_beside(place) if place.is_dir() else None
+    entry = None if manifest is None else manifest.entry(target.video)
+    if manifest is not None and manifest.videos and entry is None:
+        raise ImportFormatError(_wrong_video(name, manifest, target))
     dataset = chosen.read(place, target)
     if entry is not None and len(dataset.videos) == 1:
         dataset = _with_origin(with_negatives(dataset, entry, target, MANIFEST), entry)
@@ -134,9 +134,9 @@ def _with_origin(dataset: Dataset, entry: JsonMapping) -> Dataset:
     return replace(dataset, videos=(replace(dataset.videos[0], provenance={"run": run}),))
 
 
-def _of_others(name: str, reported: ManifestFacts, target: ImportTarget) -> str:
-    """Boxes of another video would replace tracks that happen to have the same name."""
-    videos = [str(entry.get("name", "another video")) for entry in reported.videos]
+def _wrong_video(name: str, manifest: ManifestFacts, target: ImportTarget) -> str:
+    """The refusal of an export of other videos, whose tracks could replace tracks of the same name."""
+    videos = [str(entry.get("name", "another video")) for entry in manifest.videos]
     more = f" and {len(videos) - 3} more" if len(videos) > 3 else ""
     return (
         f"{name}: is an export of {', '.join(videos[:3])}{more}, not of {target.video.name}. Import it onto that "

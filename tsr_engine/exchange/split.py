@@ -96,7 +96,7 @@ def deal(
     weights = [weight for weight in weights if weight]
     if len(weights) < len(wanted):
         raise ExportError(
-            f"The signs form {counted(len(weights), 'group')} to keep whole, too few for {' / '.join(wanted)}. "
+            f"The signs form {counted(len(weights), 'group')} that must stay whole, too few for {' / '.join(wanted)}. "
             + ("Use more videos." if rule == "video" else "Use more videos, or fewer subsets.")
         )
     order = sorted(range(len(weights)), key=lambda g: _hash(seed, min(members[g])))

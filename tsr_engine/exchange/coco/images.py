@@ -170,7 +170,7 @@ def _listed(image: JsonObject, where: str, head: Head, hashes: set[str], video: 
         called = f"{called} ({digest[:8]})"
     name = str(image.get("file_name", ""))
     return Listed(
-        f"{_spoken(head.file)}/{name}" if several else name,
+        f"{_video_part(head.file)}/{name}" if several else name,
         head.file,
         where,
         frame=numbers.get("frame"),
@@ -181,7 +181,7 @@ def _listed(image: JsonObject, where: str, head: Head, hashes: set[str], video: 
     )
 
 
-def _spoken(file: str) -> str:
+def _video_part(file: str) -> str:
     """The part of a file's name that may name a video; used if there are several files, as a folder's name is."""
     folder, _, name = file.rpartition("/")
     stem = name.removesuffix(".json").removesuffix(".coco").strip("_")

@@ -78,7 +78,7 @@ def write_label_config(labels: LabelSet) -> str:
         lines.append(f"    <Label{_facts(facts)}/>")
     lines += ["  </Labels>", '  <Video name="video" value="$video"/>', '  <VideoRectangle name="box" toName="video"/>']
     for question, about in _grouped(offered):
-        lines += _asked(question, about, len(offered))
+        lines += _control(question, about, len(offered))
     return "\n".join([*lines, "</View>"]) + "\n"
 
 
@@ -149,7 +149,7 @@ def _grouped(offered: list[Label]) -> list[tuple[Attribute, list[str]]]:
     return list(found.values())
 
 
-def _asked(question: Attribute, about: list[str], everything: int) -> list[str]:
+def _control(question: Attribute, about: list[str], everything: int) -> list[str]:
     """The control of an attribute."""
     facts = {"name": question.name, "toName": "video", "perRegion": "true"}
     if len(about) < everything:
