@@ -103,10 +103,10 @@ def make_params(preset: str, settings: Sequence[str]) -> Params:
 
 
 def split_settings(settings: Sequence[str]) -> list[tuple[str, str]]:
-    """``["tau=20", "motion=paper"]`` as pairs; old names of parameters are replaced, with a warning.
+    """``["tau=20", "motion=paper"]`` as pairs; the old name of a parameter gives the present one and a warning.
 
     Raises:
-        UsageError: a setting has no name or no ``=``.
+        UsageError: one of them has no name or no ``=``.
     """
     from tsr_engine.params.renamed import present_name, rename_warnings
 

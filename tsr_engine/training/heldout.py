@@ -26,7 +26,7 @@ __all__ = ["HoldoutSplit", "classification_of", "detection_of", "part", "regress
 Progress = Callable[[str, int, int], None]
 
 _CLEARLY = 0.005
-"""A share may fall by this much without being reported as worse."""
+"""Shares that fall by no more than this are not called worse."""
 _HIGHER = {
     "ap50": "average precision at IoU 0.5",
     "ap75": "average precision at IoU 0.75",
@@ -44,9 +44,9 @@ class HoldoutSplit:
     """Corrected frames in two parts that share no sign.
 
     Attributes:
-        training: frames for training; held-out signs are ignored in them.
-        held: frames for figures; training signs are ignored in them. Empty: there are too few signs to hold any out.
-        by: unit of the split: ``video``, ``sign``, ``export`` (the export's own split) or ``none``.
+        training: frames to learn from; signs that are held out are ignored in them.
+        held: frames for figures; signs that train are ignored in them. Empty: too few signs to hold any out.
+        by: ``video``, ``sign``, ``export`` (the split that the export came with) or ``none``.
         signs: names of the held-out signs.
     """
 
@@ -59,13 +59,13 @@ class HoldoutSplit:
 def part(
     scenes: Sequence[CorrectedScene], seed: int, share: float, given: Mapping[str, str] | None = None
 ) -> HoldoutSplit:
-    """Hold out a share of the corrected signs: whole videos if there are several, else single signs.
+    """Hold out a share of the corrected signs: whole videos where there are several, else single signs.
 
     Args:
         scenes: corrected frames.
-        seed: seed of the choice.
-        share: share of the videos or signs to hold out, at least one of them.
-        given: subset of each sign in an existing split (``train``, ``val``, ``test``); all but ``train``
+        seed: decides which.
+        share: of the videos or signs that are held out, at least one.
+        given: side of each sign in a split that was made before (``train``, ``val``, ``test``); what is not ``train``
             is held out.
     """
     names = sorted({sign for scene in scenes for sign in scene.signs})
@@ -112,9 +112,9 @@ def _drawn(
 def detection_of(
     model: AcfModel, prior: SpatialPrior | None, scenes: Sequence[CorrectedScene], progress: Progress
 ) -> JsonObject:
-    """AP, recall and mean Eq. 7 of a detector with its prior on corrected frames with tight boxes.
+    """AP, recall and mean Eq. 7 of a detector on corrected frames, tight boxes, with the prior.
 
-    Detections on ignored regions are not counted.
+    A detection on an ignored place counts neither way.
     """
     detector = AcfDetector(model, prior, DetectorParams(second_core=False, keep_score=-8.0))
     results, errors = [], []
@@ -138,7 +138,7 @@ def detection_of(
 
 
 def _counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
-    """Which detections are counted: those on a sign, and those on no ignored region."""
+    """Which detections count: those on a sign, and those on no ignored place."""
     if not len(boxes) or not len(ignored):
         return np.ones(len(boxes), bool)
     own = intersection(boxes, ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
@@ -148,7 +148,7 @@ def _counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArr
 
 
 def classification_of(classifier: SignClassifier, crops: Sequence[SignCrop]) -> JsonObject:
-    """Share of crops, and of signs by the sum of their crops' probabilities, that are classified correctly."""
+    """Share of crops, and of signs by the sum of their crops' probabilities, that are read right."""
     if not crops:
         return {}
     answers = classifier.probabilities([plain_view(item.crop) for item in crops])
@@ -168,7 +168,7 @@ def classification_of(classifier: SignClassifier, crops: Sequence[SignCrop]) -> 
 
 
 def regressions(new: JsonMapping, parent: JsonMapping, where: str) -> list[str]:
-    """Sentences about figures in which the new version is worse."""
+    """Sentences on what the new version does worse than the earlier one."""
     out = []
     for name, words in _HIGHER.items():
         before, after = parent.get(name), new.get(name)

@@ -1,4 +1,4 @@
-"""Computes figures of two versions on public data and on remembered samples of it."""
+"""Figures of two versions on public data and on the remembered samples of it."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ __all__ = ["public_figures", "remembered_figures"]
 Progress = Callable[[str, int, int], None]
 
 _HELD = 0.25
-"""Share of the GTSRB tracks that were held out in training."""
+"""Share of the GTSRB tracks that training held out."""
 _FRAMES = 3
-"""Crops per held-out track: neighbours hardly differ."""
+"""Crops of each held-out track: neighbours hardly differ."""
 
 
 def remembered_figures(parts: Mapping[str, Component]) -> JsonObject:
-    """Shares of remembered training data that a version gets right, in the part that refinements do not use.
+    """Shares of the remembered training data that a version gets right, in the part that refinements do not use.
 
     Returns:
-        Shares of signs above and of background below log-odds 0, and of correct crops; empty without a memory.
+        Shares of signs above and of background below log-odds 0, and of crops read right; empty without a memory.
     """
     memory = parts.get(COMPONENT)
     if memory is None:
@@ -56,9 +56,9 @@ def public_figures(
     seed: int,
     progress: Progress,
 ) -> Iterator[tuple[str, JsonObject, JsonObject]]:
-    """Yield name and figures of the new and the earlier version for each folder that is given.
+    """Name and figures of the new and the earlier version, for each folder that is named.
 
-    The shipped version has finally learned from all scenes and tracks, so the figures show what a refinement
+    The shipped version has learned from all scenes and tracks in the end, so the figures tell what a refinement
     spoils, not how good a version is on new data.
 
     Raises:
