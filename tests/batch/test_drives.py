@@ -36,12 +36,12 @@ def test_a_list_names_them_too(archive: Path) -> None:
     with pytest.raises(InputError, match=r"list\.txt, line 2: There is no video at"):
         find_drives([f"@{listing}"])
     listing.write_bytes(b"\xff\xfe")
-    with pytest.raises(InputError, match="no text in UTF-8"):
+    with pytest.raises(InputError, match="not UTF-8 text"):
         find_drives([f"@{listing}"])
 
 
 @pytest.mark.parametrize(
-    ("text", "reported"), [("a/none.mp4", "no video at"), ("*.mov", "No file matches"), ("a/empty", "holds no video")]
+    ("text", "reported"), [("a/none.mp4", "no video at"), ("*.mov", "No file matches"), ("a/empty", "has no video")]
 )
 def test_what_names_nothing_is_told(archive: Path, text: str, reported: str) -> None:
     (archive / "a/empty").mkdir()

@@ -82,7 +82,7 @@ def test_a_stop_kills_what_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_process_that_dies_says_how() -> None:
     outcome = run_order(ORDERS[0], started=lambda process: process.kill())
     assert outcome.died
-    assert outcome.error == "Its process was killed, by somebody or because the machine ran out of memory."
+    assert outcome.error == "Its process was killed, perhaps because the machine ran out of memory."
 
 
 def test_without_ray_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

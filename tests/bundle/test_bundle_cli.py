@@ -106,7 +106,7 @@ def test_own_models_go_in_and_come_out(drive: Drive, tmp_path: Path) -> None:
 def test_models_that_are_none(tmp_path: Path) -> None:
     put_models(SHIPPED, tmp_path / "stored")
     (tmp_path / "stored" / "prior.npz.model").write_bytes(b"PK")
-    with pytest.raises(ImportFormatError, match="is no model"):
+    with pytest.raises(ImportFormatError, match="is not a model"):
         take_models(tmp_path / "stored", tmp_path / "a")
     (tmp_path / "stored" / "prior.npz.model").unlink()
     with pytest.raises(ImportFormatError, match="lacks its model 'prior'"):

@@ -82,12 +82,12 @@ def refused(path: Path) -> str:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (drop("manifest.json"), "is no bug bundle: manifest.json is missing"),
+        (drop("manifest.json"), "is not a bug bundle: manifest.json is missing"),
         (drop("clip.mp4"), "clip.mp4 is missing"),
         (drop("evidence/evidence.sqlite"), "evidence/evidence.sqlite is missing"),
         (drop("expectation.json"), "expectation.json is missing"),
         (put("manifest.json", b"{"), "is not JSON"),
-        (put("manifest.json", b"[]"), "does not say its version"),
+        (put("manifest.json", b"[]"), "does not state its version"),
         (manifest_with(bundle=2), "format 2, this version reads format 1. Update tsr"),
         (manifest_with(bundle=0), "format 0"),
         (manifest_with(frames__stop=10**9), "at most 3000"),
@@ -136,7 +136,7 @@ def test_bombs(plain: Path, tmp_path: Path) -> None:
 
 def test_no_archive_at_all(tmp_path: Path, plain: Path) -> None:
     (tmp_path / "text.zip").write_text("hello")
-    assert "no ZIP archive" in refused(tmp_path / "text.zip")
+    assert "not a ZIP archive" in refused(tmp_path / "text.zip")
     (tmp_path / "half.zip").write_bytes(plain.read_bytes()[:5000])
     assert "half.zip" in refused(tmp_path / "half.zip")
     assert "There is no bundle at" in refused(tmp_path / "none.zip")

@@ -50,7 +50,7 @@ def test_a_run_is_told_by_its_drive_where_the_camera_looks(capsys: Capture, tmp_
     y = round(json.loads(capsys.readouterr().out)["coast_foe_y"], 3)
     command = ["track", str(DRIVE), "--frames", "200:203", "--evidence", str(tmp_path / "run")]
     assert run(command) == 0
-    assert f"focus of expansion lies at {y:.3f} of the picture's height (distinguished from " in capsys.readouterr().out
+    assert f"focus of expansion lies at {y:.3f} of the picture's height (estimated from " in capsys.readouterr().out
     assert stored_focus(tmp_path / "run") == y
     assert run([*command, "--json"]) == 0  # goes on, here to its end: nothing is reported anew
     assert json.loads(capsys.readouterr().out)["focus"] is None
@@ -70,7 +70,7 @@ def test_nothing_is_told_to_a_run_that_knows_or_does_not_ask(words: list[str], c
     [
         (["nothing.mp4"], 3, "There is no video at nothing.mp4"),
         ([str(DRIVE), "--frames", "9:9"], 2, "is empty"),
-        ([str(DRIVE), "--frames", "0:2"], 3, "Choose --frames in which it drives on"),
+        ([str(DRIVE), "--frames", "0:2"], 3, "Choose --frames in which it drives"),
         ([str(DRIVE), "--frames", "900:"], 2, "900"),
         ([str(Path(__file__))], 3, "is not a video"),
     ],

@@ -64,7 +64,7 @@ def test_eval_tracking_of_given_rows(annotated: Path, tmp_path: Path, capsys: Ca
     assert report["coverage"] == 1.0
     assert report["signs_classified"] == 1
     assert run(["eval", "tracking", video, "--truth", str(tmp_path / "none")]) == 3
-    assert "There is no truth drive.csv" in capsys.readouterr().err
+    assert "There is no ground truth drive.csv" in capsys.readouterr().err
     assert run(["eval", "tracking", video, "--results", str(tmp_path / "none")]) == 3
     assert "There is no drive.csv for drive.mp4" in capsys.readouterr().err
     assert run(["eval", "tracking", video, "--min-width", "nan"]) == 2

@@ -256,7 +256,7 @@ def test_the_video_of_a_table_about_several_is_named(page: Page, desk: Desk) -> 
     task.fill("left.mp4")
     dialog.get_by_role("button", name="Import", exact=True).click()
     expect(dialog.locator(".import-done")).to_contain_text("1 track with 2 boxes", timeout=WORK)
-    expect(dialog).to_contain_text("speaks of left.mp4")
+    expect(dialog).to_contain_text("names left.mp4")
 
 
 def test_models_show_what_is_in_use_and_retraining_asks_for_corrections(page: Page, desk: Desk) -> None:

@@ -196,17 +196,17 @@ REFUSED: dict[str, Bad] = {
     "unknown class id": Bad(
         "coco",
         coco(annotations=[{"id": 1, "image_id": 1, "category_id": 9, "bbox": [1, 1, 5, 5]}]),
-        ("instances_default.json", "annotation 1", "id of no category"),
+        ("instances_default.json", "annotation 1", "matches no category"),
     ),
     "duplicate category": Bad(
         "coco",
         coco(categories=[{"id": 1, "name": "stop"}, {"id": 1, "name": "yield"}]),
-        ("instances_default.json", "category 2", "id 1 is there twice"),
+        ("instances_default.json", "category 2", "id 1 occurs twice"),
     ),
     "duplicate picture": Bad(
         "coco",
         coco(images=[{"id": 1, "file_name": "frame_000010.jpg"}, {"id": 1, "file_name": "frame_000011.jpg"}]),
-        ("instances_default.json", "image 2", "id 1 is there twice"),
+        ("instances_default.json", "image 2", "id 1 occurs twice"),
     ),
     "duplicate track": Bad(
         "tracks-json", {"drive.json": json.dumps({"tracks": [TRACK, TRACK]})}, ("drive.json", "track 2", "called 'm1'")
@@ -241,7 +241,7 @@ REPAIRED: dict[str, Bad] = {
         "yolo", yolo("0 0.5 0.5 0.1 0.1 3"), ("labels/train/frame_000010.txt, line 1", "5 columns", "track ids")
     ),
     "duplicate row": Bad(
-        "mot", mot("1,1,10,10,5,5,1,1,1", "1,1,10,10,5,5,1,1,1"), ("twice were taken once", "gt.txt, line 2")
+        "mot", mot("1,1,10,10,5,5,1,1,1", "1,1,10,10,5,5,1,1,1"), ("Repeated boxes were taken once", "gt.txt, line 2")
     ),
     "pixels that look like the devkit's": Bad("voc", voc(), ("whole numbers from 1 on", "lowered by 1")),
     "box over the edge": Bad("cvat-video", cvat('frame="10" xtl="-4"'), ("cut there: 1", "annotations.xml, line 4")),

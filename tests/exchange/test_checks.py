@@ -74,7 +74,7 @@ def test_boxes_over_the_edge_are_cut(validator: ImportValidator) -> None:
     assert found.repaired == (
         "Boxes that reached over the edge of the picture were cut there: 1; the first is f.xml, line 4.",
     )
-    assert "outside of the picture; the first: f.xml, line 5, track a" in found.skipped[0].reason
+    assert "outside the picture; the first: f.xml, line 5, track a" in found.skipped[0].reason
 
 
 def test_boxes_outside_are_counted_and_not_kept(validator: ImportValidator) -> None:
@@ -89,7 +89,7 @@ def test_boxes_outside_are_counted_and_not_kept(validator: ImportValidator) -> N
         tracemalloc.stop()
     (skipped,) = validator.finish("f.xml").skipped
     assert skipped.what == "20000 boxes"
-    assert skipped.reason == "They lie outside of the picture; the first: f.xml, line 1, track a: (-5, 10, -1, 20)."
+    assert skipped.reason == "They lie outside the picture; the first: f.xml, line 1, track a: (-5, 10, -1, 20)."
 
 
 def test_a_second_box_in_a_frame(validator: ImportValidator) -> None:
@@ -105,7 +105,7 @@ def test_the_same_row_twice_is_taken_once(validator: ImportValidator) -> None:
         validator.box("a", 1, (0, 0, 9, 9), 0, file="f", line=2)
     found = validator.finish("f")
     assert len(next(found.videos[0].tracks()).frames) == 1
-    assert found.repaired == ("Boxes that were there twice were taken once: 2; the first is f, line 2.",)
+    assert found.repaired == ("Repeated boxes were taken once: 2; the first is f, line 2.",)
 
 
 def test_names_that_no_label_has_are_refused_with_their_list(validator: ImportValidator) -> None:
@@ -211,8 +211,8 @@ def test_a_byte_order_mark_is_no_content(tmp_path: Path) -> None:
     ("content", "rule"),
     [
         (b'{\n"a": }', "line 2: is not JSON"),
-        (b"[Infinity]", "Infinity is no JSON number"),
-        (b"[-Infinity]", "-Infinity is no JSON number"),
+        (b"[Infinity]", "Infinity is not a JSON number"),
+        (b"[-Infinity]", "-Infinity is not a JSON number"),
         (b"[" * 100_000, "nested too deeply"),
         (b"[" + b"9" * 5000 + b"]", "is not JSON"),
         (b"", "line 1: is not JSON"),

@@ -52,7 +52,7 @@ def test_of_several_videos_the_list_of_videos_tells_the_own_one(tmp_path: Path, 
     ]
     other = _read(tmp_path, content, video="other")
     assert found_in(other) == {10: 0, 11: 1}
-    assert any("speaks of 'other'" in sentence for sentence in other.repaired)
+    assert any("names 'other'" in sentence for sentence in other.repaired)
 
 
 def test_videos_that_are_all_others(tmp_path: Path) -> None:
@@ -61,8 +61,8 @@ def test_videos_that_are_all_others(tmp_path: Path) -> None:
     with pytest.raises(ImportFormatError, match=r"has pictures of 'a' \(1\), 'b' \(1\); nothing says which"):
         _read(tmp_path, coco(images, videos=videos))
     back = _read(tmp_path, coco(images[:1], videos=videos))
-    assert any("speaks of 'a', not of drive.mp4" in sentence for sentence in back.repaired)
-    with pytest.raises(ImportFormatError, match=r"image 1: video_id '1' is the id of no video"):
+    assert any("names 'a', not drive.mp4" in sentence for sentence in back.repaired)
+    with pytest.raises(ImportFormatError, match=r"image 1: video_id '1' matches no video"):
         _read(tmp_path, coco(images, videos=[{"id": 7, "name": "drive"}]))
     with pytest.raises(ImportFormatError, match=r"has pictures of 'video 1' \(1\), 'video 2' \(1\)"):
         _read(tmp_path, coco(images))
@@ -114,8 +114,8 @@ def test_ids_that_went_through_pandas(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("key", "words"),
     [
-        ("image_id", "annotation 1: image_id '11.5' is the id of no image"),
-        ("category_id", "annotation 1: category_id '11.5' is the id of no category"),
+        ("image_id", "annotation 1: image_id '11.5' matches no image"),
+        ("category_id", "annotation 1: category_id '11.5' matches no category"),
         ("track_id", "annotation 1: track_id must be a whole number. Got '11.5'"),
         ("instance_id", "annotation 1: instance_id must be a whole number. Got '11.5'"),
     ],
@@ -147,9 +147,7 @@ def test_an_id_of_results_that_means_two_images(tmp_path: Path) -> None:
         content = {**coco([{"file_name": f"frame_{frame:06d}.jpg"}]), "annotations": []}
         (tmp_path / f"instances_{name}.json").write_text(json.dumps(content))
     (tmp_path / "results.json").write_text(json.dumps([{"image_id": 1, "category_id": 1, "bbox": [1, 2, 30, 40]}]))
-    with pytest.raises(
-        ImportFormatError, match=r"results.json, result 1: image_id '1' is the id of no image, or of several"
-    ):
+    with pytest.raises(ImportFormatError, match=r"results.json, result 1: image_id '1' matches no image, or several"):
         read(tmp_path, "coco")
 
 
@@ -159,7 +157,7 @@ def test_turned_boxes_become_upright_with_a_sentence(tmp_path: Path) -> None:
     images = [{"file_name": "frame_000010.PNG", "width": 640, "height": 360}]
     back = _read(tmp_path, coco(images, notes))
     assert tracks_of(back)["track1"].boxes.tolist() == [pytest.approx([120, 80, 140, 140])]
-    assert any(s.startswith("Turned boxes were replaced by the upright boxes around them: 1") for s in back.repaired)
+    assert any(s.startswith("Rotated boxes were replaced by the upright boxes around them: 1") for s in back.repaired)
     notes[0]["attributes"] = {"rotation": "north"}
     with pytest.raises(ImportFormatError, match="annotation 1: rotation must be a finite number"):
         _read(tmp_path, coco(images, notes))
@@ -168,7 +166,7 @@ def test_turned_boxes_become_upright_with_a_sentence(tmp_path: Path) -> None:
 
 
 def test_sizes_of_images_and_of_their_video(tmp_path: Path) -> None:
-    rule = r"image 1: is about pictures of 1280x720 px, drive\.mp4 has 640x360"
+    rule = r"image 1: has a picture size of 1280x720 px, drive\.mp4 has 640x360"
     sized = {"width": 1280, "height": 720}
     for content in (
         coco(_images(10, **sized), videos=VIDEOS),
@@ -189,7 +187,7 @@ def test_hashes_of_videos_beat_names(tmp_path: Path) -> None:
     assert found_in(back) == {10: 0}
     assert "another video than drive.mp4" in back.skipped[0].reason
     back = _read(tmp_path, coco(images[1:2]))
-    assert any("speaks of another file than drive.mp4, by its hash" in sentence for sentence in back.repaired)
+    assert any("names another file than drive.mp4 by its hash" in sentence for sentence in back.repaired)
     with pytest.raises(
         ImportFormatError, match=r"has pictures of 'drive\.mp4 \(bbbbbbbb\)' \(1\), 'drive\.mp4 \(cccccccc\)'"
     ):

@@ -71,7 +71,7 @@ def test_tags_and_other_shapes_are_skipped(tmp_path: Path) -> None:
 
 def test_pictures_of_another_size(tmp_path: Path) -> None:
     content = _file(BOX.format(1, "")).replace("640", "320").replace("360", "180")
-    with pytest.raises(ImportFormatError, match="line 2: is about pictures of 320x180"):
+    with pytest.raises(ImportFormatError, match="line 2: has a picture size of 320x180"):
         _read(tmp_path, content)
     found = _read(tmp_path, content, size="scale")
     assert next(iter(tracks_of(found).values())).boxes.tolist() == [[2, 2, 18, 18]]
@@ -126,7 +126,7 @@ def test_a_project_of_several_tasks_gives_those_of_the_video(tmp_path: Path) -> 
         read(path)
     back = read(path, video="task 2")
     assert found_in(back) == {10: 2, 11: 3}
-    assert any("speaks of 'task 2'" in sentence for sentence in back.repaired)
+    assert any("names 'task 2'" in sentence for sentence in back.repaired)
     for tasks in (
         TASK.format(1, "other", "") + TASK.format(2, "Drive", ""),
         TASK.format(1, "a", "<source>other.mp4</source>") + TASK.format(2, "b", "<source>drive.mp4</source>"),
@@ -142,7 +142,7 @@ def test_a_task_about_another_video_is_told(tmp_path: Path) -> None:
     path.write_text(cvat(['name="frame_000010"'], TASK.format(1, "x", "<source>other.mp4</source>")))
     back = read(path)
     assert found_in(back) == {10: 0}
-    assert any("speaks of 'other.mp4', not of drive.mp4" in sentence for sentence in back.repaired)
+    assert any("names 'other.mp4', not drive.mp4" in sentence for sentence in back.repaired)
     path.write_text(cvat(['name="frame_000010"'], TASK.format(1, "any name", "")))
     assert read(path).repaired == ()
 
@@ -160,7 +160,7 @@ def test_a_name_that_is_there_twice_is_of_two_videos(tmp_path: Path) -> None:
 def test_a_size_that_stands_in_the_head(tmp_path: Path, place: str) -> None:
     size = place.format("<original_size><width>1280</width><height>720</height></original_size>")
     (tmp_path / "annotations.xml").write_text(cvat(['name="frame_000010"'], size))
-    with pytest.raises(ImportFormatError, match="is about pictures of 1280x720 px"):
+    with pytest.raises(ImportFormatError, match="has a picture size of 1280x720 px"):
         read(tmp_path)
     assert next(iter(tracks_of(read(tmp_path, size="scale")).values())).boxes.tolist() == [[50, 40, 70, 60]]
     own = 'name="frame_000010" width="640" height="360"'

@@ -214,8 +214,8 @@ def test_turned_boxes_become_upright(read: Read) -> None:
     found = read(_file(_track(box.format("90.00")), _track(box.format("0.00"), id=1)))
     assert np.allclose(tracks_of(found)["cvat-0"].boxes, [[110, 90, 130, 130]])
     assert tracks_of(found)["cvat-1"].boxes.tolist() == [[100, 100, 140, 120]]
-    assert "Turned boxes were replaced by the upright boxes around them: 1" in found.repaired[0]
-    with pytest.raises(ImportFormatError, match="line 3: rotation must be finite"):
+    assert "Rotated boxes were replaced by the upright boxes around them: 1" in found.repaired[0]
+    with pytest.raises(ImportFormatError, match="line 3: rotation must be a finite number"):
         read(_file(_track(box.format("nan"))))
 
 
@@ -235,7 +235,7 @@ def test_other_shapes_are_skipped(read: Read) -> None:
 
 def test_pictures_of_another_size(read: Read) -> None:
     half = SAMPLE.replace("<width>640</width><height>360", "<width>320</width><height>180")
-    with pytest.raises(ImportFormatError, match="line 4: is about pictures of 320x180 px, drive.mp4 has 640x360"):
+    with pytest.raises(ImportFormatError, match="line 4: has a picture size of 320x180 px, drive.mp4 has 640x360"):
         read(half)
     found = read(half, size="scale")
     assert tracks_of(found)["t-7f3a"].boxes[0].tolist() == [20, 20, 40, 44]
@@ -357,7 +357,7 @@ def test_of_a_project_the_task_of_the_video_counts(read: Read, before: dict[str,
     again = read(_project(*tasks, tracks={1: (3, 8), 2: (offset + 10, offset + 16)}), task="1") if offset < 40 else None
     if again is not None:
         assert tracks_of(again)["cvat-0"].frames.tolist() == list(range(3, 8))
-        assert "speaks of other.mp4" in again.repaired[0]
+        assert "names other.mp4" in again.repaired[0]
 
 
 @pytest.mark.parametrize(
@@ -367,8 +367,8 @@ def test_of_a_project_the_task_of_the_video_counts(read: Read, before: dict[str,
          r"2 tasks, none about drive\.mp4: 1 \(rear-drive\.mp4\), 2 \(other\.mp4\).*task=ID"),
         (("drive.mp4", "drive.mp4"), {1: (3, 8)}, ' task_id="{}"', r"has 2 tasks that fit drive\.mp4.*task=ID"),
         (("other.mp4", "drive.mp4"), {2: (39, 41)}, ' task_id="{}"', "frame 39 must be in 100 to 199"),
-        (("other.mp4", "drive.mp4"), {7: (3, 8)}, ' task_id="{}"', "task_id '7' is the id of no task"),
-        (("other.mp4", "drive.mp4"), {1: (3, 8)}, "", "does not say its task_id"),
+        (("other.mp4", "drive.mp4"), {7: (3, 8)}, ' task_id="{}"', "task_id '7' matches no task"),
+        (("other.mp4", "drive.mp4"), {1: (3, 8)}, "", "it has no task_id"),
     ],
 )  # fmt: skip
 def test_what_a_project_must_say(
@@ -404,11 +404,11 @@ def test_a_task_of_a_project_is_chosen_by_id_or_name(read: Read) -> None:
     [
         (_task(1, "drive.mp4"), None),
         (_task(1, "/home/django/data/drive.mp4"), None),
-        (_task(1, "other.mp4", name="drive"), "speaks of other.mp4"),
-        ("<task><name>drive</name></task><source>other.mp4</source>", "speaks of other.mp4"),
-        ("<task><name>elsewhere</name></task>", "speaks of elsewhere"),
+        (_task(1, "other.mp4", name="drive"), "names other.mp4"),
+        ("<task><name>drive</name></task><source>other.mp4</source>", "names other.mp4"),
+        ("<task><name>elsewhere</name></task>", "names elsewhere"),
         (_task(1, "drive.mp4", stop=400), "its task ends with frame 400, drive.mp4 with 99"),
-        (f"<project><tasks>{_task(1, 'other.mp4')}</tasks></project>", "speaks of other.mp4"),
+        (f"<project><tasks>{_task(1, 'other.mp4')}</tasks></project>", "names other.mp4"),
     ],
 )
 def test_a_file_about_another_video_says_so(read: Read, meta: str, reported: str | None) -> None:
@@ -434,7 +434,7 @@ def test_the_size_is_found_wherever_it_stands(read: Read, meta: str) -> None:
     size = "<original_size><width>{}</width><height>{}</height></original_size>"
     track = _track(BOX.format(3, 1, 0, 20), BOX.format(4, 1, 1, 20))
     assert read(_file(f"<meta>{meta.format(size.format(640, 360))}</meta>", track)).repaired == ()
-    with pytest.raises(ImportFormatError, match="about pictures of 320x180 px"):
+    with pytest.raises(ImportFormatError, match="has a picture size of 320x180 px"):
         read(_file(f"<meta>{meta.format(size.format(320, 180))}</meta>", track))
 
 

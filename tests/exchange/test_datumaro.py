@@ -149,7 +149,7 @@ def test_boxes_without_a_track_are_tracks_of_their_own(tmp_path: Path) -> None:
 
 def test_pictures_of_another_size(tmp_path: Path) -> None:
     content = changed(SAMPLE, "items/0/image/size", [180, 320])
-    with pytest.raises(ImportFormatError, match="item 1: is about pictures of 320x180"):
+    with pytest.raises(ImportFormatError, match="item 1: has a picture size of 320x180"):
         _read(tmp_path, content)
     assert tracks_of(_read(tmp_path, content, size="scale"))["datumaro-7"].boxes.tolist() == [[20, 20, 40, 44]]
 
@@ -210,7 +210,7 @@ def test_turned_boxes_become_upright_with_a_sentence(tmp_path: Path) -> None:
     content["items"][0]["annotations"][0]["bbox"] = [100, 100, 60, 20]
     found = _read(tmp_path, content)
     assert tracks_of(found)["datumaro-7"].boxes.tolist() == [pytest.approx([120, 80, 140, 140])]
-    assert any(sentence.startswith("Turned boxes were replaced") for sentence in found.repaired)
+    assert any(sentence.startswith("Rotated boxes were replaced") for sentence in found.repaired)
     with pytest.raises(ImportFormatError, match="item 1, box 1: rotation must be a finite number"):
         _read(tmp_path, changed(SAMPLE, f"{BOX}/attributes/rotation", [1]))
 

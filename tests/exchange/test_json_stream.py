@@ -59,10 +59,10 @@ def test_the_pieces_are_the_whole(
     ("content", "words"),
     [
         (b'{"a": [1,\n2}', "line 2: is not JSON"),
-        (b'{"a": [1,\nInfinity]}', "line 2: Infinity is no JSON number"),
+        (b'{"a": [1,\nInfinity]}', "line 2: Infinity is not a JSON number"),
         (b'{"a":\n1 "b": 2}', "line 2: is not JSON: ',' is missing"),
-        (b'{"a": 1,\n"a": 2}', "line 2: has 'a' twice"),
-        (b'{"a": 1}\n{', "line 2: is not JSON: there is more"),
+        (b'{"a": 1,\n"a": 2}', "line 2: has the key 'a' twice"),
+        (b'{"a": 1}\n{', "line 2: is not JSON: there is content after"),
         (b"[1,\n2,]", "line 2: is not JSON"),
         (b"{a: 1}", "double quotes"),
         (b"", "line 1: is not JSON"),

@@ -140,7 +140,7 @@ def test_a_variable_frame_rate_is_refused_both_ways(tmp_path: Path) -> None:
     for change in ({"constant_rate": False}, {"rate": None}):
         data = a_dataset()
         data = replace(data, videos=(replace(data.videos[0], **change),))  # type: ignore[arg-type]
-        with pytest.raises(ExportError, match=r"^drive.mp4 has a variable frame rate; .* choose CVAT for video\.$"):
+        with pytest.raises(ExportError, match=r"^drive.mp4 has a variable frame rate\. .* choose CVAT for video\.$"):
             export_dataset(data, FORMATS["label-studio"], tmp_path / "o", zipped=False)
         assert not (tmp_path / "o").exists()
         with pytest.raises(ImportFormatError, match="tasks.json: counts frames by time, but drive.mp4 has a variable"):
@@ -245,7 +245,7 @@ def test_another_videos_task_is_not_taken_for_ours(tmp_path: Path, name: str) ->
 def test_a_single_task_about_another_video_is_taken_and_told(tmp_path: Path) -> None:
     found = _read(tmp_path, _about("/data/upload/1/1a2b3c4d-other.mp4"))
     assert _first(found) == 10
-    assert found.repaired == ("tasks.json: speaks of other.mp4. It was taken to be about drive.mp4.",)
+    assert found.repaired == ("tasks.json: names other.mp4. It was imported onto drive.mp4.",)
 
 
 def test_the_upload_tells_where_the_address_does_not(tmp_path: Path) -> None:
@@ -260,7 +260,7 @@ def test_a_person_chooses_the_task(tmp_path: Path, task: str, first: int) -> Non
     path.write_text(json.dumps(_about(OTHER, "rear-drive.mp4")))
     found = read_dataset(path, target_of(a_dataset(), switches={"task": task}))
     assert _first(found) == first
-    assert "speaks of" in found.repaired[0]
+    assert "names " in found.repaired[0]
     with pytest.raises(ImportFormatError, match=r"2 tasks, none that is or names '7'.*other\.mp4"):
         read_dataset(path, target_of(a_dataset(), switches={"task": "7"}))
 
@@ -281,7 +281,7 @@ def test_of_a_task_with_two_videos_the_regions_of_ours_count(tmp_path: Path) -> 
     assert list(tracks_of(found)) == ["7f3a"]
     assert found.skipped[0].reason == "It is drawn on rear.mp4."
     task["predictions"][0]["result"].pop(0)
-    assert "speaks of rear.mp4" in _read(tmp_path, [task]).repaired[0]
+    assert "names rear.mp4" in _read(tmp_path, [task]).repaired[0]
 
 
 MIN = [{"video": "/data/upload/1/1a2b3c4d-drive.mp4", "id": 1, "annotator": 1, "annotation_id": 1, "lead_time": 1.0,
@@ -365,13 +365,15 @@ def test_a_region_that_does_not_say_where_it_ends(tmp_path: Path) -> None:
         del key["enabled"]
     found = _read(tmp_path, content)
     assert tracks_of(found)["7f3a"].frames[-1] == 99
-    assert "Regions without enabled do not say where they end" in found.repaired[0]
+    assert "Regions without enabled do not state their end" in found.repaired[0]
 
 
 @pytest.mark.parametrize("value", [None, ["drive.mp4"], ...])
 def test_a_task_that_names_no_video_is_told(tmp_path: Path, value: Any) -> None:
     found = _read(tmp_path, changed(SAMPLE, "0/data/video", value))
-    assert found.repaired == ("tasks.json, task 1: does not say which video it is about. It was taken for drive.mp4.",)
+    assert found.repaired == (
+        "tasks.json, task 1: does not say which video it is about. It was imported onto drive.mp4.",
+    )
 
 
 def test_an_empty_annotation_before_predictions_is_told(tmp_path: Path) -> None:
@@ -387,7 +389,7 @@ def test_turned_boxes_become_upright(tmp_path: Path) -> None:
     found = _read(tmp_path, content)
     # About its upper left corner, clockwise: 32 px wide and 36 high becomes 36 wide to the left and 32 high.
     assert np.allclose(tracks_of(found)["7f3a"].boxes[0], [64 - 36, 72, 64, 72 + 32])
-    assert found.repaired[0].startswith("Turned boxes were replaced by the upright boxes around them: 1")
+    assert found.repaired[0].startswith("Rotated boxes were replaced by the upright boxes around them: 1")
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ def test_each_format_is_recognised_in_every_wrapping(tmp_path: Path, format: str
 
 def test_what_is_none_of_the_formats(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("Dear all")
-    with pytest.raises(ImportFormatError, match=r"letter.txt: is none of CVAT for video 1\.1, CVAT for images"):
+    with pytest.raises(ImportFormatError, match=r"letter.txt: matches none of CVAT for video 1\.1, CVAT for images"):
         read_dataset(tmp_path / "letter.txt", target_of(a_dataset()))
     with pytest.raises(InputError, match="no file or folder"):
         read_dataset(tmp_path / "gone", target_of(a_dataset()))

@@ -29,7 +29,7 @@ def _mot_rows(extra: str, *, id: str = "4", mark: str = ",", frames: range = ran
 
 def _quiet(dataset: Dataset) -> bool:
     """Nothing is reported but that frames 11 to 16 may count from 0 as well."""
-    return all("fit both. Import with first_frame=0" in sentence for sentence in dataset.repaired)
+    return all("fit 0 and 1. Import with first_frame=0" in sentence for sentence in dataset.repaired)
 
 
 def _reported(dataset: Dataset, *words: str) -> bool:
@@ -167,7 +167,7 @@ def test_a_sequence_of_another_video_is_told(tmp_path: Path) -> None:
     text_file(tmp_path, "gt/labels.txt", "stop\n")
     text_file(tmp_path, "seqinfo.ini", "[Sequence]\nname=MOT17-02-FRCNN\nseqLength=600\nimWidth=640\nimHeight=360\n")
     found = _read(tmp_path)
-    assert _reported(found, "seqinfo.ini: speaks of MOT17-02-FRCNN", "drive.mp4")
+    assert _reported(found, "seqinfo.ini: names MOT17-02-FRCNN", "drive.mp4")
     assert _reported(found, "its sequence has 600 frames, drive.mp4 has 100")
     text_file(tmp_path, "seqinfo.ini", "[Sequence]\nimWidth=many\n")
     with pytest.raises(ImportFormatError, match="seqinfo.ini.*whole numbers"):
@@ -181,10 +181,10 @@ def test_a_sequence_of_another_video_is_told(tmp_path: Path) -> None:
 def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, reported: bool) -> None:
     text_file(tmp_path, name, _mot_rows("1,1,1"))
     text_file(tmp_path, name.replace("gt.txt", "labels.txt"), "stop\n")
-    assert _reported(_read(tmp_path), "speaks of other", "drive.mp4") == reported
-    assert not _reported(_read(tmp_path / name.split("/")[0]), "speaks of"), "a person chose the folder"
+    assert _reported(_read(tmp_path), "names other", "drive.mp4") == reported
+    assert not _reported(_read(tmp_path / name.split("/")[0]), "It was imported onto"), "a person chose the folder"
     (tmp_path / "readme.md").write_text("")
-    assert _reported(_read(tmp_path), "speaks of other", "drive.mp4") == reported
+    assert _reported(_read(tmp_path), "names other", "drive.mp4") == reported
 
 
 @pytest.mark.parametrize(
@@ -198,7 +198,7 @@ def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, 
     ],
 )
 def test_a_file_called_after_another_video_is_told(tmp_path: Path, name: str, reported: bool) -> None:
-    assert _reported(_read(text_file(tmp_path, name, _mot_rows("0.9,-1,-1,-1"))), "speaks of ") == reported
+    assert _reported(_read(text_file(tmp_path, name, _mot_rows("0.9,-1,-1,-1"))), "names ") == reported
 
 
 def test_the_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
@@ -225,15 +225,18 @@ def test_frames_that_may_count_from_zero_are_told(tmp_path: Path, frames: range,
     found = _read(path)
     assert tracks_of(found)["track4"].frames[0] == frames[0] - 1
     assert (
-        _reported(found, f"count from 1; its numbers {frames[0]} to {frames[-1]} fit both", "first_frame=0") == reported
+        _reported(found, f"counted from 1, but the numbers {frames[0]} to {frames[-1]} fit 0 and 1", "first_frame=0")
+        == reported
     )
-    assert not _reported(_read(path, first_frame="1"), "fit both")
+    assert not _reported(_read(path, first_frame="1"), "fit 0 and 1")
 
 
 def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
     text = _mot_rows("1,1,1", frames=range(1, 4))
-    assert _reported(_read(text_file(tmp_path, "gt.txt", text[:-1])), "last line does not end", "gt.txt")
-    assert not _reported(_read(text_file(tmp_path, "gt.txt", text)), "last line does not end")
+    assert _reported(
+        _read(text_file(tmp_path, "gt.txt", text[:-1])), "without a line end after the last line", "gt.txt"
+    )
+    assert not _reported(_read(text_file(tmp_path, "gt.txt", text)), "without a line end after the last line")
 
 
 def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
@@ -243,7 +246,7 @@ def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
     found = _read(path, scores="drop")
     (track,) = tracks_of(found).values()
     assert np.isnan(track.score).tolist() == [True, False, True, False]
-    assert _reported(found, "Scores outside of 0 to 1 were left out: 2", "line 1")
+    assert _reported(found, "Scores outside 0 to 1 were left out: 2", "line 1")
 
 
 def test_a_column_of_zeros_hides_nothing_in_silence(tmp_path: Path) -> None:

@@ -148,7 +148,7 @@ REPORTS = {
         (10,),
         1,
         (120, 80, 240, 240),
-        reported=("urned",),
+        reported=("Rotated",),
     ),
     "MOT ids from 0": Report(
         "cheind/py-motmetrics#116",

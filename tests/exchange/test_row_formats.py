@@ -135,7 +135,7 @@ def test_gtsdb_is_read_by_the_engine_as_it_was(tmp_path: Path, clip: Path) -> No
     assert (tmp_path / "out/pictures.txt").read_text().splitlines() == [scene.name for scene in scenes]
     assert scenes[3].boxes.tolist() == [[10, 11, 30, 33]]
     assert reported.content["format"]["corners"] == "inclusive"
-    assert any("none of the 43 classes" in item["reason"] for item in reported.skipped)
+    assert any("not one of the 43 classes" in item["reason"] for item in reported.skipped)
 
 
 def test_gtsdb_corners(tmp_path: Path) -> None:
@@ -192,7 +192,7 @@ def test_crops_are_read_by_the_engine_as_the_benchmark_is(tmp_path: Path, clip: 
         assert item.roi is not None
         assert item.roi[2] + item.roi[0] == picture.shape[1]
     assert (tmp_path / "out/00001/GT-00001.csv").read_text().splitlines()[1] == "00000_00000.ppm;30;31;5;5;25;26;1"
-    assert any("none of the 43 classes" in item["reason"] for item in reported.skipped)
+    assert any("not one of the 43 classes" in item["reason"] for item in reported.skipped)
 
 
 def test_crops_of_one_sign_are_on_one_side(tmp_path: Path, clip: Path) -> None:
@@ -232,7 +232,7 @@ def _of_videos(folder: Path, *names: str) -> Path:
 
 def test_crops_tell_of_their_video(tmp_path: Path) -> None:
     found = read(_of_videos(tmp_path / "one", "other.mp4"), "gtsrb")
-    assert "speaks of other.mp4" in found.repaired[0]
+    assert "names other.mp4" in found.repaired[0]
     assert _one(found) == ([3], [[5, 6, 24, 25]])
     two = _of_videos(tmp_path / "two", "other.mp4", "rear-drive.mp4")
     refused(two, "gtsrb", "2 videos, none about drive.mp4", "other.mp4", "task=NAME")

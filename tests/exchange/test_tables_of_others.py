@@ -17,7 +17,7 @@ from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.table_columns import columns_of, edges_of
 
 BOXES = [(110.0 + k, 85 + k / 2, 150.0 + k, 125 + k / 2) for k in range(6)]
-FIT_BOTH = "frames were taken to count from 0; its numbers 10 to 15 fit both"
+FIT_BOTH = "frames were counted from 0, but the numbers 10 to 15 fit 0 and 1"
 
 
 def _read(folder: Path, name: str, content: str | Any, **more: Any) -> Dataset:
@@ -124,7 +124,7 @@ def test_a_list_for_each_frame_is_taken_in_order(tmp_path: Path, as_text: bool, 
         ("a.csv", "filename,width,height,class,xmin,ymin,xmax,ymax\na_jpg.rf.1f.jpg,640,360,stop,1,1,9,9\n",
          "line 1: names pictures \\(filename\\), not frames"),
         ("a.csv", _csv(",name,class,confidence,box", f"0,stop,0,0.9,{DICT}"), "line 1: the header must have frame"),
-        ("a.csv", "frame,id,x1,y1,x2,y2\n3,1,0.1,0.1,0.2,0.2\n", "line 2: the box lies within one pixel.*shares"),
+        ("a.csv", "frame,id,x1,y1,x2,y2\n3,1,0.1,0.1,0.2,0.2\n", "line 2: the box lies within one pixel.*relative"),
         ("a.csv", "frame,id,box\n3,1,near\n", "line 2: box must be four numbers"),
         ("a.csv", "frame,id,box\n3,1,\"{'x1': 'a', 'y1': 1, 'x2': 5, 'y2': 5}\"\n", "line 2: box must be four numbers"),
         ("a.json", json.dumps(ULTRALYTICS), "entry 1: must have a frame number"),
@@ -143,9 +143,9 @@ def test_what_a_table_must_say(tmp_path: Path, name: str, text: str, words: str)
 @pytest.mark.parametrize(
     ("numbers", "switch", "first", "reported"),
     [
-        (range(1, 101), {}, 0, "taken to count from 1, since its numbers are 1 to 100"),
+        (range(1, 101), {}, 0, "counted from 1, since the numbers are 1 to 100"),
         (range(100), {}, 0, ""),
-        (range(1, 100), {}, 1, "fit both"),
+        (range(1, 100), {}, 1, "fit 0 and 1"),
         (range(1, 100), {"first_frame": "1"}, 0, ""),
         (range(1, 100), {"first_frame": "0"}, 1, ""),
         ((98, 100), {"first_frame": "1"}, 97, ""),
@@ -188,12 +188,12 @@ def test_a_name_goes_before_a_number_and_numbers_are_told(
     table = f"frame,track_id,x1,y1,x2,y2,{','.join(row)}\n0,7,10,10,50,50,{','.join(row.values())}\n"
     found = _read(tmp_path, "rows.csv", table)
     assert tracks_of(found)["7"].label == label
-    assert _reported(found, "took their class number as the tool's: 1", "line 2") == reported
+    assert _reported(found, "without a class name were taken as the tool's: 1", "line 2") == reported
     typed = {key: int(value) if value.lstrip("-").isdigit() else value for key, value in row.items()}
     entry = {"frame": 0, "track_id": 7, "box": [10, 10, 50, 50], **typed}
     found = _read(tmp_path, "rows.json", [entry])
     assert tracks_of(found)["7"].label == label
-    assert _reported(found, "took their class number as the tool's: 1", "entry 1") == reported
+    assert _reported(found, "without a class name were taken as the tool's: 1", "entry 1") == reported
 
 
 @pytest.mark.parametrize("column", ["class", "label", "name", "category"])
@@ -227,7 +227,7 @@ def test_the_rows_of_other_videos_are_left_out(tmp_path: Path, name: str) -> Non
     (track,) = tracks_of(found).values()
     assert track.boxes[0, 0] == 11
     assert "other.mp4" in found.skipped[0].reason
-    assert _reported(_read(tmp_path, name, given("other.mp4")), "speaks of other.mp4", "drive.mp4")
+    assert _reported(_read(tmp_path, name, given("other.mp4")), "names other.mp4", "drive.mp4")
     with pytest.raises(ImportFormatError, match=r"2 videos, none about drive\.mp4: .*task=NAME"):
         _read(tmp_path, name, given("other.mp4", "rear-drive.mp4"))
     chosen = _read(tmp_path, name, given("other.mp4", "rear-drive.mp4"), switches={"task": "rear-drive"})
@@ -237,7 +237,7 @@ def test_the_rows_of_other_videos_are_left_out(tmp_path: Path, name: str) -> Non
 def test_our_json_about_another_video_says_so(tmp_path: Path) -> None:
     about = {"name": "other.mp4", "width": 640, "height": 360}
     content = {"video": about, "tracks": [{"id": 7, "boxes": [{"frame": 3, "box": [1, 1, 30, 30]}]}]}
-    assert _reported(_read(tmp_path, "rows.json", content), "speaks of other.mp4")
+    assert _reported(_read(tmp_path, "rows.json", content), "names other.mp4")
     about |= {"name": "drive.mp4", "sha256": "b" * 64}
     assert _reported(_read(tmp_path, "rows.json", content), "another file called drive.mp4, by its hash")
     about |= {"sha256": "a" * 64}
@@ -260,8 +260,8 @@ def test_a_header_is_held_to_its_rule_without_rows(tmp_path: Path, header: str) 
 
 def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
     rows = "frame,x1,y1,x2,y2\n0,10,10,50,50"
-    assert _reported(_read(tmp_path, "rows.csv", rows), "last line does not end", "rows.csv")
-    assert not _reported(_read(tmp_path, "rows.csv", rows + "\n"), "last line does not end")
+    assert _reported(_read(tmp_path, "rows.csv", rows), "without a line end after the last line", "rows.csv")
+    assert not _reported(_read(tmp_path, "rows.csv", rows + "\n"), "without a line end after the last line")
 
 
 def test_a_json_of_another_number_of_frames_is_told(tmp_path: Path) -> None:
@@ -272,15 +272,15 @@ def test_a_json_of_another_number_of_frames_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize("column", ["filename", "source", "path"])
 def test_any_column_that_names_a_video_counts(tmp_path: Path, column: str) -> None:
     table = f"{column},frame,x1,y1,x2,y2\n{{}},0,10,10,50,50\n"
-    assert _reported(_read(tmp_path, "rows.csv", table.format("a/other.mp4")), "speaks of other.mp4")
-    assert not _reported(_read(tmp_path, "rows.csv", table.format("a/drive.mp4")), "speaks of")
-    assert not _reported(_read(tmp_path, "rows.csv", table.format("camera")), "speaks of")
+    assert _reported(_read(tmp_path, "rows.csv", table.format("a/other.mp4")), "names other.mp4")
+    assert not _reported(_read(tmp_path, "rows.csv", table.format("a/drive.mp4")), "It was imported onto")
+    assert not _reported(_read(tmp_path, "rows.csv", table.format("camera")), "It was imported onto")
 
 
 def test_the_head_of_a_json_says_video_and_size(tmp_path: Path) -> None:
     box = {"frame": 3, "box": [1, 1, 30, 30]}
     content: dict[str, Any] = {"video": "other.mp4", "detections": [box]}
-    assert _reported(_read(tmp_path, "rows.json", content), "speaks of other.mp4")
+    assert _reported(_read(tmp_path, "rows.json", content), "names other.mp4")
     with pytest.raises(ImportFormatError, match="1280x720"):
         _read(tmp_path, "rows.json", {"width": 1280, "height": 720, "detections": [box]})
     scaled = _read(

@@ -48,7 +48,7 @@ def test_roboflow_numbers_stand_before_its_hash(tmp_path: Path, format: str, has
     names = [f"drive_mp4-{frame:04d}_jpg.rf.{text}" for frame, text in zip((10, 11, 12), hashes, strict=True)]
     back = read(listing(tmp_path, format, names))
     assert found_in(back) == {10: 0, 11: 1, 12: 2}
-    assert "counted from 0: Roboflow numbers" in _reported(back)
+    assert "counted from 0: Roboflow counts" in _reported(back)
 
 
 @every_format
@@ -100,7 +100,7 @@ def test_numbers_beyond_the_video(tmp_path: Path, format: str) -> None:
 def test_times_of_vott_go_through_the_frame_table(tmp_path: Path, format: str) -> None:
     back = read(listing(tmp_path / "a", format, ["drive.mp4#t=0.4", "drive.mp4#t=0.506667"]))
     assert found_in(back) == {10: 0, 13: 1}
-    assert "times in names of pictures were taken as the nearest frames" in _reported(back)
+    assert "times in picture names were taken as the nearest frames" in _reported(back)
     _refused(listing(tmp_path / "b", format, ["drive.mp4#t=9.5"]), "the time 9.5 s", "lasts 3.96 s", "right video")
 
 
@@ -112,7 +112,7 @@ def test_times_of_a_video_of_variable_rate_and_of_one_without_times(tmp_path: Pa
     (path / "labels/train/drive.mp4#t=0.9.txt").rename(path / "labels/train/drive.mp4#t=2.txt")
     with pytest.raises(ImportFormatError, match=r"the time 2 s in .* is that of no frame of drive\.mp4"):
         read_dataset(path, ImportTarget(late, GTSRB))
-    with pytest.raises(ImportFormatError, match=r"has a time, and the times of drive\.mp4 are not known"):
+    with pytest.raises(ImportFormatError, match=r"has a time, but the times of drive\.mp4 are not known"):
         read_dataset(path, ImportTarget(replace(a_video(), times=None), GTSRB))
 
 
@@ -155,7 +155,7 @@ def test_of_two_numbers_the_rest_of_the_list_must_tell_which_is_the_frame(tmp_pa
     _refused(listing(tmp_path / "a", format, ["20240501_123011_000000"]), "two numbers")
     back = read(listing(tmp_path / "b", format, ["20240501_123011_000000", "20240501_123011_000007"]))
     assert sorted(found_in(back)) == [0, 7]
-    assert "speaks of '20240501_123011', not of drive.mp4" in _reported(back)
+    assert "names '20240501_123011', not drive.mp4" in _reported(back)
 
 
 # ---------------------------------------------------------------------------------------------------- several videos
@@ -171,7 +171,7 @@ def test_of_two_videos_only_the_own_pictures_come_in(tmp_path: Path, format: str
     chosen = read(path, video="other")
     assert sorted(found_in(chosen)) == [10]
     assert found_in(chosen) != found_in(back)
-    assert "speaks of 'other', not of drive.mp4" in _reported(chosen)
+    assert "names 'other', not drive.mp4" in _reported(chosen)
 
 
 @every_format
@@ -188,7 +188,7 @@ def test_a_single_other_video_comes_in_with_a_sentence(tmp_path: Path, format: s
     for place, name in enumerate(("other_frame_000010", "other/frame_000010")):
         back = read(listing(tmp_path / str(place), format, [name]))
         assert found_in(back) == {10: 0}
-        assert "speaks of 'other', not of drive.mp4" in _reported(back)
+        assert "names 'other', not drive.mp4" in _reported(back)
 
 
 @every_format
@@ -313,7 +313,7 @@ def test_voc_that_names_another_frame_inside_is_told(tmp_path: Path) -> None:
     back = read(path)
     assert sorted(found_in(back)) == [10, 13]
     assert (
-        "taken by their own name: 1; the first is frame_000010.xml, 'frame_000010.xml' frame_000012.jpg"
+        "imported by their own name: 1; the first is frame_000010.xml, 'frame_000010.xml' frame_000012.jpg"
         in _reported(back)
     )
 
@@ -389,7 +389,7 @@ def test_a_file_of_classes_with_a_name_of_its_own(tmp_path: Path) -> None:
     (track,) = read(path).videos[0].tracks()
     assert track.label == 14
     (path / "args.yaml").write_text("task: detect\n")
-    assert any("names no classes" in sentence for sentence in read(path).repaired), "two files: nobody guesses"
+    assert any("has no class names" in sentence for sentence in read(path).repaired), "two files: nobody guesses"
 
 
 def test_a_frame_that_the_file_states_against_the_name_is_told(tmp_path: Path) -> None:
@@ -400,4 +400,4 @@ def test_a_frame_that_the_file_states_against_the_name_is_told(tmp_path: Path) -
     path.write_text(json.dumps(content))
     back = read(path)
     assert found_in(back) == {11: 0, 12: 1}
-    assert "whose frame the file states were taken so, against their names: 1" in _reported(back)
+    assert "got the frame that the file states, not that of their names: 1" in _reported(back)

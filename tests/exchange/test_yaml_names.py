@@ -69,14 +69,14 @@ def test_names_of_nothing_are_no_names(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("train: x\nnames: [a\nnc: 2\n", "line 3: is no YAML: .*Quote names that hold marks"),
-        ("names:\n  0: limit: 30\n", "line 2: is no YAML: .*Quote names"),
-        ("names:\n\t0: a\n", "line 2: is no YAML"),
-        ("names: [a]\n---\nnames: [b]\n", "line 2: is no YAML"),
-        ("names: *gone\n", "line 1: is no YAML: found undefined alias"),
+        ("train: x\nnames: [a\nnc: 2\n", "line 3: is not YAML: .*Quote names that hold marks"),
+        ("names:\n  0: limit: 30\n", "line 2: is not YAML: .*Quote names"),
+        ("names:\n\t0: a\n", "line 2: is not YAML"),
+        ("names: [a]\n---\nnames: [b]\n", "line 2: is not YAML"),
+        ("names: *gone\n", "line 1: is not YAML: found undefined alias"),
         ("names: [a]\nnc: 1\nnames: [b]\n", "line 3: has names twice. Delete one"),
-        ("names:\n  0: a\n  1: b\n  0: c\n", "line 4: class 0 is there twice. Give each class its own number"),
-        ('names:\n  0: a\n  "0": c\n', "line 3: class 0 is there twice"),
+        ("names:\n  0: a\n  1: b\n  0: c\n", "line 4: class 0 occurs twice. Give each class its own number"),
+        ('names:\n  0: a\n  "0": c\n', "line 3: class 0 occurs twice"),
         ("names:\n  stop: 14\n", "line 2: a name must be written '0: stop', by the number of its class. Got 'stop'"),
         ("names:\n  -1: a\n", "line 2: a name must be written"),
         ("names:\n  [1]: a\n", "line 2: a name must be written .* Got a list"),
@@ -90,8 +90,8 @@ def test_names_of_nothing_are_no_names(tmp_path: Path) -> None:
         ("names: [!secret a]\n", "line 1: the tag '!secret' is not read"),
         ("- a\n- b\n", "line 1: must be a map with names"),
         ("just text", "line 1: must be a map with names"),
-        ("names: [\x01]\n", "is no YAML"),
-        ("names: " + "[" * 100_000, "is no YAML|nested too deeply"),
+        ("names: [\x01]\n", "is not YAML"),
+        ("names: " + "[" * 100_000, "is not YAML|nested too deeply"),
         ("names: [Überholverbot]\n".encode("latin-1"), "line 1: byte 0xdc is not UTF-8"),
         ("#" * (MAX_YAML_BYTES + 1), "more than the 1048576 that are read"),
     ],
@@ -118,7 +118,7 @@ def test_quoted_names_of_a_whole_import(tmp_path: Path) -> None:
     found = read_dataset(tmp_path, target_of(a_dataset()))
     (track,) = tracks_of(found).values()
     assert track.label == 14
-    assert not any("names no classes" in sentence for sentence in found.repaired)
+    assert not any("has no class names" in sentence for sentence in found.repaired)
 
 
 def test_the_classes_of_gtsrb_called_by_their_numbers(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_the_classes_of_gtsrb_called_by_their_numbers(tmp_path: Path) -> None:
     team = team.model_copy(update={"labels": (team.labels[0], team.labels[1].model_copy(update={"key": "stop"}))})
     found = read_dataset(tmp_path, target_of(Dataset(team, a_dataset().videos)))
     assert [track.label for track in tracks_of(found).values()] == [1]
-    assert any("data.yaml: calls 43 classes by their numbers" in sentence for sentence in found.repaired)
+    assert any("data.yaml: 43 classes have their numbers as names" in sentence for sentence in found.repaired)
     (tmp_path / "data.yaml").write_text(f"names: {[str(number) for number in range(42)]}\n")
     with pytest.raises(UnknownLabels, match="'14'"):
         read_dataset(tmp_path, target_of(a_dataset()))

@@ -115,7 +115,7 @@ def test_words_find_labels() -> None:
 @pytest.mark.parametrize(
     ("text", "reported"),
     [
-        ("{", "it is no JSON"),
+        ("{", "it is not JSON"),
         ('{"key": "a", "key": "b"}', "an object has 'key' twice"),
         ("[]", "not a label set"),
         (json.dumps({"schema": 2, "key": "a", "name": "a"}), "Update tsr"),

@@ -187,13 +187,13 @@ class TestExports:
         out, _ = self.export(tmp_path, "none", False)
         opened = open_export(out, lambda *_: None, tmp_path)
         assert opened.dataset.videos == ()
-        assert "is not there and the export has no pictures" in opened.notes[0]
+        assert "is missing and the export has no pictures" in opened.notes[0]
 
     def test_an_export_of_tracks_that_nobody_has_judged_says_so(self, tmp_path: Path) -> None:
         out, path = self.export(tmp_path, "none", False, "open")
         opened = open_export(out, lambda *_: path, tmp_path)
-        assert "says of no track that it was accepted" in opened.notes[0]
-        with pytest.raises(InputError, match="Expected corrected signs to learn from.*says of no track"):
+        assert "has no track that is marked as accepted" in opened.notes[0]
+        with pytest.raises(InputError, match="Expected corrected signs to learn from.*has no track"):
             retrain([opened], Recipe(), None, tmp_path / "out", tmp_path / "work", lambda *_: None)
         assert not (tmp_path / "out").exists()
 
@@ -201,11 +201,11 @@ class TestExports:
         (tmp_path / "x.zip").write_text("nothing")
         with pytest.raises(ImportFormatError, match="expected an export folder or a ZIP"):
             open_export(tmp_path / "x.zip", lambda *_: None, tmp_path)
-        with pytest.raises(ImportFormatError, match="no export of this tool"):
+        with pytest.raises(ImportFormatError, match="not an export of this tool"):
             open_export(tmp_path, lambda *_: None, tmp_path)
         with pytest.raises(InputError, match="There is no export"):
             open_export(tmp_path / "nowhere", lambda *_: None, tmp_path)
         with zipfile.ZipFile(tmp_path / "bug.zip", "w") as archive:
             archive.writestr("manifest.json", '{"bundle": 1}')
-        with pytest.raises(ImportFormatError, match=r"^.*bug\.zip: is no export of this tool but another archive"):
+        with pytest.raises(ImportFormatError, match=r"^.*bug\.zip: is not an export of this tool but another archive"):
             open_export(tmp_path / "bug.zip", lambda *_: None, tmp_path)

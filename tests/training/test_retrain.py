@@ -94,7 +94,7 @@ def test_the_same_seed_gives_the_same_bytes_and_a_version_can_be_refined_again(
         (["lambda", "--out", "{out}"], 2, "name --export"),
         (["online", "--from", "{here}", "--gtsdb", "{here}", "--out", "{out}"], 2, "go with --export"),
         (["online", "--export", "{export}", "--from", "{here}", "--out", "{here}"], 2, "never overwritten"),
-        (["online", "--export", "{export}", "--out", "{out}"], 3, "is not there and the export has no pictures"),
+        (["online", "--export", "{export}", "--out", "{out}"], 3, "is missing and the export has no pictures"),
         (["online", "--export", "{export}", "--video", "{here}/none.mp4", "--out", "{out}"], 3, "There is no video at"),
         (["memory", "--gtsdb", "{here}", "--out", "{out}"], 2, "needs --gtsrb DIR"),
     ],

@@ -72,7 +72,8 @@ def test_what_the_model_lacks_is_told_by_name() -> None:
     tracks = [apart("m1", 0, label=2), apart("m2", 1, label=2), apart("m3", 2, label=1), apart("m4", 3, label=4)]
     (export,) = taught([opened(tracks)], None)
     assert export.notes == (
-        "a.zip: the model has no label for 'bus stop' (2 tracks). They teach nothing, neither a sign nor background.",
+        "a.zip: the model has no label for 'bus stop' (2 tracks). They are not used, neither as signs nor as "
+        "background.",
     )
     assert result([opened(tracks)], ("x", "bus stop", "Stop")) == [
         {"m1": ("sign", 1), "m2": ("sign", 1), "m3": ("sign", 2), "m4": ("unknown", -1)}

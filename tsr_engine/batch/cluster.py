@@ -11,15 +11,15 @@ __all__ = ["Unreachable", "connected"]
 
 
 class Unreachable(UsageError):
-    """Nobody answers at the address of the cluster."""
+    """Raised if no Ray cluster answers at the address."""
 
 
 def connected(address: str | None, *, alone: bool) -> Any:
-    """The module ``ray``, connected.
+    """Connect to Ray and return the module ``ray``.
 
     Args:
         address: ``HOST:PORT`` of a cluster's client server; None: the cluster that this machine is part of.
-        alone: where this machine is part of none, start one of it alone.
+        alone: whether to start a cluster of this machine alone if the machine is in none.
 
     Raises:
         MissingExtra: Ray is not installed.

@@ -18,14 +18,14 @@ _UNSAFE = re.compile(r"[^\w.-]+")
 
 
 def find_drives(inputs: Sequence[str]) -> list[Path]:
-    """The videos that inputs name, absolute, each once, in the order of the inputs.
+    """The videos of the inputs as absolute paths, each once, in the order of the inputs.
 
     Args:
         inputs: files; folders, whose videos are found at any depth by their suffixes; patterns with ``*``, ``?`` or
-            ``[...]`` (``**`` crosses folders); and ``@FILE``, a text file with one of these a line, ``#`` for remarks.
+            ``[...]`` (``**`` crosses folders); and ``@FILE``, a text file with one of these a line, ``#`` for comments.
 
     Raises:
-        InputError: an input names nothing.
+        InputError: an input matches no video.
     """
     found: dict[Path, None] = {}
     for text in inputs:
@@ -37,11 +37,11 @@ def find_drives(inputs: Sequence[str]) -> list[Path]:
 
 
 def folder_names(drives: Iterable[Path], known: dict[Path, str]) -> dict[Path, str]:
-    """A folder name for each drive: the video's own without its suffix; of several such, with digits of their path.
+    """A folder name for each drive: the video's name without suffix; for equal names with digits of the path's hash.
 
     Args:
         drives: absolute paths.
-        known: names that an earlier call gave; they stay.
+        known: names from an earlier call, which stay.
     """
     names = dict(known)
     fresh = [path for path in drives if path not in names]
@@ -69,7 +69,7 @@ def _named(text: str) -> list[Path]:
             p for p in path.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file() and not _hidden(p, path)
         )
         if not inside:
-            raise InputError(f"{path} holds no video. Its files are reported by their suffixes, such as .mp4 or .mkv.")
+            raise InputError(f"{path} has no video. Videos are found by suffixes such as .mp4 or .mkv.")
         return inside
     if path.exists():
         return [path]
@@ -89,7 +89,7 @@ def _listed(path: Path) -> list[Path]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except UnicodeDecodeError:
-        raise InputError(f"{path} is no text in UTF-8. Write one video a line.") from None
+        raise InputError(f"{path} is not UTF-8 text. Write one video a line.") from None
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}.") from None
     found: list[Path] = []

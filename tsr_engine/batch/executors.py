@@ -1,4 +1,4 @@
-"""Runs the orders of a batch on this machine or on a Ray cluster. Both executors yield outcomes as they come."""
+"""Runs the orders of a batch on this machine or on a Ray cluster. Both executors yield outcomes as they finish."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["At", "on_ray", "on_this_machine"]
 
 At = Callable[[int, int, int | None], None]
-"""Called with the number of an order, the frames done and all frames."""
+"""Called with the index of an order, the frames done and the total."""
 Outcomes = Iterator[tuple[int, Outcome]]
 
 
 def on_this_machine(orders: Sequence[Order], jobs: int, at: At, stop: Callable[[], bool]) -> Outcomes:
-    """Do orders, ``jobs`` at a time.
+    """Run orders, ``jobs`` at a time.
 
     Args:
-        orders: what to do, in this order.
+        orders: the orders, run in this order.
         jobs: processes at a time, >= 1.
-        at: progress; called by several threads.
-        stop: asked between orders and while waiting; true kills the running processes. The next call resumes drives.
+        at: progress; called in several threads.
+        stop: called between orders and while waiting; True kills the running processes. The next call resumes drives.
     """
     local = _Local(orders, at)
     threads = [
@@ -53,7 +53,7 @@ def on_this_machine(orders: Sequence[Order], jobs: int, at: At, stop: Callable[[
 
 
 def _tried(run: Callable[[], Outcome], over: Callable[[], bool] = lambda: False) -> Outcome:
-    """Do an order, and repeat it if its process dies: at most ``TRIES`` times, and not after a stop."""
+    """Run an order, and repeat it if its process dies: at most ``TRIES`` times, and not after a stop."""
     outcome = run()
     for _ in range(TRIES - 1):
         if not outcome.died or over():
@@ -63,7 +63,7 @@ def _tried(run: Callable[[], Outcome], over: Callable[[], bool] = lambda: False)
 
 
 class _Local:
-    """The shared state of the threads that do orders on this machine."""
+    """State shared by the threads that run orders on this machine."""
 
     def __init__(self, orders: Sequence[Order], at: At) -> None:
         self._waiting = deque(enumerate(orders))
@@ -73,22 +73,22 @@ class _Local:
         self.ended: queue.SimpleQueue[tuple[int, Outcome] | BaseException] = queue.SimpleQueue()
 
     def work(self) -> None:
-        """Do orders until there are none left."""
+        """Run orders until none are left."""
         try:
             while self._waiting and not self._over.is_set():
                 try:
                     place, order = self._waiting.popleft()
-                except IndexError:  # another thread was faster
+                except IndexError:  # another thread took the last order
                     return
                 run = partial(run_order, order, partial(self._at, place), self._started)
                 outcome = _tried(run, self._over.is_set)
                 if not self._over.is_set():
                     self.ended.put((place, outcome))
-        except BaseException as error:  # noqa: BLE001 - raised again by whoever waits
+        except BaseException as error:  # noqa: BLE001 - raised again in the consumer's thread
             self.ended.put(error)
 
     def stop(self) -> None:
-        """Kill the running processes, and start no others."""
+        """Kill the running processes, and start no more."""
         self._over.set()
         for process in list(self._running):
             process.kill()
@@ -100,16 +100,16 @@ class _Local:
 
 
 def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[[], bool]) -> Outcomes:
-    """Do orders on a Ray cluster, each on as many CPUs as it has cores.
+    """Run orders on a Ray cluster, each on as many CPUs as it has cores.
 
-    Videos, models and the folder of results must lie on a file system that all nodes see under the same names. If a
-    node dies, its drives are tried again, from the last stored frames on.
+    Videos, models and the folder of results must be on a file system that all nodes see under the same names. If a
+    node dies, its drives are tried again from their last stored frames.
 
     Args:
-        orders: what to do.
-        address: ``HOST:PORT`` of a cluster's client server; None: the cluster that this machine is part of, or one of
-            this machine alone.
-        at: progress; it gets the frames of a drive when the drive ends.
+        orders: the orders.
+        address: ``HOST:PORT`` of a cluster's client server; None: the cluster of this machine, or one started on this
+            machine alone.
+        at: progress; called when a drive ends.
         stop: as for :func:`on_this_machine`.
 
     Raises:

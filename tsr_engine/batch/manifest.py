@@ -1,4 +1,4 @@
-"""The progress of a batch: one JSON file in its folder, replaced whole after each change."""
+"""Stores the progress of a batch in one JSON file of its folder, replaced atomically after each change."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ State = Literal["waiting", "done", "failed"]
 
 @dataclass(frozen=True)
 class Identity:
-    """The inputs that decide the results of every drive.
+    """Inputs that decide the results of every drive.
 
     Attributes:
-        version: of tsr.
-        parameters: all of them, as JSON.
+        version: version of tsr.
+        parameters: all parameters as JSON.
         models: component -> SHA-256.
     """
 
@@ -36,7 +36,7 @@ class Identity:
     models: dict[str, str]
 
     def differences(self, other: Identity) -> list[str]:
-        """What differs, as words; empty: nothing does."""
+        """The differences in words; empty: equal."""
         found = [] if self.version == other.version else [f"version {self.version}, not {other.version}"]
         for section, values in self.parameters.items():
             theirs = other.parameters.get(section)
@@ -50,15 +50,15 @@ class Identity:
 
 @dataclass
 class DriveState:
-    """One drive.
+    """A drive and its state.
 
     Attributes:
         video: absolute path.
         folder: name of its folder of results.
-        size, changed: of the file when it was tracked: bytes, and ns since 1970.
-        state: ``waiting`` also while it is worked on.
-        error: why it failed, one sentence.
-        result: figures of a drive that is done: ``frames``, ``seconds``, ``tracks`` ...
+        size, changed: size in bytes and modification time in ns since 1970 of the file when it was tracked.
+        state: ``waiting`` also while the drive is tracked.
+        error: one sentence on why it failed.
+        result: figures of a finished drive: ``frames``, ``seconds``, ``tracks`` ...
     """
 
     video: str
@@ -72,7 +72,7 @@ class DriveState:
 
 @dataclass
 class Manifest:
-    """The file's content."""
+    """Content of the file."""
 
     identity: Identity
     drives: list[DriveState]
@@ -83,11 +83,11 @@ _SHAPE: TypeAdapter[Manifest] = TypeAdapter(Manifest)
 
 
 def load_manifest(out: Path) -> Manifest | None:
-    """The manifest of a folder; None: it has none.
+    """Read the manifest of a folder; None: there is none.
 
     Raises:
         StorageError: it cannot be read.
-        UsageError: it is damaged, or of a newer version.
+        UsageError: it is damaged, or from a newer version.
     """
     path = out / MANIFEST
     try:

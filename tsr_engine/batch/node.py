@@ -1,4 +1,4 @@
-"""Functions for processes of the engine, whichever machine they are started on."""
+"""Supplies functions for processes of the engine on any machine."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["end_with", "limit_memory", "require_models", "say"]
 
 
 def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
-    """Refuse to work with models that differ from those of the order.
+    """Refuse models that differ from those of the order.
 
     Args:
         wanted: component -> SHA-256.
-        found: the same of the models here.
+        found: component -> SHA-256 of the models on this machine.
 
     Raises:
         ModelError: they differ.
@@ -35,14 +35,14 @@ def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
 
 
 def limit_memory(megabytes: int) -> None:
-    """Limit the address space of this process, MiB; 0: not at all."""
+    """Limit the address space of this process, MiB; 0: no limit."""
     if megabytes:
         size = megabytes * 2**20
         resource.setrlimit(resource.RLIMIT_AS, (size, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
 
 def end_with(parent: int) -> None:
-    """End this process soon after its parent: nobody reads its output, and another process may get the drive."""
+    """End this process soon after its parent: its output has no reader, and another process may get the drive."""
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -53,6 +53,6 @@ def end_with(parent: int) -> None:
 
 
 def say(message: JsonObject) -> None:
-    """Write one line of JSON to stdout, for the process that has started this one."""
+    """Write one line of JSON to stdout for the parent process."""
     sys.stdout.write(json.dumps(message, allow_nan=False) + "\n")
     sys.stdout.flush()

@@ -1,7 +1,7 @@
-"""One run in a process of a node: ``python -m tsr_engine.batch.node_run``.
+"""Does one run in a process of a node: ``python -m tsr_engine.batch.node_run``.
 
-The order comes pickled on stdin; progress and outcome go to stdout, one line of JSON each. SIGTERM ends the run after
-the current frame. The stored frames stay, and the next process resumes after them.
+The pickled order comes on stdin; progress and outcome go to stdout, one line of JSON each. SIGTERM ends the run after
+the current frame. Stored frames are kept, and the next process resumes after them.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from tsr_engine.version import __version__
 __all__ = ["main"]
 
 _WAIT: Final = 60.0
-"""Seconds to wait for another process that writes the same evidence: its machine may just have been given up."""
+"""Seconds to wait for another process that writes the same evidence, because its machine may just have been lost."""
 _TELL: Final = 0.3
 
 
 def main() -> None:
-    """Read an order, do it, and report the outcome."""
+    """Read an order, run it, and report the outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     asked: list[int] = []
     signal.signal(signal.SIGTERM, lambda sign, _: asked.append(sign))
     end_with(os.getppid())
     os.nice(10)
     try:
-        order: RunOrder = pickle.load(sys.stdin.buffer)  # noqa: S301 - of the process that has started this one
+        order: RunOrder = pickle.load(sys.stdin.buffer)  # noqa: S301 - from the parent process
         say({"done": base64.b64encode(pickle.dumps(_track(order, asked))).decode()})
     except TsrError as error:
         say({"failed": str(error), "kind": type(error).__name__})

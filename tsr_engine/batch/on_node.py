@@ -1,4 +1,4 @@
-"""Does a run on a node of a Ray cluster; the caller gets its progress and can stop it."""
+"""Does a run on a node of a Ray cluster, reports its progress and can stop it."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from tsr_engine.runs.report import Progress, RunReport
 __all__ = ["NodeLost", "run_on_node"]
 
 _LOOK: Final = 0.25
-"""Seconds between two looks at a run."""
+"""Seconds between two polls of a run."""
 _SILENT: Final = 60.0
 """Seconds without an answer after which a node counts as dead."""
 _GRACE: Final = 4.0
-"""Seconds that a run has for its last frame when it is stopped."""
+"""Seconds that a stopped run has for its last frame."""
 
 
 class NodeLost(Exception):
-    """The process of a run has ended without a word, or its node has.
+    """Raised if the process of a run ends without a message, or its node is lost.
 
     Attributes:
-        code: exit code of the process, below 0 a signal; None: its node is gone.
+        code: exit code of the process, below 0: a signal; None: its node is lost.
     """
 
     def __init__(self, message: str, code: int | None = None) -> None:
@@ -43,7 +43,7 @@ class NodeLost(Exception):
 
 
 class _Runner:
-    """An actor: the process of a run, on its node."""
+    """An actor that runs the process on its node."""
 
     def __init__(self) -> None:
         self._lines: list[str] = []
@@ -51,7 +51,7 @@ class _Runner:
         self._reader: threading.Thread | None = None
 
     def start(self, order: bytes) -> None:
-        """Begin."""
+        """Start the process."""
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         path = os.pathsep.join(filter(None, sys.path))
         self._process = subprocess.Popen(
@@ -61,7 +61,7 @@ class _Runner:
             env={**os.environ, **threads, "PYTHONPATH": path},
         )
         assert self._process.stdin is not None
-        with suppress(BrokenPipeError):  # it has died; its exit code says so
+        with suppress(BrokenPipeError):  # the process has died; its exit code says so
             self._process.stdin.write(order)
             self._process.stdin.close()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -74,7 +74,7 @@ class _Runner:
             self._lines.append(line.decode())
 
     def poll(self) -> tuple[list[str], int | None]:
-        """Its messages since the last call, and its exit code after the last message."""
+        """Messages since the last call, and the exit code after the last message."""
         assert self._process is not None
         assert self._reader is not None
         code = self._process.poll()
@@ -84,7 +84,7 @@ class _Runner:
         return said, code
 
     def stop(self) -> None:
-        """Ask it to end."""
+        """Ask the process to end."""
         if self._process is not None:
             self._process.terminate()
 
@@ -95,18 +95,18 @@ def run_on_node(
     """Do a run on as many CPUs of a node as it has cores.
 
     Args:
-        order: what to do.
-        address: ``HOST:PORT`` of a cluster's client server; None: the cluster that this machine is part of.
-        progress: called now and then.
-        stop: asked now and then; true ends the run, which can be gone on with.
+        order: the run.
+        address: ``HOST:PORT`` of a cluster's client server; None: the cluster of this machine.
+        progress: called regularly.
+        stop: called regularly; True ends the run, which can be resumed.
 
     Returns:
         The report; None: it was stopped.
 
     Raises:
-        Unreachable: the cluster does not answer, or has no node that computes: it may have one later.
+        Unreachable: the cluster does not answer, or has no node with CPUs at present.
         UsageError: no node is large enough, or a node has another version.
-        TsrError: the run failed; the sentence is that of the node.
+        TsrError: the run failed; the message is that of the node.
         NodeLost: its process or its node has died.
     """
     ray = connected(address, alone=False)
@@ -116,14 +116,14 @@ def run_on_node(
         with _told(ray):
             runner = ray.remote(_Runner).options(num_cpus=order.request.cores).remote()
             begun = runner.start.remote(pickle.dumps(order))
-            while not ray.wait([begun], timeout=_LOOK)[0]:  # no node has a CPU free
+            while not ray.wait([begun], timeout=_LOOK)[0]:  # no node has a free CPU
                 if stop():
                     return None
             ray.get(begun)
             return _followed(ray, runner, progress, stop)
     finally:
         if runner is not None:
-            with suppress(Exception):  # the connection may be what has failed
+            with suppress(Exception):  # the connection may have failed
                 ray.kill(runner)
         ray.shutdown()
 

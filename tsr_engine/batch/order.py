@@ -1,4 +1,4 @@
-"""The order to a process about one drive, and its outcome; both are JSON."""
+"""Defines the order to a process about one drive, and its outcome; both are JSON."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ class Order:
 
     Attributes:
         video: absolute path.
-        folder: where the results go, absolute; it appears when they are whole.
-        parameters: of ``Params``, as JSON.
-        models: folder of models; None: those that ship with the package.
-        digests: component -> SHA-256 that these models must have.
+        folder: absolute path of the results, which appears when they are complete.
+        parameters: ``Params`` as JSON.
+        models: folder of models; None: the shipped ones.
+        digests: component -> SHA-256 that the models must have.
         onnx: arguments of ``tsr_engine.pipeline.Network``; None: no network.
-        evidence, csv, annotated: which results are kept.
+        evidence, csv, annotated: whether each result is kept.
         start, stop: first frame, and the frame after the last; None: to the end.
-        cores: processes that detect frames.
-        memory_mb: address space that the process may use, MiB; 0: any.
-        stamp: written into the results: whose they are, see ``tsr_engine.batch.run``.
+        cores: number of processes that detect.
+        memory_mb: limit on the process's address space, MiB; 0: no limit.
+        stamp: identifies the results, see ``tsr_engine.batch.run``.
     """
 
     video: str
@@ -44,7 +44,7 @@ class Order:
     stamp: str = ""
 
     def as_json(self) -> JsonObject:
-        """For another process."""
+        """The order for another process."""
         return asdict(self)
 
 
@@ -53,9 +53,9 @@ class Outcome:
     """The outcome of an order.
 
     Attributes:
-        result: figures; None: it failed.
-        error: one sentence; empty: it went well.
-        died: the process ended without a word, so that another try may go better.
+        result: figures; None: the order failed.
+        error: one sentence; empty: success.
+        died: whether the process ended without a message, so that another try may succeed.
     """
 
     result: JsonObject | None

@@ -1,4 +1,4 @@
-"""The plain HTML page of reports of batches and checks."""
+"""Makes the plain HTML page of reports on batches and checks."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums }
 
 
 def page(name: str, heading: str, body: str, style: str = "") -> str:
-    """A whole page.
+    """The HTML of a page.
 
     Args:
-        name: of the command, for the title.
-        heading: of the page.
+        name: the command, for the title.
+        heading: the page's heading.
         body: HTML; the caller escapes text from outside.
         style: further CSS.
     """

@@ -15,18 +15,18 @@ from tsr_engine.batch.order import Order, Outcome
 __all__ = ["TRIES", "run_order"]
 
 TRIES: Final = 3
-"""Times that a drive is tried whose process dies without a word."""
+"""Number of tries for a drive whose process dies without a message."""
 At = Callable[[int, int | None], None]
 
 
 def run_order(
     order: Order, at: At = lambda done, total: None, started: Callable[[subprocess.Popen[str]], None] = lambda _: None
 ) -> Outcome:
-    """Do an order in a process of its own.
+    """Run an order in a separate process.
 
     Args:
-        order: what to do.
-        at: called with frames done and, where known, all frames.
+        order: the order.
+        at: called with frames done, and the total if known.
         started: called with the process, which the caller may kill.
     """
     environment = {**os.environ, **dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")}
@@ -43,7 +43,7 @@ def run_order(
             json.dump(order.as_json(), process.stdin)
             process.stdin.close()
         except BrokenPipeError:
-            pass  # it has died; its exit code says so below
+            pass  # the process has died; its exit code says so below
         outcome = None
         for line in process.stdout:
             said = json.loads(line)
@@ -56,7 +56,7 @@ def run_order(
 
 def _death(code: int) -> str:
     if code == -signal.SIGKILL:
-        return "Its process was killed, by somebody or because the machine ran out of memory."
+        return "Its process was killed, perhaps because the machine ran out of memory."
     if code < 0:
-        return f"Its process died of {signal.Signals(-code).name}."
-    return f"Its process ended without a word (exit code {code})."
+        return f"Its process was ended by {signal.Signals(-code).name}."
+    return f"Its process ended without a message (exit code {code})."

@@ -28,17 +28,17 @@ __all__ = ["BatchProgress", "BatchRequest", "run_batch"]
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """The request for a batch.
+    """A request to run a batch.
 
     Attributes:
         drives: absolute paths.
         out: folder of the results.
-        identity: of the results.
-        order: what every order says; ``video`` and ``folder`` are replaced.
+        identity: inputs that decide the results.
+        order: template of the orders; ``video`` and ``folder`` are replaced.
         place: ``local``, ``ray`` or the ``HOST:PORT`` of a Ray cluster.
         jobs: processes at a time on this machine.
-        restart: forget what an earlier call has done.
-        ranges: first frame and the frame after the last of drives that are not tracked whole.
+        restart: whether to discard results of earlier calls.
+        ranges: first frame and the frame after the last, for drives that are not tracked whole.
     """
 
     drives: Sequence[Path]
@@ -56,9 +56,9 @@ class BatchProgress:
     """The progress of a batch.
 
     Attributes:
-        done, failed, total: drives.
-        rate: frames a second of this call; None: there is none yet.
-        remaining: seconds left, judged by the bytes of the videos; None: not known yet.
+        done, failed, total: numbers of drives.
+        rate: frames per second of this call; None: not known yet.
+        remaining: estimated seconds left, by the size of the videos; None: not known yet.
     """
 
     done: int
@@ -69,18 +69,18 @@ class BatchProgress:
 
 
 def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], stop: Callable[[], bool]) -> Manifest:
-    """Track all drives that are not done yet.
+    """Track all drives that are not finished.
 
     Args:
-        request: what to do.
-        progress: called now and then, by this thread.
-        stop: true ends the batch; what is done is kept, and the next call goes on.
+        request: the request.
+        progress: called regularly in this thread.
+        stop: True ends the batch; finished drives are kept, and the next call continues.
 
     Returns:
-        The manifest as it is in the folder. Drives that failed say why; the others go on.
+        The manifest in the folder. It gives the reasons of failed drives; the others continue.
 
     Raises:
-        UsageError: the folder holds results of other parameters, models or version, or another batch writes it.
+        UsageError: the folder has results of other parameters, models or version, or another batch writes it.
         StorageError: the folder cannot be written.
     """
     with _only_one(request.out):

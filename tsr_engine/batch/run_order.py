@@ -1,4 +1,4 @@
-"""The order to a node for one run of the server."""
+"""Defines the order to a node for one run of the server."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ __all__ = ["RunOrder"]
 
 @dataclass(frozen=True, slots=True)
 class RunOrder:
-    """A run for a node; it is sent pickled.
+    """A run for a node; sent pickled.
 
     Attributes:
-        request: what to track; all its files lie where every node sees them under the same names.
-        models: folder of models; None: those that ship with the package.
-        digests: component -> SHA-256 that these models must have.
-        memory_mb: address space that the process may use, MiB; 0: any.
-        version: of tsr, which the node must have as well.
+        request: the run; all nodes see its files under the same names.
+        models: folder of models; None: the shipped ones.
+        digests: component -> SHA-256 that the models must have.
+        memory_mb: limit on the process's address space, MiB; 0: no limit.
+        version: version of tsr that the node must have.
     """
 
     request: RunRequest

@@ -18,7 +18,7 @@ __all__ = ["SUMMARY_HTML", "SUMMARY_JSON", "summary_of", "write_summary"]
 SUMMARY_JSON: Final = "summary.json"
 SUMMARY_HTML: Final = "summary.html"
 _UNSURE: Final = 0.6
-"""A sign whose class has less of its votes than this is listed as unsure."""
+"""Signs whose class has a lower share of the votes are listed as unsure."""
 _MOST_LISTED: Final = 500
 
 
@@ -27,7 +27,7 @@ def summary_of(manifest: Manifest) -> JsonObject:
 
     Returns:
         ``drives``, ``done``, ``failed``, ``waiting``: counts; ``frames``, ``seconds``; ``signs``: by class name;
-        ``unsure``: signs whose class has few of their votes, the least sure first; ``failures``: drive and sentence;
+        ``unsure``: signs whose class has a low share of the votes, lowest first; ``failures``: drive and sentence;
         ``drive_list``: drive, folder, frames, signs, warnings.
     """
     done = [drive for drive in manifest.drives if drive.state == "done"]

@@ -2,8 +2,8 @@
 
 The order comes on stdin; progress and outcome go to stdout, one line of JSON each.
 
-The results are made in a hidden folder beside their place, always the same one. After a kill the next process resumes
-the evidence after its last stored frame. The folder gets its name when all is whole.
+The results are made in a hidden folder with a fixed name beside their destination. After a kill the next process
+resumes the evidence after its last stored frame. The folder is renamed when all is complete.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["REPORT", "main", "unfinished_folder"]
 
 REPORT: Final = "report.json"
-"""Figures of a drive, in its folder."""
+"""File of a drive's figures in its folder."""
 _WAIT: Final = 60.0
-"""Seconds to wait for another process that works on the same drive: its machine may just have been given up."""
+"""Seconds to wait for another process that works on the same drive, because its machine may just have been lost."""
 _TELL: Final = 0.5
 
 
 def unfinished_folder(folder: Path) -> Path:
-    """The folder in which the results of a drive are made."""
+    """The hidden folder in which a drive's results are made."""
     return folder.with_name(f".{folder.name}.unfinished")
 
 
 def main() -> None:
-    """Read an order, do it, and report the outcome."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; whoever has started us decides
+    """Read an order, run it, and report the outcome."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole process group; the parent decides
     end_with(os.getppid())
     try:
         order = Order(**json.load(sys.stdin))
@@ -50,7 +50,7 @@ def main() -> None:
         say({"failed": str(error)})
     except MemoryError:
         say({"failed": "The drive needs more memory than one process may use. Allow more with --memory-mb."})
-    except Exception as error:  # noqa: BLE001 - whatever it is, the batch goes on and names it
+    except Exception as error:  # noqa: BLE001 - the batch continues and reports it
         say({"failed": f"Unexpected failure ({type(error).__name__}: {error}). Run `tsr track` on it to see more."})
 
 
@@ -119,7 +119,7 @@ def _lock(work: Path) -> int:
 
 
 def _settle(work: Path, folder: Path) -> None:
-    """Give the finished folder its name; it replaces results of an earlier batch."""
+    """Rename the finished folder to its destination, replacing results of an earlier batch."""
     for path in sorted(work.rglob("*"), reverse=True):
         fsync_path(path)
     fsync_path(work)

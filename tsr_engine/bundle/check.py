@@ -1,10 +1,10 @@
-"""Checks a bundle and prepares it for a library; the server does this in a process with limits.
+"""Checks a bundle and prepares it for a library; the server does this in a process with resource limits.
 
-All steps that a hostile file can attack happen here: unpacking, decoding, reading a foreign database. The folder then
-holds
+All steps that a hostile file can attack happen here: unpacking, decoding, reading an untrusted database. Afterwards the
+folder holds
 
-* ``bundle/``: the unpacked bundle, all files with the hashes of the manifest;
-* ``evidence/``: its evidence written anew, record by record, with the clip's own numbers of frames.
+* ``bundle/``: the unpacked bundle; all files match the hashes of the manifest;
+* ``evidence/``: its evidence, rewritten record by record with the clip's frame numbers.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ def make_ready(
     Args:
         path: the zip file.
         folder: exists and is empty.
-        limits: what the clip may demand.
-        known: called when the bundle's manifest has been read, before its clip is decoded.
+        limits: limits on the clip.
+        known: called after the manifest has been read, before the clip is decoded.
 
     Returns:
-        facts: ``frames`` (of the clip), ``other_pictures``, ``tracks`` (track -> first and last frame in the clip).
+        Facts: ``frames`` (of the clip), ``other_pictures``, ``tracks`` (track -> first and last frame in the clip).
 
     Raises:
-        ImportFormatError: the bundle is none, hostile or damaged.
+        ImportFormatError: not a bundle, hostile or damaged.
         VideoError: the clip cannot be decoded.
         EvidenceError: the evidence is damaged, or of another version.
     """
@@ -62,7 +62,7 @@ def make_ready(
 
 
 def _decode(bundle: Bundle, limits: VideoLimits) -> tuple[int, int]:
-    """Decode the whole clip; number of its frames, and of those that are other pictures than the manifest says."""
+    """Decode the whole clip; return the numbers of its frames and of pictures that differ from the manifest."""
     facts = bundle.manifest.clip
     digests = {frame.clip: frame.digest for frame in bundle.frames}
     count = other = 0
@@ -82,7 +82,7 @@ def _decode(bundle: Bundle, limits: VideoLimits) -> tuple[int, int]:
 
 
 def _rewrite(bundle: Bundle, folder: Path) -> dict[str, tuple[int, int]]:
-    """Write the evidence anew in the clip's numbers, through the records, so that nothing else is taken over."""
+    """Rewrite the evidence with the clip's frame numbers, through the records, so that nothing else is copied."""
     facts = bundle.manifest
     with open_evidence(bundle) as reader:
         header = reader.header
@@ -112,7 +112,7 @@ def _rewrite(bundle: Bundle, folder: Path) -> dict[str, tuple[int, int]]:
 
 
 def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
-    """Check the promises that the page relies on."""
+    """Check the guarantees that the page relies on."""
     facts = bundle.manifest.clip
     wrong = (frame.width, frame.height) != (facts.width, facts.height)
     wrong |= not np.isfinite(frame.seconds)

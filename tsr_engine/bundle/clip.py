@@ -1,7 +1,7 @@
-"""Cuts the clip of a bundle out of a video, as the video's own packets, so that every picture decodes to the same bits.
+"""Cuts the clip of a bundle out of a video by copying packets, so that every picture decodes to the same bits.
 
-The copy is verified by decoding both. If packets cannot be copied, or decode differently, the pictures are stored
-without loss instead.
+Both are decoded to verify the copy. If packets cannot be copied or decode differently, the pictures are stored without
+loss instead.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from tsr_engine.records import Picture
 __all__ = ["Clip", "ClipFrame", "cut_clip", "picture_digest"]
 
 MOST_BYTES = 4 << 30
-"""Largest clip."""
+"""Largest clip, bytes."""
 _TICKS = 1000
-"""Ticks a second of the lossless clip."""
+"""Time base of the lossless clip, ticks per second."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClipFrame:
-    """One frame of the range, in the video and in the clip.
+    """One frame of the range.
 
     Attributes:
-        ordinal: in the video.
+        ordinal: ordinal in the video.
         clip: ordinal in the clip.
         seconds: presentation time in the video.
-        digest: of the decoded picture, see ``picture_digest``.
+        digest: hash of the decoded picture, see ``picture_digest``.
     """
 
     ordinal: int
@@ -53,14 +53,14 @@ class ClipFrame:
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """A piece of a video.
+    """A clip of a video.
 
     Attributes:
         path: the file.
-        offset: ordinal in the video of the clip's first frame.
+        offset: ordinal of the clip's first frame in the video.
         frames: the frames of the range.
-        copied: the packets are the video's own.
-        how: one sentence: what the clip was made of.
+        copied: whether the packets are the video's own.
+        how: one sentence on how the clip was made.
     """
 
     path: Path
@@ -94,9 +94,9 @@ def cut_clip(
         start: first frame.
         stop: frame after the last.
         folder: where the clip goes.
-        table: the video's frame table, if it is at hand.
-        limits: what the file may demand.
-        progress: told the number of frames read, twice through the range.
+        table: the video's frame table; None: not known.
+        limits: limits on the file.
+        progress: called with the number of frames read; the range is read twice.
 
     Raises:
         VideoError: the video cannot be read, or ends before ``stop``.
@@ -139,7 +139,7 @@ def _placed(facts: list[tuple[int, float, str]], offset: int) -> tuple[ClipFrame
 
 
 def _prove(clip: Clip, limits: VideoLimits, progress: Callable[[int], None]) -> None:
-    """Every picture of the clip must be the video's, bit by bit."""
+    """Check that every picture of the clip equals the video's, bit by bit."""
     count = len(clip.frames)
     with open_video(clip.path, limits=limits) as video:
         seen = 0
@@ -153,7 +153,7 @@ def _prove(clip: Clip, limits: VideoLimits, progress: Callable[[int], None]) -> 
 
 
 def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits) -> tuple[Path, int]:
-    """The packets from the key frame before the range on, and that key frame's ordinal."""
+    """Copy packets from the last key frame before the range; return the file and that key frame's ordinal."""
     table = video.table
     offset = table.key_at_or_before(start)
     if offset is None:
@@ -168,13 +168,13 @@ def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits
         mp4 = kind.demuxer == "mov"
         packets = _packets(container, stream, wanted.tolist())
         place = folder / f"{CLIP_STEM}.{'mp4' if mp4 else 'mkv'}"
-        # Nothing that differs from one writing to the next: no dates, no random names.
+        # No dates and no random names, so that equal input gives equal bytes.
         copy_packets(place, stream, packets, times_of(packets), "mp4" if mp4 else "matroska", {"fflags": "+bitexact"})
     return place, offset
 
 
 def _packets(container: InputContainer, stream: av.VideoStream, wanted: list[int]) -> list[av.Packet]:
-    """Packets in decoding order, from the one that shows the first wanted picture until all are there."""
+    """Packets in decoding order, from the one that shows the first wanted picture until all are found."""
     for place in (wanted[0], None):
         if place is None:
             container.seek(-(2**40), stream=stream, backward=True)
@@ -194,7 +194,7 @@ def _from_here(container: InputContainer, stream: av.VideoStream, wanted: list[i
         if not chosen and not (packet.pts == wanted[0] and packet.is_keyframe):
             continue
         if packet.pts < wanted[0]:
-            continue  # predicted from pictures that are not in the clip
+            continue  # its references are not in the clip
         if packet.is_discard:
             raise UnfitPackets("an edit list hides some of its pictures")
         size += packet.size
@@ -210,7 +210,7 @@ def _from_here(container: InputContainer, stream: av.VideoStream, wanted: list[i
 
 
 def _store(video: Video, start: int, stop: int, folder: Path) -> Path:
-    """The upright pictures without loss, each by itself."""
+    """Store the upright pictures without loss, each independently."""
     place = folder / f"{CLIP_STEM}.mkv"
     with av.open(str(place), "w", format="matroska", options={"fflags": "+bitexact"}) as out:
         stream = out.add_stream("ffv1", rate=video.rate.limit_denominator(100_000))

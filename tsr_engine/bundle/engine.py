@@ -20,11 +20,11 @@ __all__ = ["Decoding", "run_engine"]
 
 @dataclass(slots=True)
 class Decoding:
-    """How the clip decoded here.
+    """Results of decoding the clip.
 
     Attributes:
-        frames: pictures decoded.
-        other: those that are not the pictures that the bundle was made from, bit by bit.
+        frames: number of decoded pictures.
+        other: number of those that differ from the pictures of which the bundle was made.
     """
 
     frames: int = 0
@@ -40,18 +40,18 @@ def run_engine(
     limits: VideoLimits | None = None,
     progress: Callable[[int, int], None] = lambda _done, _of: None,
 ) -> Iterator[FrameEvidence]:
-    """Run the engine on every frame of the bundle, the lead-in too.
+    """Run the engine on every frame of the bundle, including the lead-in.
 
-    Numbers and times of the frames, the nominal interval and the number of the first track are those of the run, so
-    that equal pictures, parameters and models give equal evidence.
+    Frame numbers and times, the nominal interval and the first track's number are those of the run, so that equal
+    pictures, parameters and models give equal evidence.
 
     Args:
         bundle: the bundle.
         params: parameters of the replay.
-        components: its trained parts.
-        decoding: filled on the way.
-        limits: what the clip may demand.
-        progress: told (frames done, of how many).
+        components: the trained components.
+        decoding: filled while frames are decoded.
+        limits: limits on the clip.
+        progress: called with (frames done, total).
 
     Raises:
         VideoError: the clip cannot be decoded, is too short, or has pictures of another size.

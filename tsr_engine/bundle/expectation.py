@@ -30,25 +30,25 @@ def _is_empty(value: object) -> bool:
 
 
 class Bounds(_Part):
-    """How near is near enough."""
+    """Tolerances."""
 
     iou: Annotated[float, Field(gt=0, le=1)] = 0.5
-    """A result lies on a sign from this IoU on."""
+    """Least IoU at which a result lies on a sign."""
     share: Annotated[float, Field(gt=0, le=1)] = 0.5
-    """A sign is found if a result lies on it in at least this share of its frames."""
+    """Share of a sign's frames in which a result must lie on it."""
     eq7: Annotated[float, Field(ge=0, lt=1)] = 0.25
-    """Largest error of Eq. 7 of a box, in [0, 1)."""
+    """Largest Eq. 7 of a box, in [0, 1)."""
 
 
 class ExpectedSign(_Part):
-    """Where a person sees something: a sign, or what was mistaken for one."""
+    """A sign that a person sees, or an object that was mistaken for one."""
 
     frames: Annotated[list[_Frame], Field(min_length=1)]
-    """Ascending; numbers of the original video."""
+    """Frame numbers of the original video, ascending."""
     boxes: list[tuple[_Edge, _Edge, _Edge, _Edge]]
     """``x1, y1, x2, y2`` in each of the frames, px."""
     hidden: list[_Frame] = []
-    """Frames in which it cannot be seen; nothing is asked there."""
+    """Frames in which it is hidden; they are not judged."""
 
     @model_validator(mode="after")
     def _check(self) -> ExpectedSign:
@@ -62,13 +62,13 @@ class ExpectedSign(_Part):
         return self
 
     def seen(self) -> list[tuple[int, tuple[float, float, float, float]]]:
-        """Frames and boxes in which it can be seen."""
+        """Frames and boxes in which it is visible."""
         hidden = set(self.hidden)
         return [(f, box) for f, box in zip(self.frames, self.boxes, strict=True) if f not in hidden]
 
 
 class Expected(_Part):
-    """One thing that should come out.
+    """One expected result.
 
     * ``found``: a track lies on the sign in at least ``share`` of its frames;
     * ``label``: the track that lies on the sign in the most frames has this class at the end of the frames;
@@ -82,7 +82,7 @@ class Expected(_Part):
     kind: Literal["found", "label", "boxes", "absent", "one", "apart"]
     sign: _Name
     class_id: Annotated[int, Field(ge=0, lt=MOST_LABELS)] | None = None
-    """For ``label``: number of a class of the model."""
+    """For ``label``: class number of the model."""
     frames: list[_Frame] = []
     """For ``boxes``."""
     other: _Name | None = None
@@ -100,17 +100,17 @@ class Expected(_Part):
 
 
 class Expectation(_Part):
-    """All that should come out."""
+    """All expected results."""
 
     format: Literal[1] = 1
     bounds: Bounds = Bounds()
     signs: dict[_Name, ExpectedSign] = {}
     expected: list[Expected] = []
     labels: Annotated[list[Key], Field(max_length=MOST_LABELS, exclude_if=_is_empty)] = []
-    """Keys of the model's classes; empty: those of ``gtsrb-43``."""
+    """Keys of the model's classes by number; empty: those of ``gtsrb-43``."""
 
     def class_name(self, class_id: int | None) -> str:
-        """Number and name of a class of the model."""
+        """Number and name of one of the model's classes."""
         names = class_words(self.labels or None)
         if class_id is None or not 0 <= class_id < len(names):
             return "nothing known"
@@ -134,7 +134,7 @@ class Expectation(_Part):
         return self
 
     def text(self) -> str:
-        """As it is stored."""
+        """The JSON text that is stored."""
         return json.dumps(self.model_dump(mode="json"), indent=1, sort_keys=True) + "\n"
 
     def span(self) -> tuple[int, int] | None:
@@ -148,7 +148,7 @@ def read_expectation(path: Path) -> Expectation:
     """Read an ``expectation.json``.
 
     Raises:
-        ImportFormatError: the first thing in it that breaks a rule.
+        ImportFormatError: the file cannot be read or breaks a rule; names the first one.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

@@ -18,11 +18,11 @@ class Finding:
     """The verdict on one expectation.
 
     Attributes:
-        id: of the expectation.
-        met: it came true.
-        expected: one sentence.
-        got: one sentence.
-        frame: where to look.
+        id: id of the expectation.
+        met: whether the output meets it.
+        expected: one sentence on the expectation.
+        got: one sentence on the output.
+        frame: frame to look at.
     """
 
     id: str
@@ -45,16 +45,16 @@ def judge(expectation: Expectation, output: Output) -> list[Finding]:
 def overall(before: Sequence[Finding], now: Sequence[Finding], same: bool) -> Verdict:
     """The verdict on a replay.
 
-    * ``fixed``: there are expectations, and every one is met;
-    * ``still broken``: one that failed when the bundle was made fails again; without expectations: the output is the
-      same as it was;
-    * ``different``: neither. What failed is right now, but something that was right fails; without expectations: the
-      output is another one, and a person must look at it.
+    * ``fixed``: there are expectations, and all are met;
+    * ``still broken``: an expectation that failed when the bundle was made fails again; without expectations: the
+      output is the same as before;
+    * ``different``: neither. The earlier failures are gone, but another expectation fails; without expectations: the
+      output has changed, and a person must look at it.
 
     Args:
-        before: of the output in the bundle.
-        now: of the replay, same expectations in the same order.
-        same: the two outputs show the same.
+        before: findings of the output in the bundle.
+        now: findings of the replay, for the same expectations in the same order.
+        same: whether the two outputs are the same.
     """
     if not now:
         return "still broken" if same else "different"
@@ -65,7 +65,7 @@ def overall(before: Sequence[Finding], now: Sequence[Finding], same: bool) -> Ve
 
 
 def sentence(one: Expected, expectation: Expectation) -> str:
-    """An expectation in words."""
+    """An expectation as a sentence."""
     bounds = expectation.bounds
     sign = expectation.signs[one.sign]
     span = f"frame {sign.frames[0]}" if len(sign.frames) == 1 else f"frames {sign.frames[0]} to {sign.frames[-1]}"
@@ -88,8 +88,8 @@ def sentence(one: Expected, expectation: Expectation) -> str:
 
 
 def _called(key: str, sign: ExpectedSign) -> str:
-    """The engine's tracks by their number, as the tool has them; those that people made by where they begin."""
-    track = key.split()[0]  # a part that was cut off has a word behind its track
+    """The tool's number of an engine track; a track that a person drew is named by its first frame."""
+    track = key.split()[0]  # a part that was cut off has a word after its track
     if track.startswith("m") and track[1:].isdecimal():
         return f"#{track[1:]}"
     return f"marked in frame {sign.frames[0]}" if track.startswith("h") else key
@@ -160,7 +160,7 @@ _RULES = {"found": _found, "label": _label, "boxes": _boxes, "absent": _absent, 
 
 
 def _tracks_on(sign: ExpectedSign, bounds: Bounds, output: Output) -> Counter[int]:
-    """Frames in which each track lies on a sign; frames in which it is hidden count for nothing."""
+    """Number of frames in which each track lies on a sign, without frames in which the sign is hidden."""
     counts: Counter[int] = Counter()
     for frame, box in sign.seen():
         counts.update(output.on(frame, box, bounds.iou))

@@ -1,4 +1,4 @@
-"""The file names in a bug bundle, and the verdicts of its replay."""
+"""Names the files of a bug bundle and the verdicts of its replay."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 FORMAT: Final = 1
-"""Version of the layout; rises when an older reader would misunderstand a newer bundle."""
+"""Version of the layout; increased when older readers would misunderstand a newer bundle."""
 
 MANIFEST: Final = "manifest.json"
 README: Final = "README.txt"
@@ -38,7 +38,7 @@ MODELS: Final = "models"
 NETWORK: Final = "network.onnx"
 
 MOST_FRAMES: Final = 3000
-"""Frames of one bundle, those that lead in included: two minutes of video."""
+"""Most frames of a bundle, with the lead-in: two minutes of video."""
 
 Verdict = Literal["fixed", "still broken", "different"]
 

@@ -1,8 +1,8 @@
-"""Finds the frame at which the engine must start to reach a later frame in the run's state.
+"""Finds the frame at which the engine must start to reach a later frame in the state of the run.
 
-After a frame without a live track, the engine's state depends on earlier frames only by the number of its last track.
-So the engine starts at the last such frame before the range. The frame itself is included, because the camera shift of
-the next one is measured against its picture.
+After a frame without a live track, the engine's state depends on earlier frames only through the number of its last
+track. So the engine starts at the last such frame before the range. This frame is included, because the camera shift
+of the next one is measured against its picture.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tsr_engine.evidence import EvidenceReader
 __all__ = ["MOST_LEAD", "LeadIn", "lead_in"]
 
 MOST_LEAD = 900
-"""Frames that a lead-in may have."""
+"""Largest number of lead-in frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +23,10 @@ class LeadIn:
     """The frames before a range.
 
     Attributes:
-        start: first frame to take.
+        start: first frame of the engine.
         first_id: number of the first track that is born from there on.
-        whole: the run's state at the range is rebuilt exactly; False: tracks that were alive at ``start`` are missing
-            and must be found anew.
+        whole: whether the run's state is rebuilt exactly; False: tracks that were alive at ``start`` are missing and
+            must be found again.
     """
 
     start: int
@@ -35,16 +35,16 @@ class LeadIn:
 
 
 def lead_in(reader: EvidenceReader, first: int, *, most: int = MOST_LEAD) -> LeadIn:
-    """The lead-in to the frames from ``first`` on.
+    """Find the lead-in to the frames from ``first`` on.
 
     Args:
         reader: the run.
         first: first frame of the range.
-        most: frames at most before it.
+        most: largest number of frames before it.
 
     Raises:
-        EvidenceError: the run has stored nothing.
-        UsageError: the frame is not among those stored.
+        EvidenceError: the run has stored no frame.
+        UsageError: the run has not stored the frame.
     """
     begin, last = reader.first_frame, reader.last_frame
     if begin is None or last is None:
@@ -56,7 +56,7 @@ def lead_in(reader: EvidenceReader, first: int, *, most: int = MOST_LEAD) -> Lea
     whole = first - start <= most
     if not whole:
         start = first - most
-    # Numbers count births, so the smallest of those to come is the next. In the frame without tracks none is born.
+    # Numbers count births, so the smallest later number is the next one. In the frame without tracks none is born.
     before, after = 0, []
     for track in reader.tracks():
         if track.first_frame < start or track.first_frame == quiet:

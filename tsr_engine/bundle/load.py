@@ -1,4 +1,4 @@
-"""Opens a bundle from another person; everything in it is checked before it is used."""
+"""Opens a bundle from another person, and checks everything in it before use."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ LIMITS = ArchiveLimits(
     total=8 << 30,
     single=4 << 30,
     directory=1 << 20,
-    advice="So it is no bug bundle; if it is an export, 'tsr import' reads it.",
+    advice="So it is not a bug bundle; if it is an export, 'tsr import' reads it.",
 )
-"""What a bundle may unfold to."""
+"""Limits of an unpacked bundle."""
 _NEEDED = (README, FRAMES, OUTPUT, EXPECTATION, CORRECTIONS, f"{EVIDENCE}/run.json", f"{EVIDENCE}/evidence.sqlite")
 _TEXT_BYTES = 64 << 20
-"""Largest text file that is read into memory."""
+"""Largest text file that is read into memory, bytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class BundleFrame:
-    """One frame that the engine takes.
+    """One frame that the engine processes.
 
     Attributes:
-        ordinal: in the original video.
-        clip: in the clip.
+        ordinal: ordinal in the original video.
+        clip: ordinal in the clip.
         seconds: presentation time in the original video.
-        digest: of the decoded picture.
+        digest: hash of the decoded picture.
     """
 
     ordinal: int
@@ -57,15 +57,15 @@ class BundleFrame:
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
-    """An unpacked bundle whose files are those of its manifest.
+    """An unpacked bundle whose files match its manifest.
 
     Attributes:
-        name: of the file.
-        folder: where it was unpacked.
+        name: the file's name.
+        folder: folder of the unpacked files.
         manifest: its manifest.
-        frames: all frames that the engine takes.
-        expectation: what should have come out.
-        output: what came out when it was made.
+        frames: all frames that the engine processes.
+        expectation: the expected results.
+        output: the output of the run.
     """
 
     name: str
@@ -77,25 +77,25 @@ class Bundle:
 
     @property
     def clip(self) -> Path:
-        """The piece of video."""
+        """The clip."""
         return self.folder / self.manifest.clip.file
 
 
 def is_bundle(path: Path) -> bool:
-    """Whether a path is to be opened as a bundle: it is a file, or is named like one."""
+    """Whether a path is treated as a bundle: it is a file, or has a bundle's suffix."""
     return path.is_file() or path.suffix.lower() == ".zip"
 
 
 @contextmanager
 def open_bundle(path: Path, scratch: Path | None = None) -> Iterator[Bundle]:
-    """Unpack and check a bundle; it is gone when the block ends.
+    """Unpack and check a bundle; it is removed when the block ends.
 
     Args:
         path: the zip file.
-        scratch: where to unpack; unset: the system's folder for temporary files.
+        scratch: folder for unpacking; unset: the system's temporary folder.
 
     Raises:
-        ImportFormatError: no bundle, a hostile or damaged one, or one of another format; names what and why.
+        ImportFormatError: not a bundle, hostile, damaged, or of another format; names the file and the reason.
     """
     if not path.is_file():
         raise ImportFormatError(f"There is no bundle at {path}. Check the path.")
@@ -103,7 +103,7 @@ def open_bundle(path: Path, scratch: Path | None = None) -> Iterator[Bundle]:
         try:
             yield read_bundle(path, Path(name))
         except TsrError as error:
-            # Where it was unpacked means nothing to anybody, and is gone.
+            # The folder is temporary, so messages must not name it.
             raise type(error)(str(error).replace(f"{name}{os.sep}", f"{path.name}: ")) from None
 
 
@@ -127,10 +127,10 @@ def read_bundle(path: Path, folder: Path) -> Bundle:
 
 
 def open_evidence(bundle: Bundle) -> EvidenceReader:
-    """The evidence in a bundle, after a check that it is safe to read.
+    """Open the evidence of a bundle, after a check that it is safe to read.
 
     Raises:
-        EvidenceError: it holds what ours never does, or is damaged.
+        EvidenceError: it has a schema other than ours, or is damaged.
     """
     frames = bundle.manifest.frames
     check_foreign(bundle.folder / EVIDENCE / DATABASE, frames.stop - frames.start)
@@ -138,7 +138,7 @@ def open_evidence(bundle: Bundle) -> EvidenceReader:
 
 
 def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]) -> None:
-    """Exactly the files of the manifest, each with its hash."""
+    """Check that the bundle has exactly the files of its manifest, each with its hash."""
     listed = {entry.name: entry for entry in manifest.files}
     there = set(names) - {MANIFEST}
     for name in (*_NEEDED, manifest.clip.file):
@@ -173,7 +173,7 @@ def _read_frames(path: Path, manifest: Manifest) -> tuple[BundleFrame, ...]:
             try:
                 ordinal, clip, seconds, digest = int(row[0]), int(row[1]), float(row[2]), row[3]
             except (ValueError, IndexError):
-                raise ImportFormatError(f"{path.name}, line {number}: is no frame. Make the bundle anew.") from None
+                raise ImportFormatError(f"{path.name}, line {number}: is not a frame. Make the bundle anew.") from None
             expected = wanted.start + len(frames)
             if ordinal != expected or clip != ordinal - offset or clip < 0 or not math.isfinite(seconds):
                 raise ImportFormatError(

@@ -56,17 +56,17 @@ __all__ = ["BundleReport", "BundleRequest", "make_bundle"]
 
 
 def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = lambda _done, _of: None) -> BundleReport:
-    """Make a bundle; the file appears whole or not at all.
+    """Make a bundle; the file appears complete or not at all.
 
-    The same request gives the same bytes, but for the recording.
+    Equal requests give equal bytes, except for the recording.
 
     Args:
-        request: what goes in.
-        progress: told (steps done, of how many); may raise to stop.
+        request: the content.
+        progress: called with (steps done, total); may raise to stop.
 
     Raises:
         EvidenceError: the run cannot be read, or the video is not the one that was tracked.
-        UsageError: the frames are none of the run's, too many, an expectation lies outside of them, or the network is
+        UsageError: the frames are not in the run or too many, an expectation lies outside them, or the network is
             not that of the run.
         VideoError: the video cannot be read.
         StorageError: the file cannot be written.
@@ -167,7 +167,7 @@ class _Maker:
             )
 
     def _evidence(self) -> list[ResultRow]:
-        """Store the evidence of the range; returns its result rows."""
+        """Store the evidence of the range; return its result rows."""
         stream = ResultStream()
         rows: list[ResultRow] = []
         done = 0
@@ -186,7 +186,7 @@ class _Maker:
         return rows
 
     def _recording(self) -> str:
-        """Make the recording; returns a sentence about it."""
+        """Make the recording; return a sentence about it."""
         request = self.request
         if not request.recording:
             return "not asked for."
@@ -222,8 +222,8 @@ class _Maker:
         if cut:
             names = ", ".join(f"{t.track_id} (to frame {t.last_frame})" for t in cut[:5])
             self.warnings.append(
-                f"Tracks that go on behind the last frame are judged as they stand there: {names}. Their class is only "
-                "expected where somebody has corrected it."
+                f"Tracks that continue after the last frame are judged as they are there: {names}. Their class is only "
+                "expected if somebody has corrected it."
             )
         if not self.lead.whole:
             self.warnings.append(
@@ -286,7 +286,7 @@ class _Maker:
 
 
 def _write_frames(path: Path, clip: Clip, seconds: Mapping[int, float]) -> None:
-    """Write the frames with the times that the engine was given: an imported clip has times of its own."""
+    """Write the frames with the times that the engine got: an imported clip has other times."""
     with path.open("w", encoding="utf-8", newline="") as out:
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(["frame", "clip_frame", "seconds", "picture_sha256"])
@@ -294,7 +294,7 @@ def _write_frames(path: Path, clip: Clip, seconds: Mapping[int, float]) -> None:
 
 
 def _files(folder: Path) -> list[BundleFile]:
-    """Every file but the manifest, by name."""
+    """Every file but the manifest, sorted by name."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file())
     return [
         BundleFile(name=path.relative_to(folder).as_posix(), size=path.stat().st_size, sha256=file_sha256(path))

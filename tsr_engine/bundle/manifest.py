@@ -1,4 +1,4 @@
-"""``manifest.json``: the content of a bundle, its origin, and the hash of every file."""
+"""Reads and writes ``manifest.json``: the content of a bundle, its origin, and the hash of every file."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class _Part(BaseModel):
 
 
 class BundleFile(_Part):
-    """One file beside the manifest."""
+    """A file beside the manifest."""
 
     name: Annotated[str, Field(min_length=1, max_length=200)]
     size: Annotated[int, Field(ge=0)]
@@ -42,18 +42,18 @@ class BundleFile(_Part):
 
 
 class BundleFrames(_Part):
-    """Frames, numbered as in the original video."""
+    """Frame numbers of the original video."""
 
     start: _Frame
-    """The engine starts here, so that it knows at ``first`` what it knew in the run."""
+    """First frame of the engine, so that its state at ``first`` is that of the run."""
     first: _Frame
-    """First frame that counts."""
+    """First judged frame."""
     stop: Annotated[int, Field(ge=1, le=2**31 - 1)]
     """Frame after the last."""
     whole_lead_in: bool
     """False: tracks that were alive at ``start`` are missing, and the first frames may differ."""
     first_id: Annotated[int, Field(ge=1, le=10**12)]
-    """Number of the first track from ``start`` on."""
+    """Number of the first track that is born from ``start`` on."""
 
     @model_validator(mode="after")
     def _check(self) -> BundleFrames:
@@ -63,12 +63,12 @@ class BundleFrames(_Part):
 
 
 class ClipFacts(_Part):
-    """The piece of video."""
+    """The clip."""
 
     file: Literal["clip.mp4", "clip.mkv"]
     sha256: _Digest
     offset: _Frame
-    """Frame of the original video that the clip's frame 0 is."""
+    """Ordinal of the clip's frame 0 in the original video."""
     width: _Side
     height: _Side
     copied: bool
@@ -82,7 +82,7 @@ class ClipFacts(_Part):
 
 
 class SourceVideo(_Part):
-    """The video that the clip was cut out of."""
+    """The video that the clip was cut from."""
 
     name: _Text
     sha256: _Digest
@@ -90,7 +90,7 @@ class SourceVideo(_Part):
 
 
 class BundleRun(_Part):
-    """The run that the bundle is about."""
+    """The run of the bundle."""
 
     id: _Text
     name: _Text
@@ -105,19 +105,19 @@ class BundleRun(_Part):
 
 
 class NetworkFacts(_Part):
-    """An ONNX network that detected in the run."""
+    """The ONNX network of the run."""
 
     sha256: _Digest
     width: _Side
-    """Of its input, px."""
+    """Size of its input, px."""
     height: _Side
     layout: Literal["v8", "v5"]
-    """Of its output, see :mod:`tsr_engine.detection.onnx`."""
+    """Layout of its output, see :mod:`tsr_engine.detection.onnx`."""
     inside: bool
 
 
 class Got(_Part):
-    """What became of an expectation when the bundle was made."""
+    """The verdict on an expectation when the bundle was made."""
 
     id: _Text
     met: bool
@@ -131,23 +131,23 @@ class Manifest(_Part):
     tool_version: _Text
     note: _Text
     tracks: list[_Text]
-    """Keys of the tracks that it is about; empty: all that were corrected."""
+    """Keys of the tracks that the report is about; empty: all corrected ones."""
     frames: BundleFrames
     clip: ClipFacts
     video: SourceVideo
     run: BundleRun
     models: _Text
-    """Which models the run used, and whether they are inside."""
+    """The models of the run, and whether the bundle has them."""
     models_inside: bool
     network: NetworkFacts | None = None
-    """The network that took the place of the detector; None: the run used none."""
+    """The network that replaced the detector; None: the run used none."""
     recording: _Text
-    """Whether there is a recording; if not, why."""
+    """Whether there is a recording; if not, the reason."""
     got: list[Got]
     files: list[BundleFile]
 
     def text(self) -> str:
-        """As it is stored; without a network in the form that earlier versions read."""
+        """The JSON text that is stored; without a network in the form that earlier versions read."""
         content = self.model_dump(mode="json", exclude={"network"} if self.network is None else None)
         return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 
@@ -156,22 +156,24 @@ class Manifest(_Part):
         """Read and check the manifest of an unpacked bundle.
 
         Args:
-            folder: where it was unpacked.
-            name: of the bundle, for messages.
+            folder: folder of the unpacked bundle.
+            name: the bundle's name for messages.
 
         Raises:
-            ImportFormatError: missing, of another format version, or wrong; says where.
+            ImportFormatError: missing, of another format version, or invalid; names the place.
         """
         path = folder / MANIFEST
         if not path.is_file():
-            raise ImportFormatError(f"{name} is no bug bundle: {MANIFEST} is missing. Make one with `tsr bundle`.")
+            raise ImportFormatError(f"{name} is not a bug bundle: {MANIFEST} is missing. Make one with `tsr bundle`.")
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
         except (ValueError, RecursionError):
             raise ImportFormatError(f"{name}, {MANIFEST}: is not JSON. Copy the bundle again.") from None
         version = content.get("bundle") if isinstance(content, dict) else None
         if type(version) is not int:
-            raise ImportFormatError(f"{name} is no bug bundle: {MANIFEST} does not say its version. Check the file.")
+            raise ImportFormatError(
+                f"{name} is not a bug bundle: {MANIFEST} does not state its version. Check the file."
+            )
         if version != FORMAT:
             advice = "Update tsr" if version > FORMAT else "Make the bundle anew"
             raise ImportFormatError(

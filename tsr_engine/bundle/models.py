@@ -1,7 +1,7 @@
-"""Puts models into a bundle if they are not those that ship with the package.
+"""Puts models into a bundle unless they ship with the package.
 
 A model file is itself a ZIP archive, and careful unpackers refuse an archive inside another one. So the file is stored
-behind a line of text, and gets its own name back when it is used.
+after a line of text, and gets its name back when it is used.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ __all__ = ["ModelChoice", "choose_models", "put_models", "take_models"]
 _LINE = b"A model of tsr: a NumPy archive (.npz) follows this line.\n"
 _SUFFIX = ".model"
 _MOST_BYTES = 1 << 30
-"""Bytes that the arrays of one model may take in memory."""
+"""Largest unpacked size of a model's arrays, bytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class ModelChoice:
-    """Where the models of a run are.
+    """The models of a run.
 
     Attributes:
-        folder: the models to put in; None: none.
+        folder: folder to put in; None: none.
         text: one sentence for people.
     """
 
@@ -37,13 +37,13 @@ class ModelChoice:
 
 
 def choose_models(used: Mapping[str, str], folders: Iterable[Path]) -> ModelChoice:
-    """Find the models that a run was made with.
+    """Find the models of a run.
 
     Args:
-        used: component -> sha256, of the run.
-        folders: model folders to look in, besides the shipped one.
+        used: component -> sha256, from the run.
+        folders: model folders to search, after the shipped one.
     """
-    # A network is no part of a model folder; see ``tsr_engine.bundle.network``.
+    # A network is not part of a model folder; see ``tsr_engine.bundle.network``.
     used = {name: digest for name, digest in used.items() if not name.startswith("onnx ")}
     if _holds(SHIPPED, used):
         return ModelChoice(None, "The run used the models that ship with the package.")
@@ -73,7 +73,7 @@ def put_models(source: Path, target: Path) -> None:
 
     Args:
         source: a model folder.
-        target: made.
+        target: the new folder.
     """
     target.mkdir()
     shutil.copyfile(source / MANIFEST, target / MANIFEST)
@@ -84,10 +84,10 @@ def put_models(source: Path, target: Path) -> None:
 
 
 def take_models(source: Path, target: Path) -> Path:
-    """The inverse of ``put_models``; returns ``target``.
+    """Invert ``put_models``; returns ``target``.
 
     Raises:
-        ImportFormatError: a model is missing, is none, or unfolds to too much.
+        ImportFormatError: a model is missing, is not a model file, or unfolds to too much.
         ModelError: the manifest of the models is damaged.
     """
     target.mkdir(parents=True, exist_ok=True)
@@ -100,7 +100,7 @@ def take_models(source: Path, target: Path) -> Path:
             raise ImportFormatError(f"The bundle lacks its model {name[:80]!r}. Make it anew.")
         with stored.open("rb") as stream, (target / file).open("wb") as out:
             if stream.read(len(_LINE)) != _LINE:
-                raise ImportFormatError(f"models/{stored.name} in the bundle is no model. Make the bundle anew.")
+                raise ImportFormatError(f"models/{stored.name} in the bundle is not a model. Make the bundle anew.")
             shutil.copyfileobj(stream, out)
         _check_size(target / file)
     return target
@@ -112,7 +112,7 @@ def _check_size(path: Path) -> None:
             size = sum(entry.file_size for entry in archive.infolist())
     except (zipfile.BadZipFile, ValueError, NotImplementedError):
         raise ImportFormatError(
-            f"models/{path.name} in the bundle is no NumPy archive. Make the bundle anew."
+            f"models/{path.name} in the bundle is not a NumPy archive. Make the bundle anew."
         ) from None
     if size > _MOST_BYTES:
         raise ImportFormatError(

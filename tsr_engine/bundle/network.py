@@ -1,7 +1,7 @@
-"""The ONNX network of a run, which a bundle contains or identifies by name and hash.
+"""Handles the ONNX network of a run, which a bundle contains or identifies by name and hash.
 
-A network is foreign code that a C++ library reads. It goes into a bundle only if the person who makes the bundle names
-the file. A network from a bundle is run only if the person who replays it asks for it.
+A network is untrusted code that a C++ library reads. It goes into a bundle only if the bundle's maker names the file.
+A network from a bundle is run only if the person who replays it asks for it.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 __all__ = ["MOST_BYTES", "network_of", "network_text", "put_network", "replay_network"]
 
 MOST_BYTES: Final = 256 << 20
-"""Largest network that goes into a bundle, 256 MiB: a large YOLO of today has 220 MB."""
+"""Largest network in a bundle: 256 MiB; a large YOLO of today has 220 MB."""
 _NAME = re.compile(r"onnx ([1-9][0-9]{0,4})x([1-9][0-9]{0,4}) (v8|v5)")
 
 
 def network_of(models: Mapping[str, str]) -> NetworkFacts | None:
-    """The network among the models of a run, as :func:`tsr_engine.pipeline.load_components` records it."""
+    """The network among the models of a run, as :func:`tsr_engine.pipeline.load_components` records it; None: none."""
     for name, digest in models.items():
         found = _NAME.fullmatch(name)
         if found is not None and re.fullmatch("[0-9a-f]{64}", digest):
@@ -41,19 +41,19 @@ def network_of(models: Mapping[str, str]) -> NetworkFacts | None:
 
 
 def put_network(models: Mapping[str, str], path: Path | None, folder: Path) -> NetworkFacts | None:
-    """Copy the network of a run into a bundle, if it was named and is not too large.
+    """Copy the network of a run into a bundle, if its file is named and not too large.
 
     Args:
-        models: component -> sha256, of the run.
-        path: the network; None: it was not named.
-        folder: the bundle that is being made.
+        models: component -> sha256, from the run.
+        path: the network's file; None: not named.
+        folder: folder of the new bundle.
 
     Returns:
-        What the manifest says; None: the run used no network.
+        The manifest's entry; None: the run used no network.
 
     Raises:
         UsageError: a network was named that the run did not use.
-        InputError: there is no such file.
+        InputError: the file cannot be read.
     """
     facts = network_of(models)
     if path is None or facts is None:
@@ -76,7 +76,7 @@ def put_network(models: Mapping[str, str], path: Path | None, folder: Path) -> N
 
 
 def network_text(facts: NetworkFacts) -> str:
-    """One or two sentences for people: what it is, whether it is inside, what to do."""
+    """One or two sentences for people: the network, whether the bundle has it, and what to do."""
     about = (
         f"The run detected with an ONNX network ({facts.width}x{facts.height}, {facts.layout}, SHA-256 {facts.sha256})"
     )
@@ -89,17 +89,17 @@ def network_text(facts: NetworkFacts) -> str:
 
 
 def replay_network(bundle: Bundle, given: Path | None, bundled: bool, other: bool) -> Network | None:
-    """The network that detects in a replay; None: the detector of the model folder detects.
+    """The network for a replay; None: the detector of the model folder is used.
 
     Args:
         bundle: the bundle.
         given: a network that the person names.
-        bundled: use what is inside.
-        other: go on without the network of the run.
+        bundled: whether to use the network in the bundle.
+        other: whether to replay without the run's network.
 
     Raises:
-        UsageError: a network is named where the run used none.
-        ModelError: the run used a network, and nothing says which to use now; names it by its hash.
+        UsageError: a network is named, but the run used none.
+        ModelError: the run used a network, and no option says which one to use; names it by its hash.
     """
     from tsr_engine.pipeline import Network
 

@@ -1,4 +1,4 @@
-"""The engine's result rows for the frames of a bundle, looked up by frame."""
+"""Looks up the engine's result rows of a bundle by frame."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from tsr_engine.records import FloatArray
 __all__ = ["SAME_PX", "Output", "read_rows", "same_output", "write_rows"]
 
 SAME_PX = 0.5
-"""Edges of two outputs that are called the same differ by no more."""
+"""Largest difference between the edges of equal outputs, px."""
 
 
 @dataclass(slots=True)
 class Output:
-    """Confirmed results of the judged frames, as if the drive ended with the last of them.
+    """Confirmed results of the judged frames, as if the video ended with the last of them.
 
     Attributes:
         first: first judged frame.
@@ -40,7 +40,7 @@ class Output:
 
     @classmethod
     def of(cls, rows: Iterable[ResultRow], first: int, stop: int) -> Output:
-        """The output that some rows make; those of other frames are left out."""
+        """The output of rows, without those of other frames."""
         made = cls(first, stop, [row for row in rows if first <= row.frame < stop])
         by_frame: dict[int, list[ResultRow]] = {}
         for row in made.rows:
@@ -60,7 +60,7 @@ class Output:
         return self._classes.get(track, -1)
 
     def on(self, frame: int, box: Sequence[float], least: float) -> list[int]:
-        """Tracks with at least this IoU with a box, the best first."""
+        """Tracks with at least this IoU with a box, best first."""
         if frame not in self._boxes:
             return []
         tracks, boxes = self._boxes[frame]
@@ -69,16 +69,16 @@ class Output:
         return [tracks[i] for i in order.tolist() if found[i] >= least]
 
     def error(self, frame: int, box: Sequence[float]) -> float:
-        """Eq. 7 of the nearest result, in [0, 1]; 1: nothing lies on the box."""
+        """Eq. 7 of the nearest result, in [0, 1]; 1: no result overlaps the box."""
         if frame not in self._boxes:
             return 1.0
         return float(non_overlap(box, self._boxes[frame][1]).min())
 
 
 def same_output(a: Output, b: Output) -> bool:
-    """Whether two outputs show the same: equal boxes to half a pixel, and equal classes, whatever the numbers.
+    """Whether two outputs are equal: equal boxes within half a pixel, and equal classes; numbers of tracks may differ.
 
-    Tracks are compared by what they show: a track of one must stand for exactly one of the other.
+    Each track of one output must correspond to exactly one of the other.
     """
     if len(a.rows) != len(b.rows):
         return False
@@ -103,16 +103,16 @@ def same_output(a: Output, b: Output) -> bool:
 
 
 def write_rows(out: TextIO, rows: Iterable[ResultRow]) -> None:
-    """The rows as ``tsr track --csv`` writes them, into an open file."""
+    """Write rows in the format of ``tsr track --csv`` into an open file."""
     out.write(RESULT_HEADER + "\n")
     out.writelines(row.line() + "\n" for row in rows)
 
 
 def read_rows(path: Path) -> list[ResultRow]:
-    """The inverse of ``write_rows``.
+    """Invert ``write_rows``.
 
     Raises:
-        ImportFormatError: a line that is none of ours.
+        ImportFormatError: a line is not in that format.
     """
     rows: list[ResultRow] = []
     with path.open(encoding="utf-8", errors="replace", newline="") as stream:
@@ -134,7 +134,7 @@ def read_rows(path: Path) -> list[ResultRow]:
                 )
             except ValueError:
                 raise ImportFormatError(
-                    f"{path.name}, line {number}: is no row of results. Make the bundle anew."
+                    f"{path.name}, line {number}: is not a row of results. Make the bundle anew."
                 ) from None
             if not all(np.isfinite(row[2:6])):
                 raise ImportFormatError(f"{path.name}, line {number}: a box is not finite. Make the bundle anew.")

@@ -1,4 +1,4 @@
-"""``README.txt``: explains a bundle to a person who has never seen one."""
+"""Writes ``README.txt``, which explains a bundle to a person who has never seen one."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ _WIDTH = 88
 
 
 def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Sequence[str]) -> str:
-    """The text.
+    """The text of ``README.txt``.
 
     Args:
-        manifest: of the bundle; ``files`` is not looked at.
-        findings: what became of the expectations when it was made.
-        warnings: what the reader should know.
+        manifest: of the bundle; ``files`` is not used.
+        findings: verdicts on the expectations when the bundle was made.
+        warnings: sentences for the reader.
     """
     frames, run, network = manifest.frames, manifest.run, manifest.network
     last = frames.stop - 1
     parts = [
         _title("A bug report for tsr"),
         _text(
-            "tsr finds, follows and names traffic signs in videos taken from a car. Somebody saw it go wrong, and "
-            "packed everything that is needed to see the same on another machine."
+            "tsr finds, follows and names traffic signs in videos from a car. Somebody saw an error, and packed "
+            "everything that is needed to see it on another machine."
         ),
         _title("What the reporter says"),
         _text(manifest.note or "(no note)"),
@@ -40,14 +40,14 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
         f"    tsr replay BUNDLE.zip{_with(network)}\n",
         *([] if network is None else [_text(network_text(network))]),
         _text(
-            "The engine of your installation runs on the clip with the settings of the run, and its result is held "
-            "against what is expected. The last line says one of:"
+            "The engine of your installation runs on the clip with the settings of the run, and its result is compared "
+            "with what is expected. The last line says one of:"
         ),
         _items(
-            "fixed (exit code 0): everything that is expected comes true;",
-            "still broken (exit code 20): something that was wrong in the report is wrong again;",
-            "different (exit code 21): what was wrong is right now, but something else is not. Where nothing is "
-            "expected, the same output counts as still broken and any other as different.",
+            "fixed (exit code 0): every expectation is met;",
+            "still broken (exit code 20): an error of the report is still there;",
+            "different (exit code 21): the errors of the report are gone, but another expectation fails. Without "
+            "expectations, the same output counts as still broken and any other as different.",
         ),
         _text(
             "--json prints all of it for a program, --set NAME=VALUE tries other settings, and --bundled-models uses "
@@ -60,18 +60,18 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
             f"the clip is frame {manifest.clip.offset} of the video. {manifest.clip.how} {_lead(manifest)}",
             "frames.csv: for each of these frames its number in the clip, its time in the video in seconds, and the "
             "SHA-256 of the decoded picture.",
-            f"output.csv: what the engine said in the frames {frames.first} to {last}, one row a track and frame. "
+            f"output.csv: results of the engine in the frames {frames.first} to {last}, one row a track and frame. "
             "Boxes are x1, y1, x2, y2 in pixels from the upper left corner; score is the detector's.",
-            "expectation.json: what should have come out, for the replay.",
+            "expectation.json: the expected results, for the replay.",
             "corrections.json: the corrected tracks as the tool stores them.",
-            "evidence/: everything the engine decided in these frames, with the pixels it looked at. "
+            "evidence/: everything the engine decided in these frames, with the pixels that it used. "
             "`tsr replay evidence` (unpacked) repeats what follows the detector.",
             f"recording.rrd: {manifest.recording}",
             f"models/: {manifest.models}",
             *([f"{NETWORK}: the ONNX network that detected."] if network is not None and network.inside else []),
-            "manifest.json: where all this comes from, all settings, and the SHA-256 of every file.",
+            "manifest.json: the origin of the bundle, all settings, and the SHA-256 of every file.",
         ),
-        _text("Frames are numbered from 0, and everywhere as in the original video, not as in the clip."),
+        _text("Frames are numbered from 0, always as in the original video, not as in the clip."),
         _title("How it was made"),
         _items(
             f"Run {run.name or run.id or '(without a name)'} of {run.created or 'an unknown time'}, "
@@ -87,7 +87,7 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
 
 
 def _with(network: NetworkFacts | None) -> str:
-    """What the command needs besides the bundle."""
+    """Options that the command needs besides the bundle."""
     return "" if network is None else " --bundled-models" if network.inside else " --onnx FILE"
 
 

@@ -30,15 +30,15 @@ _NOT_COMPARED = RECOMPUTED
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One expectation, when the bundle was made and now.
+    """The verdict on one expectation when the bundle was made and now.
 
     Attributes:
-        id: of the expectation.
+        id: id of the expectation.
         expected: one sentence.
-        before: it was met when the bundle was made.
-        now: it is met in the replay.
-        got: what came out now, one sentence.
-        frame: where to look.
+        before: whether it was met when the bundle was made.
+        now: whether the replay meets it.
+        got: one sentence on the output now.
+        frame: frame to look at.
     """
 
     id: str
@@ -61,19 +61,19 @@ class BundleReplay:
     """The result of a replay of a bundle.
 
     Attributes:
-        verdict: the verdict.
-        outcomes: one for each expectation.
-        frames: frames taken, those that lead in too.
-        identical: judged frames whose every record equals the stored one, bit by bit; None: the stored evidence cannot
-            be read by this version.
-        judged: frames that count.
-        first_difference: where the first other frame differs.
-        same: the output is the one in the bundle.
-        tracks: tracks now; ``tracks_before``: then.
-        other_pictures: frames that decode to other pictures here.
-        changed: what differs from the run besides: version, models, parameters; one sentence each.
+        verdict: the overall verdict.
+        outcomes: one per expectation.
+        frames: number of frames run, with the lead-in.
+        identical: number of judged frames whose records all equal the stored ones, bit by bit; None: this version
+            cannot read the stored evidence.
+        judged: number of judged frames.
+        first_difference: the first difference and its frame.
+        same: whether the output equals that in the bundle.
+        tracks: number of tracks now; ``tracks_before``: in the bundle.
+        other_pictures: number of frames that decode to other pictures here.
+        changed: other differences from the run (version, models, parameters), one sentence each.
         seconds: wall time.
-        rows: the output of the replay.
+        rows: output of the replay.
     """
 
     verdict: Verdict = "different"
@@ -92,10 +92,10 @@ class BundleReplay:
 
 
 def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
-    """The parameters of the run, and a sentence for each that this version does not know or take.
+    """The parameters of the run, and one sentence for each that this version does not know or accept.
 
     Raises:
-        ImportFormatError: the bundle holds no parameters.
+        ImportFormatError: the bundle has no parameters.
     """
     known = {f"{section}.{leaf}" for section, leaf in Params.names()}
     stored: JsonObject = {}
@@ -117,10 +117,10 @@ def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
 
 
 def bundled_models(bundle: Bundle) -> Path | None:
-    """The models inside, in a folder of their own; None: there are none, for the run used the shipped ones.
+    """Unpack the models of the bundle into a folder; None: there are none, because the run used the shipped ones.
 
     Raises:
-        ImportFormatError: the run used other models, and they are not inside, or are damaged.
+        ImportFormatError: the run used other models, and they are missing or damaged.
     """
     if bundle.manifest.models_inside:
         return take_models(bundle.folder / MODELS, bundle.folder / "models-taken")
@@ -139,20 +139,20 @@ def replay_bundle(
     progress: Callable[[int, int], None] = lambda _done, _of: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> BundleReplay:
-    """Run the engine on a bundle and judge the output.
+    """Run the engine on a bundle and judge its output.
 
     Args:
         bundle: the bundle.
         params: parameters of the replay.
-        components: its trained parts.
-        changed: what is known to differ from the run already.
-        limits: what the clip may demand.
-        progress: told (frames done, of how many).
-        stop: asked after each frame; true ends the replay.
+        components: the trained components.
+        changed: known differences from the run.
+        limits: limits on the clip.
+        progress: called with (frames done, total).
+        stop: called after each frame; True ends the replay.
 
     Raises:
         VideoError: the clip cannot be decoded.
-        KeyboardInterrupt: ``stop`` said so.
+        KeyboardInterrupt: ``stop`` returned True.
     """
     began = time.perf_counter()
     report = BundleReplay(changed=[*(changed or []), *_changes(bundle, components)])
@@ -187,7 +187,7 @@ def _outcome(before: Finding, now: Finding) -> Outcome:
 
 
 def _changes(bundle: Bundle, components: Components) -> list[str]:
-    """How this installation differs from that of the run."""
+    """Differences between this installation and that of the run."""
     run = bundle.manifest.run
     found = []
     if run.engine_version != __version__:
@@ -199,7 +199,7 @@ def _changes(bundle: Bundle, components: Components) -> list[str]:
 
 
 class _Comparison:
-    """Judged frames that come out as they are stored, bit by bit."""
+    """Counts judged frames that equal the stored ones, bit by bit."""
 
     def __init__(self, bundle: Bundle) -> None:
         self.identical: int | None = None

@@ -1,4 +1,4 @@
-"""The request for a bundle, and the report on it."""
+"""Defines the request for a bundle, and the report on it."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ _NO_CORRECTIONS: JsonMapping = {"documents": []}
 
 @dataclass(frozen=True, slots=True)
 class BundleRequest:
-    """The request for a bundle.
+    """A request to make a bundle.
 
     Attributes:
         evidence: folder of the run.
         video: the video that was tracked.
-        out: the zip file; one that is there is replaced at the end.
-        first: first frame that counts.
-        stop: frame after the last.
-        note: what the reporter says.
-        expectation: what should have come out.
+        out: the ZIP file; an existing one is replaced at the end.
+        first: first judged frame.
+        stop: frame after the last judged one.
+        note: text of the reporter.
+        expectation: the expected results.
         corrections: the corrected tracks as the tool stores them, plain JSON values.
-        corrected: the same as boxes, for the recording.
-        classes: what the run's class numbers mean in the label set of the corrections; unset: in ``gtsrb-43``.
-        tracks: keys of the tracks that it is about.
-        table: the video's frame table, if it is at hand.
-        limits: what the video may demand.
-        models: model folders in which the run's models may be.
-        network: the ONNX network of the run, to be put in.
-        run_id: of the run, in the tool.
-        run_name: of the run.
-        preset: of the run.
+        corrected: the corrected tracks as boxes, for the recording.
+        classes: mapping from the run's class numbers to the label set of the corrections; unset: ``gtsrb-43``.
+        tracks: keys of the tracks that the report is about.
+        table: the video's frame table; unset: not known.
+        limits: limits on the video.
+        models: model folders in which to search for the run's models.
+        network: file of the run's ONNX network, to put in.
+        run_id: the tool's id of the run.
+        run_name: name of the run.
+        preset: preset of the run.
         kind: ``engine`` or ``whatif``.
-        recording: put a recording in, if it can be made.
+        recording: whether to add a recording, if one can be made.
     """
 
     evidence: Path
@@ -77,14 +77,14 @@ class BundleRequest:
 
 @dataclass(frozen=True, slots=True)
 class BundleReport:
-    """The report on a bundle that was made.
+    """The report on a new bundle.
 
     Attributes:
         path: the file.
         size: bytes.
         manifest: its manifest.
-        findings: what became of the expectations in the run's own output.
-        warnings: what the maker should know, one sentence each.
+        findings: verdicts on the expectations for the run's output.
+        warnings: sentences for the maker.
     """
 
     path: Path

@@ -24,22 +24,22 @@ def write_slice(
     offset: int = 0,
     seen: Callable[[FrameEvidence], object] = lambda _frame: None,
 ) -> int:
-    """Write the frames ``start <= k < stop``; returns their number.
+    """Write the frames ``start <= k < stop``; return their number.
 
     Args:
         reader: the store.
-        folder: of the new one.
+        folder: folder of the new store.
         start: first frame.
         stop: frame after the last.
-        header: of the new one.
-        offset: taken off every number of a frame.
-        seen: shown each frame as it is written.
+        header: header of the new store.
+        offset: subtracted from every frame number.
+        seen: called with each frame when it is written.
     """
     count = 0
     with EvidenceWriter.create(folder, header, chunk=64, overwrite=True) as writer:
         for frame, (_, entry) in zip(reader.frames(start, stop), reader.frame_table(start, stop), strict=True):
             again = moved(frame, offset) if offset else frame
-            # Pictures of a clip have times of their own; what the engine was reported stays in ``seconds``.
+            # Pictures of a clip have other times; the times that the engine got stay in ``seconds``.
             writer.append(again, replace(entry, pts=None) if offset else entry)
             seen(again)
             count += 1
@@ -48,7 +48,7 @@ def write_slice(
 
 
 def moved(frame: FrameEvidence, offset: int) -> FrameEvidence:
-    """A frame's evidence with every number of a frame lowered by ``offset``."""
+    """The frame's evidence with every frame number lowered by ``offset``."""
     return replace(
         frame,
         ordinal=frame.ordinal - offset,

@@ -1,4 +1,4 @@
-"""The videos, truth and tables that `tsr eval tracking` is given, as files."""
+"""Finds the videos, ground truth and tables for `tsr eval tracking`."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["annotated_videos", "readable", "results_of", "truth_of"]
 
 
 def annotated_videos(sources: list[Path], truth: Path | None) -> list[Path]:
-    """The videos named, and those of the folders named that have a truth.
+    """The given videos, and those of given folders that have ground truth.
 
     Raises:
-        InputError: a path that is not there, or a folder without such a video.
+        InputError: a path does not exist, or a folder has no such video.
     """
     videos: list[Path] = []
     for source in sources:
@@ -23,7 +23,7 @@ def annotated_videos(sources: list[Path], truth: Path | None) -> list[Path]:
             inside = sorted(p for p in source.iterdir() if p.suffix.lower() in SUFFIXES)
             annotated = [p for p in inside if _candidates(p, truth)]
             if not annotated:
-                raise InputError(f"{source} has no video with a truth CSV. Name its folder with --truth.")
+                raise InputError(f"{source} has no video with a ground truth CSV. Name its folder with --truth.")
             videos += annotated
         elif source.exists():
             videos.append(source)
@@ -38,25 +38,25 @@ def _candidates(video: Path, truth: Path | None) -> list[Path]:
 
 
 def truth_of(video: Path, truth: Path | None) -> Path:
-    """The table of a video's truth: in the folder named, else beside it or in ``gt`` there.
+    """The ground truth table of a video: in the given folder, else beside the video or in ``gt`` there.
 
     Raises:
-        InputError: there is none.
+        InputError: the table is missing.
     """
     found = _candidates(video, truth)
     if not found:
         where = str(truth) if truth is not None else f"{video.parent} or its folder gt"
         raise InputError(
-            f"There is no truth {video.stem}.csv for {video.name} in {where}. Name its folder with --truth."
+            f"There is no ground truth {video.stem}.csv for {video.name} in {where}. Name its folder with --truth."
         )
     return found[0]
 
 
 def readable(pairs: list[tuple[Path, Path]]) -> list[tuple[Path, Path, tuple[int, int, int]]]:
-    """Those videos, with their truth, that can be opened, and their frames, width and height; the others are named.
+    """Readable videos with their ground truth, and their frames, width and height; others are reported on stderr.
 
     Raises:
-        InputError: none can.
+        InputError: no video is readable.
     """
     from tsr_engine.io.video import open_video
 
@@ -75,10 +75,10 @@ def readable(pairs: list[tuple[Path, Path]]) -> list[tuple[Path, Path, tuple[int
 
 
 def results_of(video: Path, results: Path) -> Path:
-    """The table of a video's tracks: under its own name, or the one that an export gave it.
+    """The table of a video's tracks: named after the video, or as exports name it.
 
     Raises:
-        InputError: neither is there.
+        InputError: both are missing.
     """
     from tsr_engine.exchange.names import safe_stem
 

@@ -37,7 +37,7 @@ __all__ = ["BatchTeller", "CoresOption", "JobsOption", "MemoryOption", "PlaceOpt
 
 _KEPT = ("evidence", "csv", "video")
 _SPOKEN = 30.0
-"""Seconds between two lines of progress where no person looks at a terminal."""
+"""Seconds between two lines of progress if stderr is not a terminal."""
 
 
 PlaceOption = Annotated[
@@ -137,24 +137,24 @@ def batch_request(
     network: Network | None,
     count: int | None = None,
 ) -> BatchRequest:
-    """What the options of a batch ask for.
+    """Make the request for the options of a batch.
 
     Args:
-        drives: absolute paths; they may be filled in later.
+        drives: absolute paths; may be filled in later.
         out: folder of the results.
         place: value of --on.
-        jobs: drives at a time; None: one a core.
-        cores: cores of one drive; None: an equal share.
+        jobs: drives at a time; None: one per core.
+        cores: cores per drive; None: an equal share.
         kept: some of evidence, csv, video.
-        memory: address space of a process, MiB.
+        memory: limit on the address space of a process, MiB.
         preset: parameters to start from.
         settings: values of --set.
-        models: folder of models; None: those that ship with the package.
-        network: what detects in place of the ACF detector.
-        count: how many drives there will be; None: as many as ``drives``.
+        models: folder of models; None: the shipped ones.
+        network: network that replaces the ACF detector; None: no network.
+        count: number of drives; None: that of ``drives``.
 
     Raises:
-        UsageError: a wrong value.
+        UsageError: a value is invalid.
         ModelError: the models cannot be loaded.
     """
     from tsr_engine.batch.manifest import Identity
@@ -201,14 +201,14 @@ def _place(text: str) -> str:
 
 
 class BatchTeller:
-    """Tells how far a batch is: in place on a terminal, now and then elsewhere."""
+    """Reports the progress of a batch: in place on a terminal, otherwise now and then."""
 
     def __init__(self) -> None:
         self._terminal = sys.stderr.isatty()
         self._last = time.monotonic()
 
     def __call__(self, at: BatchProgress) -> None:
-        """Tell, unless it is too soon."""
+        """Report, unless the last report is recent."""
         ended = at.done + at.failed == at.total
         if not self._terminal and not ended and time.monotonic() - self._last < _SPOKEN:
             return

@@ -44,13 +44,13 @@ def calibrate(
         focus = calibration.calibrate(path, start, stop, progress=lambda done, total: show(done, total, ""))
     if focus is None:
         raise InputError(
-            f"The car in {path} comes too little nearer to what it sees to tell where its camera looks. "
-            "Choose --frames in which it drives on."
+            f"The car in {path} moves forward too little to estimate where its camera points. "
+            "Choose --frames in which it drives."
         )
     if as_json:
         print_json({"coast_foe_y": focus.y, "error": focus.error, "frames": focus.frames, "approach": focus.approach})
         return
-    # A path loses its "./", without which such a name is an option to a command.
+    # Without its "./" the name may look like an option.
     name = f"./{video}" if str(video).startswith("-") else str(video)
     typer.echo(
         f"{video.name}: the focus of expansion lies at {focus.y:.3f} of the height (standard error {focus.error:.3f}, "

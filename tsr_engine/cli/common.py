@@ -1,4 +1,4 @@
-"""What the commands share: messages, settings, parameters, models, tables."""
+"""Shares messages, settings, parameters, models and tables among the commands."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JS
 
 
 def say(sentence: str) -> None:
-    """One sentence on stderr; never fails, whatever became of the terminal."""
+    """Print one sentence on stderr; never fails, whatever the state of the terminal."""
     try:
         sys.stderr.write(f"tsr: {sentence}\n")
         sys.stderr.flush()
@@ -80,22 +80,22 @@ def say(sentence: str) -> None:
 
 
 def print_json(value: object) -> None:
-    """Standard JSON (no NaN) on stdout."""
+    """Print standard JSON (no NaN) on stdout."""
     typer.echo(json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False))
 
 
 def out_console() -> Console:
-    """A console on stdout for tables; wide enough not to wrap them when stdout is a file."""
+    """A console on stdout for tables; wide enough not to wrap them if stdout is a file."""
     from rich.console import Console
 
     return Console(highlight=False, width=None if sys.stdout.isatty() else 120)
 
 
 def make_params(preset: str, settings: Sequence[str]) -> Params:
-    """The parameters of a preset with the user's settings.
+    """The parameters of a preset, changed by the user's settings.
 
     Raises:
-        UsageError: an unknown preset or name, or a value that its range forbids.
+        UsageError: an unknown preset or name, or a value outside its range.
     """
     from tsr_engine.params import Params
 
@@ -122,10 +122,10 @@ def split_settings(settings: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def size_of(text: str, option: str, example: str) -> tuple[int, int]:
-    """``WxH`` as width and height.
+    """Parse ``WxH`` as width and height.
 
     Raises:
-        UsageError: not of that form, or not positive.
+        UsageError: the text has another form, or a number is not positive.
     """
     try:
         width, height = (int(part) for part in text.lower().split("x"))
@@ -137,14 +137,14 @@ def size_of(text: str, option: str, example: str) -> tuple[int, int]:
 
 
 def make_network(path: Path | None, size: str | None, layout: str | None) -> Network | None:
-    """The network that the --onnx options name; None without them.
+    """The network of the --onnx options; None: no option.
 
     Raises:
-        UsageError: a size or layout that is none, or one of no network.
+        UsageError: the size or layout is invalid, or no network is named.
     """
     if path is None:
         if size is not None or layout is not None:
-            raise UsageError("--onnx-size and --onnx-layout tell of a network. Name its file with --onnx.")
+            raise UsageError("--onnx-size and --onnx-layout describe a network. Name its file with --onnx.")
         return None
     width, height = (640, 640) if size is None else size_of(size, "--onnx-size", "640x640")
     layout = layout or "v8"
@@ -156,10 +156,10 @@ def make_network(path: Path | None, size: str | None, layout: str | None) -> Net
 
 
 def frame_range(text: str | None) -> tuple[int, int | None]:
-    """``A:B`` as first frame and the frame after the last; either may be missing.
+    """Parse ``A:B`` as first frame and the frame after the last; either may be missing.
 
     Raises:
-        UsageError: not of that form, or empty.
+        UsageError: the text has another form, or the range is empty.
     """
     if text is None:
         return 0, None
@@ -177,10 +177,10 @@ def frame_range(text: str | None) -> tuple[int, int | None]:
 
 
 def existing(path: Path, what: str) -> Path:
-    """The path, if something is there.
+    """Return the path if it exists.
 
     Raises:
-        InputError: nothing is there.
+        InputError: it does not exist.
     """
     if not path.exists():
         raise InputError(f"There is no {what} at {path}. Check the path.")
@@ -188,10 +188,10 @@ def existing(path: Path, what: str) -> Path:
 
 
 class ParameterCommand(TyperCommand):
-    """A command whose help ends with the table of all parameters."""
+    """A command whose help ends with a table of all parameters."""
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """Append one line a parameter: name, default, range."""
+        """Append one line per parameter: name, default, range."""
         from tsr_engine.params.rows import parameter_rows
 
         super().format_epilog(ctx, formatter)

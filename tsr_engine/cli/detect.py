@@ -112,7 +112,7 @@ def detect(
 
 
 def detections_of(components: Components, picture: Picture, others: OtherShapes | None = None) -> list[JsonObject]:
-    """The detections of one picture with their classes, as JSON's own types; ``others`` finds signs of no class."""
+    """The detections of one picture with their classes, as JSON values; ``others`` finds signs without a class."""
     from tsr_engine.recognition.crops import cut
 
     detections = components.detector.detect(picture)

@@ -1,4 +1,4 @@
-"""What this installation has, what it lacks, and how to get it."""
+"""Checks what this installation has and lacks, and how to get what is missing."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ _REINSTALL = "pip install --force-reinstall tsr"
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One finding.
+    """The result of one check.
 
     Attributes:
-        name: what was looked at.
-        status: ``ok``, ``warning`` (works, with limits) or ``missing`` (something will fail).
-        found: what is there.
-        advice: how to get what is missing; empty where nothing is.
+        name: the checked item.
+        status: ``ok``, ``warning`` (works with limits) or ``missing`` (something will fail).
+        found: what was found.
+        advice: how to get the missing item; empty: nothing is missing.
     """
 
     name: str
@@ -53,10 +53,10 @@ class Check:
 
 
 def diagnose(models: Path | None = None) -> list[Check]:
-    """All findings about this installation, in the order to read them.
+    """All checks of this installation, in reading order.
 
     Args:
-        models: the model folder to look at; unset: the models shipped with the package.
+        models: the model folder to check; unset: the shipped models.
     """
     return [
         _python(),
@@ -78,7 +78,7 @@ def _python() -> Check:
 
 
 def _packages() -> Iterator[Check]:
-    """Every dependency that the package's own metadata names, against its lower bound; then the extras as a whole."""
+    """Every dependency in the package's metadata, with its lower bound; then each extra as a whole."""
     try:
         requirements = importlib.metadata.requires("tsr") or []
     except importlib.metadata.PackageNotFoundError:
@@ -88,7 +88,7 @@ def _packages() -> Iterator[Check]:
     for line in requirements:
         requirement, _, marker = (part.strip() for part in line.partition(";"))
         extra = match[1] if (match := re.search(r"extra == ['\"]([\w-]+)['\"]", marker)) else None
-        if marker and extra not in lacking:  # for development, or another system
+        if marker and extra not in lacking:  # only for development, or another system
             continue
         # "name>=1.2,<2" or, as written into some metadata, "name<2,>=1.2"
         name = re.split(r"[<>=!~\[ ]", requirement, maxsplit=1)[0]
@@ -141,7 +141,7 @@ def _cores() -> Check:
 
 
 def _memory() -> Check:
-    """Available memory; Linux says, elsewhere it is not known without a further dependency."""
+    """Available memory, known only on Linux without a further dependency."""
     try:
         text = Path("/proc/meminfo").read_text(encoding="ascii")
         available = int(text.split("MemAvailable:")[1].split()[0]) / 2**20
@@ -154,7 +154,7 @@ def _memory() -> Check:
 
 
 def _numba_cache() -> Check:
-    """Compiled code is kept beside the package, else in a cache folder; without either each start compiles anew."""
+    """Compiled code is cached beside the package, else in a cache folder; without either, each start compiles again."""
     configured = os.environ.get("NUMBA_CACHE_DIR")
     home_cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     folders = [Path(configured)] if configured else [SHIPPED.parent, home_cache]
@@ -198,7 +198,7 @@ def _models(folder: Path) -> Iterator[Check]:
 
 
 def _labels(keys: list[str]) -> str:
-    """How many labels a classifier reads, and which of the shipped set of signs it lacks."""
+    """The number of a classifier's labels, and the shipped signs that it lacks."""
     lacking = [label.key for label in classes_of_keys(keys, shipped_set(DEFAULT)).lacking()]
     if not lacking:
         return f"{len(keys)}; all of {DEFAULT}"

@@ -96,14 +96,14 @@ def follow(
         for ending in endings:
             say(ending.sentence)
     if stopped():
-        leave_interrupted(f"What was followed by then is {f'in {csv}' if csv is not None else 'shown above'}.")
+        leave_interrupted(f"The frames followed so far are {f'in {csv}' if csv is not None else 'shown above'}.")
 
 
 def read_box(text: str) -> Anchor:
-    """``FRAME,x1,y1,x2,y2`` as an anchor; what the box must be is checked where it is followed.
+    """Parse ``FRAME,x1,y1,x2,y2`` as an anchor; following checks the box itself.
 
     Raises:
-        UsageError: not of that form.
+        UsageError: the text has another form.
     """
     import numpy as np
 
@@ -123,10 +123,10 @@ def read_box(text: str) -> Anchor:
 
 
 def read_direction(text: str | None) -> Direction | None:
-    """The direction that --only names.
+    """The direction given by --only; None: both.
 
     Raises:
-        UsageError: it names none.
+        UsageError: it is not a direction.
     """
     if text is None or text == "forward" or text == "backward":
         return text  # type: ignore[return-value]
@@ -134,14 +134,14 @@ def read_direction(text: str | None) -> Direction | None:
 
 
 def withdraw(rows: dict[int, Proposal], ending: Ending) -> None:
-    """Take out what was proposed beyond the frame in which a direction ended."""
+    """Remove proposals beyond the frame in which a direction ended."""
     for frame in list(rows):
         if (frame > ending.frame) if ending.direction == "forward" else (frame < ending.frame):
             del rows[frame]
 
 
 def table_of(rows: Iterable[Proposal]) -> Iterator[str]:
-    """The lines of the table, its head first."""
+    """The lines of the table, starting with its header."""
     yield COLUMNS
     for row in rows:
         edges = ",".join(f"{float(v):.2f}" for v in row.box)
@@ -149,13 +149,13 @@ def table_of(rows: Iterable[Proposal]) -> Iterator[str]:
 
 
 def as_json(row: Proposal) -> JsonMapping:
-    """A proposal in JSON's own types."""
+    """A proposal as JSON values."""
     edges = dict(zip(("x1", "y1", "x2", "y2"), (round(float(v), 2) for v in row.box), strict=True))
     return {"frame": row.frame, **edges, "confidence": round(row.confidence, 4), "source": row.source}
 
 
 def ending_as_json(ending: Ending) -> JsonMapping:
-    """An ending in JSON's own types."""
+    """An ending as JSON values."""
     return {
         "direction": ending.direction,
         "frame": ending.frame,

@@ -1,4 +1,4 @@
-"""Ctrl-C as a question that long work asks between two frames, so that nothing is torn."""
+"""Turns Ctrl-C into a flag that long work checks between two frames, so that no output is torn."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ EXIT_INTERRUPTED = 130
 
 
 def leave_interrupted(kept: str) -> NoReturn:
-    """End a command that Ctrl-C stopped, and say what is kept.
+    """End a command after Ctrl-C, with a sentence on what is kept.
 
     Args:
-        kept: a sentence.
+        kept: the sentence.
 
     Raises:
         typer.Exit: with the exit code of an interruption.
@@ -33,7 +33,7 @@ def leave_interrupted(kept: str) -> NoReturn:
 
 @contextmanager
 def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
-    """Yield a function that says whether Ctrl-C (or SIGTERM) has come; the second Ctrl-C interrupts at once."""
+    """Yield a function that returns whether Ctrl-C (or SIGTERM) has come; a second Ctrl-C interrupts at once."""
     asked = threading.Event()
 
     def handler(number: int, frame: FrameType | None) -> None:

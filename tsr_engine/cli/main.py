@@ -1,4 +1,4 @@
-"""The command `tsr`: registers the commands and turns every failure into one sentence and an exit code."""
+"""Registers the commands of `tsr`, and turns every failure into one sentence and an exit code."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ EXIT_USAGE = 2
 EXIT_BROKEN_PIPE = 141
 
 _FREE_TEXT = {"--note"}
-"""Options whose value may be empty."""
+"""Options with values that may be empty."""
 
 EPILOG = (
     "Exit codes: 0 done, 2 a wrong option or value, 3 a damaged or missing input, 4 models, 5 an evidence folder, "
@@ -49,10 +49,10 @@ EPILOG = (
 
 
 class _Group(TyperGroup):
-    """A command group that explains an interruption."""
+    """A command group that handles an interruption."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the chosen command; Ctrl-C becomes a sentence and exit code 130."""
+        """Run the command; Ctrl-C gives a sentence and exit code 130."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
@@ -120,8 +120,8 @@ def run(arguments: list[str] | None = None) -> int:
     except TsrError as error:
         return _failed(str(error), error.exit_code)
     except (BrokenPipeError, SystemExit) as error:
-        # The reader of a pipe went away, as `head` does: nobody is left to be reported. The parser and the tables end
-        # the process themselves then, with the exit code of what is unexpected.
+        # The reader of a pipe has closed it, as `head` does, so no message is printed. Without this, the parser and
+        # tables would end the process with the exit code of an unexpected error.
         if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
             raise
         sys.stdout = _nowhere()
@@ -132,18 +132,18 @@ def run(arguments: list[str] | None = None) -> int:
         if hasattr(error, "format_message") and hasattr(error, "exit_code"):
             return _wrong_use(error)
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-            # Outputs that a command names say so themselves: what is left is what stdout goes to.
+            # Commands report failures of their own outputs; this one is of stdout.
             sys.stdout = _nowhere()
-            full = "The disk is full: what goes to stdout could not be written. Free some space and run again."
+            full = "The disk is full: output to stdout could not be written. Free some space and run again."
             return _failed(full, StorageError.exit_code)
         return _failed(_unexpected(error), EXIT_UNEXPECTED)
     return result if isinstance(result, int) else 0
 
 
 def _stand_in_for_closed_streams() -> None:
-    """Let a command run whose stdout or stderr was closed by its caller: what it says there goes nowhere.
+    """Replace a closed stdout or stderr by /dev/null.
 
-    Else the first file that is opened, such as a database, would get the stream's number and what libraries print.
+    Otherwise the first opened file, such as a database, would get the stream's number and the output of libraries.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -155,10 +155,10 @@ def _nowhere() -> TextIO:
 
 
 def refuse_empty_words(arguments: Sequence[str]) -> None:
-    """Refuse a value that is empty, as of a variable that is not set: as a path it would mean the current folder.
+    """Refuse an empty value, such as that of an unset variable: as a path it would mean the current folder.
 
     Raises:
-        UsageError: an empty word that is no free text.
+        UsageError: a value is empty and is not free text.
     """
     for before, word in zip(["", *arguments], arguments, strict=False):
         option, equals, value = word.partition("=")
@@ -167,7 +167,7 @@ def refuse_empty_words(arguments: Sequence[str]) -> None:
         named = option or (before if before.startswith("-") else "")
         if named not in _FREE_TEXT:
             what = f"The value of {named}" if named else "A word of the command"
-            raise UsageError(f"{what} is empty. Write what is meant, or leave it out.")
+            raise UsageError(f"{what} is empty. Give a value, or leave it out.")
 
 
 def _failed(sentence: str, code: int) -> int:
@@ -180,7 +180,7 @@ def _failed(sentence: str, code: int) -> int:
 
 
 def _wrong_use(error: Any) -> int:
-    """A mistake on the command line, as the parser reports it, in one line."""
+    """A usage error of the parser as one line."""
     context = getattr(error, "ctx", None)
     if type(error).__name__ == "NoArgsIsHelpError":  # `tsr` or `tsr train` alone
         typer.echo(context.get_help() if context is not None else error.format_message(), err=True)

@@ -1,4 +1,4 @@
-"""What `tsr eval` measures on, and where its figures go."""
+"""Chooses the data that `tsr eval` measures on, and writes its figures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["check_out", "chosen_crops", "held_out_scenes", "track_alone", "write
 
 
 def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
-    """The scenes that training kept for its report."""
+    """The scenes that training held out for figures."""
     from tsr_engine.io.models import load_component
     from tsr_engine.training.offline import split_scenes
 
@@ -26,14 +26,14 @@ def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
     trained = dict(component.data.get("scenes", {})).get("scenes")
     if trained == len(scenes):
         say(
-            "warning: the model was trained once more on all scenes after its figures were taken; on these scenes it "
-            "does better than on new ones. Its held-out figures are in its manifest."
+            "warning: after its figures were computed, the model was trained again on all scenes, so it does better on "
+            "these scenes than on new ones. Its held-out figures are in its manifest."
         )
     return split_scenes(scenes, component.seed or 0)[2]
 
 
 def chosen_crops(source: Path, held_out: float | None, seed: int) -> list[CropItem]:
-    """The crops of a source, or the held-out part of its tracks."""
+    """The crops of a source, or those of its held-out tracks."""
     from tsr_engine.io.gtsrb import read_items, split_by_track
 
     items = read_items(source)
@@ -45,7 +45,7 @@ def chosen_crops(source: Path, held_out: float | None, seed: int) -> list[CropIt
 
 
 def track_alone(video: Path, params: Params, models: Path | None, title: str) -> tuple[int, TrackTable]:
-    """Frames of a video and its result rows, without writing anything."""
+    """Track a video without writing files; return the number of frames and the result rows."""
     import tempfile
 
     from tsr_engine.cli.progress import progress_bar, rate_text
@@ -59,7 +59,7 @@ def track_alone(video: Path, params: Params, models: Path | None, title: str) ->
             RunRequest(video, params, csv=csv),
             load_components(params, models),
             progress=lambda at: show(at.done, at.total, rate_text(at.rate)),
-            aiming=lambda looked, most: show(looked, most, "looked at for where the camera points"),
+            aiming=lambda looked, most: show(looked, most, "to find where the camera points"),
         )
         for warning in report.warnings:
             say(f"warning: {warning}")
@@ -67,17 +67,17 @@ def track_alone(video: Path, params: Params, models: Path | None, title: str) ->
 
 
 def check_out(out: Path | None) -> None:
-    """Refuse a folder for figures that cannot be written or plots that cannot be drawn, before they are computed."""
+    """Refuse a folder that is not writable, or plots without their dependencies, before figures are computed."""
     if out is None:
         return
-    import tsr_engine.evaluation.plots  # noqa: F401 - a missing extra is reported now
+    import tsr_engine.evaluation.plots  # noqa: F401 - reports a missing extra now
     from tsr_engine.io.atomic import refuse_unwritable
 
     refuse_unwritable(out)
 
 
 def write_figures(out: Path | None, name: str, content: object) -> None:
-    """One JSON file of figures, if a folder was named."""
+    """Write figures as one JSON file, if a folder is given."""
     if out is None:
         return
     import json as json_module

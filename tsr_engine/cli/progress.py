@@ -1,4 +1,4 @@
-"""Progress of long work on stderr: rate and time left, only where a person looks at a terminal."""
+"""Shows the progress of long work on stderr, with rate and time left, if it is a terminal."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ Show = Callable[[int, int | None, str], None]
 
 @contextmanager
 def progress_bar(title: str, unit: str) -> Iterator[Show]:
-    """A bar on stderr if that is a terminal.
+    """A progress bar on stderr if that is a terminal.
 
     Args:
-        title: what is going on.
-        unit: what is counted.
+        title: title of the bar.
+        unit: unit of the number.
 
     Yields:
-        A function to call with the number done, the total if known, and a rate as text.
+        A function to call with the number done, the total if known, and the rate as text.
     """
     if not sys.stderr.isatty():
         yield lambda done, total, rate: None
@@ -41,5 +41,5 @@ def progress_bar(title: str, unit: str) -> Iterator[Show]:
 
 
 def rate_text(rate: float | None) -> str:
-    """What stands beside the bar: frames a second; nothing while only the first frame is done."""
+    """The rate beside the bar: frames per second; empty during the first frame."""
     return "" if rate is None else f"{rate:.1f}/s"

@@ -129,17 +129,17 @@ def replay(
     if report.missing_pixels:
         say(
             f"warning: the evidence lacks {counted(report.missing_pixels, 'pixel')} in "
-            f"{counted(report.missing_frames, 'frame')}; the nearest stored ones stood in for them. "
+            f"{counted(report.missing_frames, 'frame')}; the nearest stored ones were used. "
             "Track again with a larger keep_radius for exact results."
         )
 
 
 _KEPT = ("use_camera_shift", "shift_scale", "foe_x", "foe_y", "coast_foe_y")
-"""Parameters of tracking that belong to the run's shifts and its camera."""
+"""Parameters of tracking that belong to the run's camera shifts and its camera."""
 
 
 def _over(run: Params, preset: Params) -> Params:
-    """A preset, but with the run's own parameters for its camera and the steps that a replay does not repeat."""
+    """A preset with the run's parameters for its camera and for steps that a replay does not repeat."""
     tracking = preset.tracking.model_copy(update={name: getattr(run.tracking, name) for name in _KEPT})
     return preset.model_copy(update={"detector": run.detector, "tracking": tracking})
 
@@ -150,7 +150,7 @@ def _check(stopped: Callable[[], bool]) -> None:
 
 
 def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -> JsonObject:
-    """A replay's report in JSON's own types."""
+    """The report of a replay as JSON values."""
     from tsr_engine.runs.report_json import track_as_json
 
     return {
@@ -170,7 +170,7 @@ def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -
 
 
 def print_report(report: ReplayReport, changed: list[str]) -> None:
-    """What was replayed, the tracks, and what differs from the run."""
+    """Print what was replayed, the tracks, and differences from the run."""
     from tsr_engine.cli.track import track_table
     from tsr_engine.runs.report_json import class_name
 

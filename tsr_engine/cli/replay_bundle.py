@@ -29,12 +29,12 @@ def replay_bundle_file(
     onnx: Path | None = None,
     other_models: bool = False,
 ) -> None:
-    """Replay a bundle, print the report, and leave with the verdict's exit code.
+    """Replay a bundle, print the report, and exit with the verdict's code.
 
     Raises:
-        ImportFormatError: the bundle is none, hostile, damaged, or of another format.
-        UsageError: a parameter is none, or both kinds of models are asked for.
-        ModelError: the run used a network, and nothing says which to use now.
+        ImportFormatError: not a bundle, hostile, damaged, or of another format.
+        UsageError: an invalid parameter, or both kinds of models are given.
+        ModelError: the run used a network, and no option says which one to use.
     """
     from tsr_engine import bundle as bundles
     from tsr_engine import pipeline
@@ -47,7 +47,7 @@ def replay_bundle_file(
     from tsr_engine.runs.replay import changed_parameters
 
     if bundled_models and models is not None:
-        raise UsageError("--models and --bundled-models name two sets of models. Choose one of them.")
+        raise UsageError("--models and --bundled-models are two sets of models. Choose one of them.")
     refuse_inputs([csv], [path])
     pairs = split_settings(settings)
     with bundles.open_bundle(path) as bundle:
@@ -78,7 +78,7 @@ def replay_bundle_file(
 
 
 def report_as_json(report: BundleReplay, bundle: Bundle, csv: Path | None) -> JsonObject:
-    """A report in JSON's own types."""
+    """A report as JSON values."""
     from tsr_engine.bundle import EXIT_CODES
 
     frames = bundle.manifest.frames
@@ -117,7 +117,7 @@ def report_as_json(report: BundleReplay, bundle: Bundle, csv: Path | None) -> Js
 
 
 def print_report(report: BundleReplay, bundle: Bundle) -> None:
-    """What is expected, what came out, and the verdict in the last line."""
+    """Print expectations, output, and the verdict in the last line."""
     console = out_console()
     facts = bundle.manifest
     frames = facts.frames
@@ -135,13 +135,13 @@ def print_report(report: BundleReplay, bundle: Bundle) -> None:
         console.print(f"{one.word.upper()}: {one.expected}", soft_wrap=True, markup=False)
         console.print(f"    {one.got}", soft_wrap=True, markup=False)
     if not report.outcomes:
-        console.print("Nothing is expected: the old output is what the new one is held against.", soft_wrap=True)
+        console.print("The bundle has no expectations: the new output is compared with the old one.", soft_wrap=True)
     console.print(_reproduction(report, frames.whole_lead_in), soft_wrap=True, markup=False)
     console.print(report.verdict)
 
 
 def _frames_run(report: BundleReplay) -> str:
-    """How many frames were run; those that lead in to the others are more than the report is about."""
+    """The number of frames run, with the lead-in if there is one."""
     leading = report.frames - report.judged
     return f"{counted(report.frames, 'frame')} run" + (f" ({leading} of them to lead in)" if leading > 0 else "")
 

@@ -115,7 +115,7 @@ def track(
                 aiming=lambda looked, most: show(looked, most, "looked at for where the camera points"),
                 stop=stopped,
             )
-        except KeyboardInterrupt:  # the second Ctrl-C, in the middle of a frame
+        except KeyboardInterrupt:  # a second Ctrl-C, within a frame
             if not (done and kept):
                 leave_interrupted("There are no results.")
             leave_interrupted(f"Results up to the last whole frames are kept in {kept}.{again}")
@@ -129,14 +129,14 @@ def track(
         print_report(report, timing)
     if report.interrupted:
         if not report.frames:
-            leave_interrupted("That was before the first frame: there are no results yet.")
+            leave_interrupted("Stopped before the first frame: there are no results yet.")
         last = report.first_frame + report.frames - 1
         where = f"kept in {kept}" if kept else "shown above"
         leave_interrupted(f"Results up to frame {last} are {where}.{again}")
 
 
 def print_report(report: RunReport, timing: bool) -> None:
-    """The tracks as a table, and the stages if asked for."""
+    """Print the tracks as a table, and the stages if ``timing``."""
     console = out_console()
     if report.computed:
         resumed = "" if report.resumed_at is None else f", resumed at frame {report.resumed_at}"
@@ -150,7 +150,7 @@ def print_report(report: RunReport, timing: bool) -> None:
     )
     if report.focus is not None:
         console.print(
-            f"The camera's focus of expansion lies at {report.focus.y:.3f} of the picture's height (distinguished from "
+            f"The camera's focus of expansion lies at {report.focus.y:.3f} of the picture's height (estimated from "
             f"{report.focus.frames} frames in {report.focus_seconds:.1f} s).",
             soft_wrap=True,
         )
@@ -161,7 +161,7 @@ def print_report(report: RunReport, timing: bool) -> None:
 
 
 def track_table(tracks: Sequence[TrackSummary], names: Sequence[str]) -> Table:
-    """A table with one row a track; ``names`` are those of the classes."""
+    """A table with one row per track; ``names`` are class names."""
     from rich.table import Table
 
     from tsr_engine.runs.report_json import class_name
@@ -185,7 +185,7 @@ def track_table(tracks: Sequence[TrackSummary], names: Sequence[str]) -> Table:
 
 
 def stage_table(report: RunReport) -> Table:
-    """A table of the stages: frames, median and 95th percentile in ms."""
+    """A table of the stages: median and 95th percentile per frame, ms."""
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, header_style="bold")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["PARTS", "app"]
 
 PARTS = ("detector", "prior", "classifier", "online", "memory")
-"""Components that are trained on public data."""
+"""Components trained on public data."""
 REFINED = ("detector", "prior", "lambda", "classifier", "online")
 """Parts that corrections refine."""
 
@@ -217,7 +217,7 @@ def _train(
     signs: Path | None = None,
     device: str = "cpu",
 ) -> None:
-    """Refine where there are exports, else train whole."""
+    """Refine if there are exports, else train from scratch."""
     for folder, option in ((gtsdb, "--gtsdb"), (gtsrb, "--gtsrb"), (parent, "--from")):
         if folder is not None and not folder.is_dir():
             raise InputError(f"There is no folder at {folder}, named by {option}. Unpack the data set there.")
@@ -249,7 +249,7 @@ def _whole(
     as_json: bool,
     device: str,
 ) -> None:
-    """Train, write and report one component after the other."""
+    """Train, write and report each component."""
     needs_scenes = bool({"detector", "prior", "online", "memory", "other_shapes"} & set(parts))
     needs_crops = bool({"classifier", "network", "memory"} & set(parts))
     for needed, folder, option in ((needs_scenes, gtsdb, "--gtsdb"), (needs_crops, gtsrb, "--gtsrb")):
@@ -290,7 +290,7 @@ def _refine(
     seed: int,
     as_json: bool,
 ) -> None:
-    """Refine a version and print its figures beside those of the one that it started from."""
+    """Refine a version and print its figures beside those of its parent."""
     if out.exists() and parent is not None and out.resolve() == parent.resolve():
         raise UsageError("--out names the folder of --from. A version is never overwritten: name another folder.")
     from tsr_engine.cli.progress import progress_bar

@@ -1,7 +1,7 @@
-"""Named, typed columns of an evidence store, for every query that does not need whole records.
+"""Reads named, typed columns of an evidence store, for every query that does not need whole records.
 
-Names are those of ``docs/evidence.md``. A column of a joined table carries the table's name: ``gates.l_positive``. The
-schema lists the valid names, so a wrong name fails at once for every store.
+The names are those of ``docs/evidence.md``. A column of a joined table has the table's name as prefix:
+``gates.l_positive``. Names are checked against the schema, so a wrong one fails at once for every store.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ __all__ = [
 ]  # fmt: skip
 
 BOX = ("x1", "y1", "x2", "y2")
-"""The edges of a table's own box."""
+"""Edges of a table's own box."""
 Value = int | float | str | bytes | None
 _CODES: dict[str, int] = {name: code for code, name in enumerate(SOURCES)}
 _VECTORS = {"votes": "<f8", "probabilities": "<f4", "covariance": "<f8"}
 _OF_TRACKS = ("track_frames", "predictions", "gates", "relocalisations", "recognitions")
-"""Tables with at most one row a track and frame."""
+"""Tables with at most one row per track and frame."""
 _CONFIRMED = "SELECT track_id FROM tracks WHERE confirmed_frame IS NOT NULL"
 
 
 class Columns:
-    """The rows of one selection, column by column.
+    """The selected rows, column by column.
 
     Every method raises ``KeyError`` for a column that was not selected.
     """
@@ -45,45 +45,45 @@ class Columns:
         return self._length
 
     def values(self, name: str) -> tuple[Value, ...]:
-        """A column as it is stored; NULL is None."""
+        """A column as stored; NULL becomes None."""
         return self._columns[name]
 
     def ints(self, name: str, missing: int = -1) -> IntArray:
-        """Whole numbers, shape (n,).
+        """A column of integers, shape (n,).
 
         Args:
             name: of the column.
-            missing: stands for NULL.
+            missing: value for NULL.
         """
         column = self._columns[name]
         return np.array([missing if v is None else v for v in column] if None in column else column, dtype=np.int64)
 
     def floats(self, name: str) -> FloatArray:
-        """Numbers, shape (n,); NULL is NaN."""
+        """A column of numbers, shape (n,); NULL becomes NaN."""
         return np.array(self._columns[name], dtype=np.float64)
 
     def known(self, name: str) -> BoolArray:
-        """Where a column has a value, shape (n,)."""
+        """Whether a column has a value, shape (n,)."""
         return np.array([value is not None for value in self._columns[name]], dtype=np.bool_)
 
     def texts(self, name: str) -> list[str]:
-        """Texts; NULL is an empty one."""
+        """A column of texts; NULL becomes an empty text."""
         return ["" if value is None else str(value) for value in self._columns[name]]
 
     def boxes(self, prefix: str = "") -> FloatArray:
-        """Boxes, shape (n, 4), px; an edge that is NULL is NaN.
+        """Boxes, shape (n, 4), px; NULL becomes NaN.
 
         Args:
-            prefix: stands before the names of the edges: ``search_``, ``predictions.``.
+            prefix: prefix of the edges' names: ``search_``, ``predictions.``.
         """
         return np.stack([self.floats(f"{prefix}{edge}") for edge in BOX], axis=1).reshape(-1, 4)
 
     def sources(self, name: str = "source") -> IntArray:
-        """Where each result comes from, as a place in ``SOURCES``, shape (n,)."""
+        """The source of each result, as an index into ``SOURCES``, shape (n,)."""
         return np.array([_CODES[str(value)] for value in self._columns[name]], dtype=np.int64)
 
     def vectors(self, name: str) -> list[FloatArray | None]:
-        """Votes or probabilities by class, or covariances of shape (16,); NULL is None."""
+        """Votes or probabilities by class, or covariances of shape (16,); NULL becomes None."""
         kind = _VECTORS[name.rpartition(".")[2]]
         return [
             np.frombuffer(value, kind).astype(np.float64) if isinstance(value, bytes) else None
@@ -101,17 +101,17 @@ def read_columns(
     confirmed: bool = False,
     order: Literal["frame", "track", "any"] = "frame",
 ) -> Columns:
-    """Columns of a table, beside those that other tables have for the same track and frame.
+    """Read columns of a table, joined with other tables by track and frame.
 
     Args:
         reader: of the run.
-        table: whose rows are wanted.
-        names: of the columns; those of another table carry its name. Where that has no row, they are NULL.
-        frames: only those of ``start <= frame < stop``.
-        tracks: only those of tracks whose number lies within, both ends included.
-        alive: only frames in which the track is not dead.
-        confirmed: only tracks that were confirmed at some time.
-        order: by frame, as each was stored within it; or by track, then by frame; or as they come, which is quickest.
+        table: the table of the rows.
+        names: column names; those of another table have its prefix. They are NULL if that table has no row.
+        frames: only rows of ``start <= frame < stop``.
+        tracks: only rows of tracks within these numbers, both inclusive.
+        alive: only rows of frames in which the track is not dead.
+        confirmed: only rows of tracks that were ever confirmed.
+        order: by frame, then as stored; by track, then by frame; or as stored, which is fastest.
 
     Raises:
         EvidenceError: the store is damaged.
@@ -144,14 +144,14 @@ def read_columns(
 
 
 def count(reader: EvidenceReader, table: str) -> int:
-    """How many rows a table has."""
+    """Number of rows of a table."""
     if table not in BY_NAME:
         raise ValueError(f"Evidence has no table {table!r}: docs/evidence.md lists them.")
     return int(reader.query(f"SELECT count(*) FROM {table}")[0][0])  # noqa: S608
 
 
 def size_of(reader: EvidenceReader, frame: int | None = None) -> tuple[int, int] | None:
-    """Width and height of a frame, px, of the first one if unset; None: the run has not stored it."""
+    """Width and height of a frame (unset: the first one), px; None: the run has not stored it."""
     wanted = reader.first_frame if frame is None else frame
     if wanted is None:
         return None
@@ -160,7 +160,7 @@ def size_of(reader: EvidenceReader, frame: int | None = None) -> tuple[int, int]
 
 
 def end_boxes(reader: EvidenceReader, end: Literal["first_frame", "last_frame"]) -> FloatArray:
-    """Box of each confirmed track at one of its ends, by number, shape (n, 4), px; NaN where there is none."""
+    """The first or last box of each confirmed track, by number, shape (n, 4), px; NaN: no box."""
     rows = reader.query(
         f"SELECT f.x1, f.y1, f.x2, f.y2 FROM tracks t LEFT JOIN track_frames f ON f.track_id = t.track_id "  # noqa: S608
         f"AND f.frame = t.{end} WHERE t.confirmed_frame IS NOT NULL ORDER BY t.track_id"
@@ -169,10 +169,10 @@ def end_boxes(reader: EvidenceReader, end: Literal["first_frame", "last_frame"])
 
 
 def runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
-    """Class with the second most votes of each confirmed track, by number, and its share of all votes.
+    """The class with the second most votes of each confirmed track, by number, and its share of all votes.
 
     Returns:
-        Class, shape (n,), -1: none has votes but the winner; share, shape (n,), NaN there.
+        Class, shape (n,), -1: no second class has votes; share, shape (n,), NaN in that case.
     """
     ids = read_columns(reader, "tracks", "track_id", "class_id", confirmed=True)
     newest = reader.query(
@@ -180,7 +180,7 @@ def runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
         "ON r.frame = t.last_frame AND r.track_id = t.track_id WHERE t.confirmed_frame IS NOT NULL"
     )
     found = {track: (runner_up, votes) for track, runner_up, votes in newest}
-    # A box that ends outside the picture is not recognised there: its last recognition lies further back.
+    # A box that ends outside the picture is not recognised there, so its last recognition is in an earlier frame.
     earlier = (
         "SELECT r.runner_up, r.votes FROM tracks t JOIN recognitions r ON r.track_id = t.track_id "
         "AND r.frame BETWEEN t.first_frame AND t.last_frame WHERE t.track_id = ? ORDER BY r.frame DESC LIMIT 1"
@@ -200,14 +200,14 @@ def runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
 
 
 def spread_detections(reader: EvidenceReader, most: int) -> tuple[Columns, int]:
-    """Detections with the track that each belongs to, spread evenly over the run.
+    """Detections with the track of each, evenly spread over the run.
 
     Args:
         reader: of the run.
-        most: so many at most.
+        most: largest number of detections.
 
     Returns:
-        ``x`` and ``y`` of the centre, px, ``prior`` and ``track_id`` (NULL: of no track); how many there are in all.
+        ``x`` and ``y`` of the centre, px, ``prior`` and ``track_id`` (NULL: no track); the number of all detections.
     """
     total = count(reader, "detections")
     every = max(1, -(-total // most))

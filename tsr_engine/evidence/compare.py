@@ -1,4 +1,4 @@
-"""Exact comparison of records, for tests that a replay or a resumed run is the same."""
+"""Compares records exactly, for tests that replays and resumed runs equal the original."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import numpy as np
 
 
 def differences(a: object, b: object, *, ignore: frozenset[str] = frozenset(), path: str = "") -> Iterator[str]:
-    """Where two records differ, bit by bit: one dotted path with both values for each place.
+    """Yield the differences between two records, bit by bit: a dotted path with both values for each.
 
     Floats are equal if their bits are (``0.0`` and ``-0.0`` differ; every NaN equals every other).
 
     Args:
         a: a record, array, sequence, mapping or scalar.
-        b: what it should equal.
-        ignore: names of fields that are not compared, such as ``timings``.
+        b: the record to compare it with.
+        ignore: names of fields to skip, such as ``timings``.
         path: prefix of the reported places.
     """
     if is_dataclass(a) and type(a) is type(b):

@@ -30,7 +30,7 @@ from tsr_engine.records import (
 
 @dataclass(frozen=True, slots=True)
 class StoredFrame:
-    """All rows of one frame: its row of ``frames`` and the others by table."""
+    """All rows of one frame: its row of ``frames``, and the other rows by table."""
 
     head: Row
     tables: dict[str, list[Row]]
@@ -48,7 +48,7 @@ class EventRow(NamedTuple):
 
 
 def frame_of(rows: StoredFrame) -> FrameEvidence:
-    """One frame's evidence.
+    """Decode one frame's evidence.
 
     Raises:
         EvidenceError: rows contradict each other or hold damaged values.
@@ -76,7 +76,7 @@ def frame_of(rows: StoredFrame) -> FrameEvidence:
 
 
 def track_of(row: Row, tables: dict[str, list[Row]]) -> TrackFrame:
-    """One track in one frame, from its row of ``track_frames`` and its rows of the other tables."""
+    """Decode one track in one frame from its row of ``track_frames`` and its rows of other tables."""
     return TrackFrame(
         track_id=row[1],
         state=row[3],
@@ -93,7 +93,7 @@ def track_of(row: Row, tables: dict[str, list[Row]]) -> TrackFrame:
 
 
 def region_of(row: Row) -> Region:
-    """One rectangle of pixels.
+    """Decode one rectangle of pixels.
 
     Raises:
         EvidenceError: the bytes are damaged.
@@ -102,7 +102,7 @@ def region_of(row: Row) -> Region:
 
 
 def event_of(row: EventRow) -> Event:
-    """One event."""
+    """Decode one event."""
     return Event(row.kind, row.track_id, row.text, json.loads(row.facts))
 
 
@@ -145,7 +145,7 @@ def _recognition(row: Row) -> Recognition:
 
 
 def _array(values: Row) -> FloatArray:
-    # None, SQLite's stand-in for NaN, becomes NaN again.
+    # SQLite stores NaN as NULL, which becomes NaN again.
     return np.array(values, dtype=np.float64)
 
 

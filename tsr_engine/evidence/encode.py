@@ -13,25 +13,25 @@ from tsr_engine.evidence.pixels import encode_pixels
 from tsr_engine.records import FloatArray, FrameEvidence, TrackFrame
 
 Row = tuple[Any, ...]
-"""One row of a table as SQLite takes and gives it; the schema says what is in it."""
+"""Values of a row in SQLite's types, in the order of the schema's columns."""
 Rows = dict[str, list[Row]]
 
 
 @dataclass(frozen=True, slots=True)
 class TableEntry:
-    """One row of the frame table: the place of a frame in its file."""
+    """One row of the frame table: the frame's time and flags in its file."""
 
     pts: int | None = None
     """Presentation time in units of the stream's time base."""
     key: bool = False
-    """The decoder can start here."""
+    """Whether decoding can start here."""
     corrupt: bool = False
-    """The decoder flagged the picture as damaged."""
+    """Whether the decoder flagged the picture as damaged."""
 
 
 @dataclass(slots=True)
 class StoredTrack:
-    """One track over all its frames so far."""
+    """Summary of a track over all its frames so far."""
 
     track_id: int
     first_frame: int
@@ -50,7 +50,7 @@ class StoredTrack:
         return self.confirmed_frame is not None
 
     def extend(self, frame: int, track: TrackFrame) -> None:
-        """Take one more frame into account."""
+        """Add a frame."""
         if track.state == "confirmed" and self.confirmed_frame is None:
             self.confirmed_frame = frame
         if track.recognition is not None:
@@ -81,7 +81,7 @@ class StoredTrack:
 
 
 def add_rows(rows: Rows, evidence: FrameEvidence, entry: TableEntry, keep_pixels: bool) -> None:
-    """Append one frame's rows, table by table, values in the order of the columns."""
+    """Append one frame's rows to the rows of each table; values are in the order of the columns."""
     k = int(evidence.ordinal)
     alive = sum(track.state != "dead" for track in evidence.tracks)
     rows["frames"].append(
@@ -162,7 +162,7 @@ def _floats(box: FloatArray) -> list[float]:
 
 
 def _plain(value: object) -> object:
-    """NumPy scalars among an event's values, for JSON."""
+    """Convert NumPy scalars among an event's values for JSON."""
     if isinstance(value, np.generic):
         return value.item()
     raise TypeError(f"An event's values must be numbers or text. Got {type(value).__name__} instead.")

@@ -1,7 +1,7 @@
-"""Checks an evidence store from somebody else before the first query.
+"""Checks an untrusted evidence store before the first query.
 
 SQLite executes the schema of a file: a view in place of a table can compute without end, a generated column or a
-trigger calls functions, and a tree page that refers to itself gives endless rows. The schema must therefore equal ours
+trigger calls functions, and a tree page that refers to itself gives endless rows. So the schema must equal ours
 exactly, and the trees must be sound.
 """
 
@@ -18,22 +18,22 @@ from tsr_engine.evidence.schema import TABLES, create_tables
 __all__ = ["check_foreign"]
 
 _STEPS: Final = 20_000_000
-"""Steps of SQLite's machine that the look itself may take; that of a run of 3,000 frames takes a hundredth."""
+"""Most steps of SQLite's virtual machine for this check; a run of 3,000 frames takes a hundredth."""
 _EVERY: Final = 10_000
 _ROWS: Final = 2000
-"""Rows of one frame in one table at most; the busiest real frames have some hundred."""
+"""Most rows of one frame in one table; the busiest real frames have some hundred."""
 _SCHEMA: Final = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
 
 
 def check_foreign(path: Path, frames: int) -> None:
-    """Refuse a store that has anything but our tables, or more rows than its frames can have.
+    """Refuse a store with objects other than our tables, or with more rows than its frames can have.
 
     Args:
         path: the SQLite file; nothing else writes it.
-        frames: how many the store is said to have.
+        frames: stated number of frames.
 
     Raises:
-        EvidenceError: says what is in it that must not be.
+        EvidenceError: names the offending content.
     """
     left = _STEPS // _EVERY
 
@@ -69,7 +69,7 @@ def _check_schema(path: Path, store: sqlite3.Connection) -> None:
     with closing(sqlite3.connect(":memory:")) as ours:
         create_tables(ours)
         known = ours.execute(_SCHEMA).fetchall()
-    # one row more than ours is enough to see that it is another
+    # One row more than ours is enough to detect a difference.
     found = store.execute(f"{_SCHEMA} LIMIT {len(known) + 1}").fetchall()
     if found == known:
         return

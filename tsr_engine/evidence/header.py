@@ -1,4 +1,4 @@
-"""``run.json``: the inputs of a run and how it ended. Written atomically."""
+"""Reads and writes ``run.json`` atomically: the inputs of a run and how it ended."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ RunState = Literal["running", "complete", "interrupted", "failed"]
 
 @dataclass(frozen=True, slots=True)
 class VideoIdentity:
-    """The file of a run, identified by its content; the name is for people."""
+    """Identity of a run's video: its content; the name is for people."""
 
     name: str
-    """File name without its folder."""
+    """File name without folder."""
     sha256: str
-    """Hex digest of the file's bytes."""
+    """SHA-256 of the file's bytes, hex."""
     size: int
-    """Bytes."""
+    """Size in bytes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,18 +37,18 @@ class RunHeader:
     """The inputs of a run.
 
     Attributes:
-        video: the file.
-        parameters: all parameters, as ``Params.model_dump()`` gives them. A header that is read has present names.
+        video: the video file.
+        parameters: all parameters, as from ``Params.model_dump()``; old names are converted on reading.
         models: component name -> sha256.
         frame_table: summary of the provisional frame table (time base as text, announced frames, size, rotation,
-            ...); informative, not part of the identity.
-        engine_version: version that made the run.
+            ...); for information only, not part of the identity.
+        engine_version: version of the engine.
         schema_version: version of the store's tables.
         created: UTC time in ISO 8601.
         state: ``running`` until the run is closed.
-        reason: why it was interrupted or failed, one sentence.
+        reason: one sentence on why the run was interrupted or failed.
         keep_pixels: whether regions are stored; without them a run cannot be replayed.
-        labels: keys of the classes by number; None: those of ``gtsrb-43``, as in all runs that do not name them.
+        labels: keys of the classes by number; None: those of ``gtsrb-43``, as in older runs without keys.
     """
 
     video: VideoIdentity
@@ -64,9 +64,9 @@ class RunHeader:
     labels: tuple[str, ...] | None = None
 
     def identity(self) -> str:
-        """Digest of all that decides the results: video content, parameters, models, engine, schema.
+        """Digest of everything that decides the results: video content, parameters, models, engine, schema.
 
-        Renamed parameters count by their first name, so the digest of a stored run stays the same.
+        Renamed parameters count under their first name, so a stored run keeps its digest.
         """
         content = {
             "video": [self.video.sha256, self.video.size],
@@ -83,7 +83,7 @@ class RunHeader:
         return replace(self, state=state, reason=reason)
 
     def differences(self, other: RunHeader) -> list[str]:
-        """What keeps two runs from being the same, each as "name: this against that"."""
+        """Differences that make two runs unequal, each as "name: this against that"."""
         found = []
         if (self.video.sha256, self.video.size) != (other.video.sha256, other.video.size):
             found.append(f"video: {self.video.name} against {other.video.name}")
@@ -107,7 +107,7 @@ class RunHeader:
 
 
 def _flat(tree: JsonMapping, prefix: str = "") -> JsonObject:
-    """A nested mapping as dotted names; values as JSON would give them back."""
+    """A nested mapping as dotted names; values as JSON returns them."""
     flat: JsonObject = {}
     for key, value in tree.items():
         if isinstance(value, Mapping):
@@ -118,7 +118,7 @@ def _flat(tree: JsonMapping, prefix: str = "") -> JsonObject:
 
 
 def write_header(folder: Path, header: RunHeader) -> None:
-    """Write ``run.json``: the old content or the new one, never something between.
+    """Write ``run.json`` atomically.
 
     Raises:
         StorageError: the folder cannot be written.

@@ -1,4 +1,4 @@
-"""The folder of a run while it is written: lock, database, and messages if the disk fails."""
+"""Holds the folder of a run while it is written: lock, database, and errors of the disk."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ _DAMAGE: Final = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
 
 
 def connect(path: Path, *, shared: bool) -> sqlite3.Connection:
-    """The database, to be written; ``shared``: other machines read it meanwhile."""
+    """Open the database for writing; ``shared``: other machines read it meanwhile."""
     connection = sqlite3.connect(path, isolation_level=None, timeout=30.0)
-    # SQLite's WAL needs memory that all its readers share, which two machines do not have
+    # SQLite's WAL needs memory that all readers share, which two machines do not have.
     connection.execute(f"PRAGMA journal_mode = {'TRUNCATE' if shared else 'WAL'}")
     connection.execute("PRAGMA synchronous = FULL")
     return connection
 
 
 def acquire(folder: Path) -> int:
-    """The run's lock, held until the process ends: the kernel frees it even after kill -9.
+    """Take the run's lock, which is held until the process ends: the kernel releases it even after kill -9.
 
     Returns:
-        Its file descriptor.
+        The lock's file descriptor.
 
     Raises:
         EvidenceError: another process holds it.
@@ -50,7 +50,7 @@ def acquire(folder: Path) -> int:
 
 @contextmanager
 def storage(folder: Path) -> Iterator[None]:
-    """Failures of the disk as :class:`StorageError`, of the database as :class:`EvidenceError`."""
+    """Convert failures of the disk to :class:`StorageError` and of the database to :class:`EvidenceError`."""
     try:
         yield
     except OSError as error:

@@ -1,6 +1,6 @@
-"""Lossless coding of pixel rectangles: two-way differences, green removed from the other channels, Huffman codes.
+"""Codes pixel rectangles without loss: two-way differences, green subtracted from the other channels, Huffman codes.
 
-On crops of road scenes it takes 0.43 of the raw bytes at 0.45 ms for 100 x 100 px, where PNG takes 0.56.
+On crops of road scenes it needs 0.43 of the raw bytes and 0.45 ms for 100 x 100 px; PNG needs 0.56.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from tsr_engine.records import Picture
 
 
 def encode_pixels(pixels: Picture) -> bytes:
-    """The bytes of a BGR rectangle, shape (height, width, 3), uint8.
+    """Encode a BGR rectangle, shape (height, width, 3), uint8.
 
     All differences are modulo 256: down each column, then along each row, then ``B - G`` and ``R - G``.
     """
@@ -29,7 +29,7 @@ def encode_pixels(pixels: Picture) -> bytes:
 
 
 def decode_pixels(blob: bytes, width: int, height: int) -> Picture:
-    """The inverse of :func:`encode_pixels`.
+    """Invert :func:`encode_pixels`.
 
     Raises:
         EvidenceError: the bytes are damaged.
@@ -37,7 +37,7 @@ def decode_pixels(blob: bytes, width: int, height: int) -> Picture:
     expected = width * height * 3
     try:
         inflate = zlib.decompressobj(-zlib.MAX_WBITS)
-        # The cap keeps a forged blob from filling the memory.
+        # The limit keeps a forged blob from filling the memory.
         raw = inflate.decompress(blob, expected + 1)
     except zlib.error as error:
         raise EvidenceError(f"A stored region of {width} x {height} px is damaged: {error}.") from None

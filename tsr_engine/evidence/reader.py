@@ -1,7 +1,7 @@
 """Reads evidence by range of frames, by track, and as result rows, also while another process writes.
 
-Every query reads a block of frames in its own transaction. A long read therefore neither delays the writer's
-checkpoints nor needs more memory for a longer run.
+Every query reads a block of frames in its own transaction. So a long read neither delays the writer's checkpoints nor
+needs more memory for a longer run.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class ResultRow(NamedTuple):
     source: str
 
     def line(self) -> str:
-        """The row as CSV text, without the end of line."""
+        """The row as CSV text without a line end."""
         return (
             f"{self.frame},{self.track_id},{self.x1:.2f},{self.y1:.2f},{self.x2:.2f},{self.y2:.2f},"
             f"{self.class_id},{self.score:.4f},{self.source}"
@@ -64,7 +64,7 @@ class EvidenceReader:
     """Read access to one run.
 
     Raises:
-        EvidenceError: no run, a damaged one, or one of another schema version.
+        EvidenceError: there is no run, it is damaged, or it has another schema version.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -82,7 +82,7 @@ class EvidenceReader:
             raise
 
     def close(self) -> None:
-        """Release the store."""
+        """Close the store."""
         self._connection.close()
 
     def __enter__(self) -> EvidenceReader:
@@ -95,18 +95,18 @@ class EvidenceReader:
 
     @property
     def state(self) -> RunState:
-        """How the run stands now: ``running`` only while a living process writes it."""
+        """The state of the run; ``running`` only while a living process writes it."""
         state = read_header(self.folder).state
         return "interrupted" if state == "running" and not is_locked(self.folder / LOCK_FILE) else state
 
     @property
     def first_frame(self) -> int | None:
-        """Ordinal of the first frame; None: none yet."""
+        """Ordinal of the first frame; None: no frame yet."""
         return self._value("SELECT min(frame) FROM frames")
 
     @property
     def last_frame(self) -> int | None:
-        """Ordinal of the last committed frame; None: none yet."""
+        """Ordinal of the last committed frame; None: no frame yet."""
         return self._value("SELECT max(frame) FROM frames")
 
     def __len__(self) -> int:
@@ -115,12 +115,12 @@ class EvidenceReader:
         return 0 if first is None or last is None else last - first + 1
 
     def frames(self, start: int = 0, stop: int | None = None, *, pixels: bool = True) -> Iterator[FrameEvidence]:
-        """The evidence of ``start <= frame < stop`` in order, exactly as it was appended.
+        """Yield the evidence of ``start <= frame < stop`` in order, exactly as it was appended.
 
         Args:
             start: first ordinal.
-            stop: ordinal to stop before; unset: the last one committed at the time of the call.
-            pixels: read the regions too.
+            stop: frame after the last; unset: all frames committed at the time of the call.
+            pixels: whether to read the regions.
         """
         for first, behind in self._blocks(start, stop):
             with self._snapshot():
@@ -132,14 +132,14 @@ class EvidenceReader:
                 yield frame_of(rows)
 
     def frame_table(self, start: int = 0, stop: int | None = None) -> Iterator[tuple[int, TableEntry]]:
-        """Ordinal and frame table entry of ``start <= frame < stop``."""
+        """Yield ordinal and frame table entry of ``start <= frame < stop``."""
         for first, behind in self._blocks(start, stop, 4096):
             sql = "SELECT frame, pts, key_frame, corrupt FROM frames WHERE frame >= ? AND frame < ? ORDER BY frame"
             for frame, pts, key, corrupt in self._query(sql, (first, behind)):
                 yield frame, TableEntry(pts, bool(key), bool(corrupt))
 
     def track(self, track_id: int) -> Iterator[tuple[int, TrackFrame]]:
-        """Ordinal and everything known about one track, frame by frame."""
+        """Yield ordinal and all evidence of one track, frame by frame."""
         tables = ("track_frames", "predictions", "gates", "relocalisations", "samples", "recognitions")
         span = self._query("SELECT min(frame), max(frame) FROM track_frames WHERE track_id = ?", (track_id,))[0]
         if span[0] is None:
@@ -155,7 +155,7 @@ class EvidenceReader:
                 yield frame, track_of(row, {name: groups[name].get(frame, []) for name in tables[1:]})
 
     def tracks(self, start: int | None = None, stop: int | None = None) -> Iterator[StoredTrack]:
-        """Summaries in order of identity; with ``start`` and ``stop`` only tracks seen in ``start <= frame < stop``."""
+        """Yield summaries by track number; given ``start`` and ``stop``, of tracks in ``start <= frame < stop``."""
         low, high = -1 if start is None else start, 2**62 if stop is None else stop
         sql = "SELECT * FROM tracks WHERE first_frame < ? AND last_frame >= ? ORDER BY track_id"
         for row in self._query(sql, (high, low)):
@@ -164,17 +164,17 @@ class EvidenceReader:
     def events(
         self, start: int = 0, stop: int | None = None, *, track_id: int | None = None
     ) -> Iterator[tuple[int, Event]]:
-        """Ordinal and event, in order."""
+        """Yield ordinal and event, in order."""
         narrow, values = ("", ()) if track_id is None else ("AND track_id = ?", (track_id,))
         for first, behind in self._blocks(start, stop, 4096):
             for row in self._rows("events", first, behind, narrow, values):
                 yield row[0], event_of(EventRow(*row))
 
     def result_rows(self, confirmed_only: bool = True) -> Iterator[ResultRow]:
-        """The rows of the result CSV, by frame, then by track.
+        """Yield the rows of the result CSV, by frame, then by track.
 
-        Confirmed tracks come from their first frame on, each with the class fused over its whole life (-1: it was
-        never recognised). The frame in which a track dies carries no result.
+        Confirmed tracks appear from their first frame on, with the class fused over their whole life (-1: never
+        recognised). The frame in which a track dies has no row.
         """
         classes = {t.track_id: t.class_id for t in self.tracks() if t.confirmed or not confirmed_only}
         sql = (
@@ -198,15 +198,15 @@ class EvidenceReader:
                     )
 
     def quiet_frame(self, before: int | None = None) -> int | None:
-        """The last committed ordinal at which no track was alive, below ``before`` if given; None: there is none.
+        """The last committed ordinal without a live track, below ``before`` if given; None: there is none.
 
-        A resumed run rebuilds its state by replaying the evidence of the frames after it.
+        A resumed run rebuilds its state by replaying the evidence of later frames.
         """
         limit = 2**62 if before is None else before
         return self._value("SELECT max(frame) FROM frames WHERE alive = 0 AND frame < ?", (limit,))
 
     def query(self, sql: str, values: Sequence[object] = ()) -> list[Row]:
-        """Rows of any question in SQL to the tables of ``docs/evidence.md``; the store cannot be changed through it.
+        """Run any SQL query on the tables of ``docs/evidence.md``; the store is read-only.
 
         Raises:
             EvidenceError: the store is damaged, or the SQL is wrong.
@@ -214,7 +214,7 @@ class EvidenceReader:
         return self._query(sql, tuple(values))
 
     def regions(self, frame: int) -> tuple[Region, ...]:
-        """The pixels kept of one frame; empty without any."""
+        """The stored pixels of one frame; may be empty."""
         return tuple(region_of(row) for row in self._rows("regions", frame, frame + 1))
 
     def _blocks(self, start: int, stop: int | None, size: int = _BLOCK) -> Iterator[tuple[int, int]]:
@@ -245,7 +245,7 @@ class EvidenceReader:
 
     @contextmanager
     def _snapshot(self) -> Iterator[None]:
-        """Several queries that see the same state."""
+        """A block in which several queries see the same state."""
         with self._reading():
             self._connection.execute("BEGIN")
         try:
@@ -289,7 +289,7 @@ def _open(path: Path) -> sqlite3.Connection:
         wal = path.with_name(f"{path.name}-wal")
         if wal.exists() and wal.stat().st_size:
             raise
-        # A finished store in a folder that cannot be written: nothing can change it, and no shared memory is needed.
+        # A finished store in a read-only folder: nothing can change it, so no shared memory is needed.
         connection = _connect(f"{address}&immutable=1")
     return connection
 

@@ -1,6 +1,6 @@
-"""Pixels on demand: from the frame itself, or from the rectangles of it in evidence.
+"""Supplies pixels on request, from the frame itself or from stored rectangles of it.
 
-Both give the same crops bit by bit, so a replay sees the pixels of the run.
+Both give the same crops bit by bit, so a replay gets the pixels of the run.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from tsr_engine.records import Picture, Region
 
 Rectangle = tuple[int, int, int, int]
-"""``x1, y1, x2, y2`` in whole pixels, inside the frame, never empty."""
+"""``x1, y1, x2, y2`` in whole pixels, inside the frame, not empty."""
 
 
 class FramePixels:
-    """The live source: crops of one frame, and a record of the requested rectangles.
+    """Crops one frame, and records the requested rectangles.
 
     Args:
         picture: BGR, uint8, shape (height, width, 3); not copied.
@@ -31,7 +31,7 @@ class FramePixels:
     def crop(self, x1: int, y1: int, x2: int, y2: int) -> Picture:
         """The BGR pixels of ``[x1, x2) x [y1, y2)``; beyond the frame the border is replicated.
 
-        A request without area gives an empty picture and leaves no record.
+        A request without area gives an empty picture and is not recorded.
         """
         if x2 <= x1 or y2 <= y1:
             return np.zeros((max(0, y2 - y1), max(0, x2 - x1), 3), np.uint8)
@@ -41,10 +41,10 @@ class FramePixels:
         return _replicate(pixels, inner, x1, y1, x2, y2)
 
     def regions(self, pad: int = 0) -> tuple[Region, ...]:
-        """Copies of all pixels that were asked for, as few rectangles as is economical.
+        """Copies of all requested pixels, in few rectangles.
 
         Args:
-            pad: px kept around each request as well, so that a replay may look a little further.
+            pad: px added around each request, so that a replay may search a little further.
         """
         grown = [
             (max(0, x1 - pad), max(0, y1 - pad), min(self.width, x2 + pad), min(self.height, y2 + pad))
@@ -56,15 +56,15 @@ class FramePixels:
 
 
 class StoredPixels:
-    """A frame with only some rectangles known.
+    """Crops a frame of which only some rectangles are stored.
 
     Args:
         width: frame width, px.
         height: frame height, px.
-        regions: the rectangles; where they overlap the later one counts.
+        regions: the rectangles; where they overlap, the later one is used.
 
     Attributes:
-        missing: number of frame pixels that crops needed and no region holds, counted in each crop anew. They are
+        missing: number of frame pixels that crops needed and no region has, counted for each crop. They are
             filled with the nearest stored pixel (black without any region).
     """
 
@@ -103,7 +103,7 @@ class StoredPixels:
             column = np.clip(xs + left - region.x, 0, w - 1)
             row = np.clip(ys + top - region.y, 0, h - 1)
             distance = np.hypot(xs + left - region.x - column, ys + top - region.y - row)
-            # "<=": of two equally near regions the later one counts, as where they overlap.
+            # "<=": of two equally near regions the later one is used, as where they overlap.
             closer = distance <= nearest
             nearest[closer] = distance[closer]
             fill[closer] = region.pixels[row[closer], column[closer]]
@@ -111,10 +111,10 @@ class StoredPixels:
 
 
 def merge(rectangles: Iterable[Rectangle]) -> list[Rectangle]:
-    """Fewer rectangles that cover the same pixels.
+    """Replace rectangles by fewer ones that cover the same pixels.
 
-    Two are replaced by their bounding box if that has no more pixels than both together. Those that remain may
-    still overlap a little; storing the overlap twice is cheaper than the bounding box.
+    Two are replaced by their bounding box if that has no more pixels than both together. The remaining ones may
+    overlap a little; storing the overlap twice is cheaper than the bounding box.
     """
     merged: list[Rectangle] = []
     for rectangle in sorted(set(rectangles)):
@@ -142,14 +142,14 @@ def _area(a: Rectangle) -> int:
 
 
 def _inside(x1: int, y1: int, x2: int, y2: int, width: int, height: int) -> Rectangle:
-    """The pixels of the frame that a crop needs: at least the border pixels nearest to it."""
+    """The pixels of the frame that a crop needs: at least the nearest border pixels."""
     left, top = min(max(int(x1), 0), width - 1), min(max(int(y1), 0), height - 1)
     right, bottom = max(min(int(x2), width), 1), max(min(int(y2), height), 1)
     return left, top, max(right, left + 1), max(bottom, top + 1)
 
 
 def _replicate(pixels: Picture, inner: Rectangle, x1: int, y1: int, x2: int, y2: int) -> Picture:
-    """``inner``'s pixels stretched to the requested rectangle by repeating its outermost rows and columns."""
+    """The pixels of ``inner``, extended to the requested rectangle by repeating its outermost rows and columns."""
     if inner == (x1, y1, x2, y2):
         return np.ascontiguousarray(pixels)
     columns = np.clip(np.arange(x1, x2), inner[0], inner[2] - 1) - inner[0]

@@ -1,6 +1,6 @@
 """Writes evidence: frames are collected in memory and written in chunks, one transaction each.
 
-After a kill at any moment the store holds exactly the committed chunks.
+A process killed at any moment leaves exactly the committed chunks.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from tsr_engine.io.atomic import refuse_inputs
 from tsr_engine.records import FrameEvidence
 
 DEFAULT_CHUNK = 32
-"""Frames a transaction: about a second of video is lost by a kill."""
+"""Frames per transaction: a kill loses about a second of video."""
 
 
 class EvidenceWriter:
-    """The only writer of one run's folder; made by :meth:`create` or :meth:`resume`.
+    """The only writer of a run's folder; created by :meth:`create` or :meth:`resume`.
 
-    Used as a context manager it closes the run as ``interrupted`` if Ctrl-C leaves the block, as ``failed`` for any
-    other exception, and as ``complete`` otherwise.
+    As a context manager it closes the run as ``interrupted`` after Ctrl-C, as ``failed`` after any other exception,
+    and as ``complete`` otherwise.
     """
 
     def __init__(
@@ -69,11 +69,11 @@ class EvidenceWriter:
         """Start a new run.
 
         Args:
-            folder: made if missing; other files in it are left alone.
-            header: what the run is made of.
-            chunk: frames a transaction.
-            overwrite: replace a run that the folder already holds.
-            shared: other machines read it meanwhile.
+            folder: created if missing; other files in it are kept.
+            header: inputs of the run.
+            chunk: frames per transaction.
+            overwrite: whether to replace a run in the folder.
+            shared: whether other machines read it meanwhile.
 
         Raises:
             EvidenceError: the folder already holds a run, or another process writes it.
@@ -92,7 +92,7 @@ class EvidenceWriter:
         lock = acquire(folder)
         try:
             with storage(folder):
-                # Without run.json a store does not exist: its file goes first when replaced, and comes last when made.
+                # A store without run.json does not exist, so that file is removed first and written last.
                 for name in (RUN_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm"):
                     (folder / name).unlink(missing_ok=True)
                 connection = connect(folder / DATABASE, shared=shared)
@@ -116,16 +116,16 @@ class EvidenceWriter:
     def resume(
         cls, folder: Path, header: RunHeader, *, chunk: int = DEFAULT_CHUNK, shared: bool = False
     ) -> EvidenceWriter:
-        """Go on with a run after its last committed frame (:attr:`last_frame`).
+        """Continue a run after its last committed frame (:attr:`last_frame`).
 
         Args:
-            folder: of the run.
-            header: what it must be made of.
-            chunk: frames a transaction.
-            shared: other machines read it meanwhile.
+            folder: folder of the run.
+            header: required inputs of the run.
+            chunk: frames per transaction.
+            shared: whether other machines read it meanwhile.
 
         Raises:
-            EvidenceError: no run, a damaged one, one of another video, parameters, models or version, or one that
+            EvidenceError: no run, a damaged one, one with another video, parameters, models or version, or one that
                 another process is writing.
             StorageError: the folder cannot be written.
         """
@@ -156,19 +156,19 @@ class EvidenceWriter:
 
     @property
     def last_frame(self) -> int | None:
-        """Ordinal of the last frame appended (after :meth:`resume`: committed); None: none yet."""
+        """Ordinal of the last appended frame (after :meth:`resume`: committed); None: no frame yet."""
         return self._last
 
     def append(self, evidence: FrameEvidence, entry: TableEntry | None = None) -> None:
         """Add the next frame; every ``chunk`` frames are committed.
 
         Args:
-            evidence: the frame; its ordinal must follow the last one.
+            evidence: the frame; its ordinal must be the next one.
             entry: its row of the frame table.
 
         Raises:
-            ValueError: a gap or a repetition in the ordinals.
-            StorageError: the disk is full; what was committed stays.
+            ValueError: the ordinal is not the next one.
+            StorageError: the disk is full; committed frames stay.
         """
         if self._last is not None and evidence.ordinal != self._last + 1:
             raise ValueError(f"EvidenceWriter expects frame {self._last + 1} next. Got {evidence.ordinal} instead.")
@@ -181,15 +181,15 @@ class EvidenceWriter:
             if self._pending >= self.chunk:
                 self.commit()
         except (StorageError, EvidenceError):
-            self._torn = False  # what the disk refused was rolled back, and may be tried again
+            self._torn = False  # the transaction was rolled back and can be tried again
             raise
         self._torn = False
 
     def commit(self) -> None:
-        """Make everything appended so far permanent and visible to readers.
+        """Commit all appended frames, so that readers see them.
 
         Raises:
-            StorageError: the disk is full; what was committed earlier stays.
+            StorageError: the disk is full; earlier commits stay.
         """
         if not self._pending:
             return
@@ -202,7 +202,7 @@ class EvidenceWriter:
                 self._connection.executemany(upsert, [track.row() for track in self._changed.values()])
                 self._connection.execute("COMMIT")
             except BaseException:
-                # A full disk may have rolled back by itself.
+                # A full disk may have rolled the transaction back.
                 with suppress(sqlite3.Error):
                     self._connection.execute("ROLLBACK")
                 raise
@@ -213,11 +213,11 @@ class EvidenceWriter:
     def close(self, state: RunState = "complete", reason: str = "") -> None:
         """Commit the rest and record how the run ended; a second call does nothing.
 
-        After an :meth:`append` that did not end, as when Ctrl-C broke in, the rest may hold half a frame or be on the
-        disk already: it is given up, as a kill would have it.
+        If Ctrl-C interrupted an :meth:`append`, the rest may hold half a frame or be committed already. It is
+        discarded, as after a kill.
 
         Raises:
-            StorageError: the disk is full. The folder is released all the same, and reads as interrupted.
+            StorageError: the disk is full. The folder is released anyway, and reads as interrupted.
         """
         if self._closed:
             return
@@ -233,7 +233,7 @@ class EvidenceWriter:
             os.close(self._lock)
 
     def abandon(self) -> None:
-        """Close a run that got no frame: a resumed one ends as it had ended before, a new one as failed.
+        """Close a run that got no frame: a resumed one keeps its earlier end, a new one counts as failed.
 
         Does nothing after :meth:`close`.
 
@@ -254,7 +254,7 @@ class EvidenceWriter:
         if error is None:
             self.close()
             return
-        # The error on its way out says more than a second one from closing on a full disk.
+        # The first error says more than a second one from closing on a full disk.
         with suppress(StorageError):
             if isinstance(error, KeyboardInterrupt):
                 self.close("interrupted", "Interrupted from the keyboard.")
@@ -270,7 +270,7 @@ class EvidenceWriter:
             summary.extend(k, track)
             self._changed[identity] = summary
             alive[identity] = summary
-        # A track that leaves the frame leaves the memory as well.
+        # A track that leaves the frame is removed from memory too.
         self._open = alive
 
     def _stored(self, track_id: int) -> StoredTrack | None:
@@ -282,10 +282,10 @@ class EvidenceWriter:
 
 
 def check_identity(connection: sqlite3.Connection, folder: Path, header: RunHeader) -> None:
-    """Prove that the database belongs to ``run.json``.
+    """Check that the database belongs to ``run.json``.
 
     Raises:
-        EvidenceError: it does not, or it is no evidence database.
+        EvidenceError: it belongs to another run, or is not an evidence database.
     """
     try:
         facts = dict(connection.execute("SELECT name, value FROM meta").fetchall())
@@ -298,17 +298,17 @@ def check_identity(connection: sqlite3.Connection, folder: Path, header: RunHead
 
 
 def refuse_run_files(outputs: Iterable[Path], folder: Path) -> None:
-    """Refuse an output that would take the place of a run's own files.
+    """Refuse an output that would replace a run's own files.
 
     Raises:
-        UsageError: an output names one of them.
+        UsageError: an output is one of them.
     """
     own = (RUN_FILE, LOCK_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm")
     refuse_inputs(outputs, [folder / name for name in own], "a file of the evidence itself")
 
 
 def _holds_frames(path: Path) -> bool:
-    """Whether a store without its ``run.json`` has any frame; one that was never begun, or is none, has not."""
+    """Whether a store without ``run.json`` has a frame; False too for an empty file and other content."""
     if not path.is_file():
         return False
     try:

@@ -20,12 +20,12 @@ from tsr_engine.track_table import NO_CLASS
 __all__ = ["Said", "attributed"]
 
 Said = JsonMapping | None
-"""What a row says beside its box, by name; None: nothing."""
+"""Attributes of a row by name; None: the row has none."""
 
 
 @dataclass(slots=True)
-class _Tellings:
-    """Sentences about attributes, one a kind, with the number of cases."""
+class _SkipCounts:
+    """Counts sentences about attributes by kind."""
 
     counts: dict[tuple[str, str], int] = field(default_factory=dict)
 
@@ -47,20 +47,20 @@ def attributed(
     add: Callable[[int], bool],
     file: str,
 ) -> tuple[LabelSet, list[Skipped]]:
-    """Give tracks the attributes in the rows of a file; attributes that a label lacks are added to it or reported.
+    """Give tracks the attributes in the rows of a file; attributes that a label lacks are added or reported.
 
     Args:
-        labels: the set.
-        tracks: those that have attributes in the rows are replaced.
-        rows: place of a track -> what is said in each of its frames.
-        declared: what the file says of labels, by id.
-        add: whether a label, by its id, gets the attributes that it does not have.
+        labels: the label set.
+        tracks: tracks with attributes in the rows are replaced.
+        rows: index of a track -> attributes of each of its frames.
+        declared: the file's declarations of labels, by id.
+        add: whether the label with this id gets the attributes that it lacks.
         file: for messages.
 
     Returns:
-        The set, and what was left out.
+        The label set, and what was left out.
     """
-    reported = _Tellings()
+    skips = _SkipCounts()
     by_label: dict[int, dict[str, list[list[object]]]] = {}
     for place, said in rows.items():
         questions = by_label.setdefault(tracks[place].label, {})
@@ -76,7 +76,7 @@ def attributed(
         if add(label_id):
             said_here = {each.name: each for each in declared.get(label_id, Declared()).attributes}
             for name, columns in questions.items():
-                new = _asked(found.get(name), said_here.get(name), name, columns)
+                new = _attribute_for(found.get(name), said_here.get(name), name, columns)
                 if new is not None:
                     found[name] = new
             if tuple(found.values()) != label.attributes:
@@ -87,16 +87,18 @@ def attributed(
     for place, said in rows.items():
         track = tracks[place]
         label = labels.get(track.label)
-        tracks[place] = _given(track, said, known.get(track.label, {}), None if label is None else label.name, reported)
-    return labels, reported.skipped()
+        tracks[place] = _with_answers(
+            track, said, known.get(track.label, {}), None if label is None else label.name, skips
+        )
+    return labels, skips.skipped()
 
 
 def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
-    """What the rows of a track say, by name."""
+    """Values of a track's rows, by attribute name."""
     out: dict[str, list[object]] = {}
     before: Said = None
     for row in said:
-        # rows between two key frames are one object
+        # All frames of one row share one object.
         if row is None or row is before:
             continue
         before = row
@@ -105,8 +107,10 @@ def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
     return out
 
 
-def _asked(known: Attribute | None, said: Attribute | None, name: str, columns: list[list[object]]) -> Attribute | None:
-    """The attribute that holds all answers; None: no attribute can hold them."""
+def _attribute_for(
+    known: Attribute | None, said: Attribute | None, name: str, columns: list[list[object]]
+) -> Attribute | None:
+    """The attribute that can hold all values; None: no attribute can."""
     attribute = known or said
     if attribute is None:
         mutable = any(any(value != column[0] for value in column) for column in columns)
@@ -140,10 +144,10 @@ def _plain(value: object) -> str:
 
 
 def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
-    """A value as the attribute takes it.
+    """A value in the form that the attribute stores.
 
     Raises:
-        ValueError: it does not; part of a sentence says why.
+        ValueError: the attribute cannot hold it; the message is part of a sentence.
     """
     answer: AttributeValue = _plain(value)
     if attribute.kind == "checkbox":
@@ -160,10 +164,10 @@ def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
     return answer
 
 
-def _given(
-    track: Track, said: Sequence[Said], known: Mapping[str, Attribute], label: str | None, reported: _Tellings
+def _with_answers(
+    track: Track, said: Sequence[Said], known: Mapping[str, Attribute], label: str | None, skips: _SkipCounts
 ) -> Track:
-    """The track with the answers that rows give."""
+    """The track with the values of its rows."""
     whole: dict[str, AttributeValue] = {}
     changing: JsonObject = {}
     for name in _columns(said):
@@ -172,9 +176,9 @@ def _given(
             why = (
                 f"The label {label!r} has no such attribute. Import with unknown=add to add it."
                 if track.label != NO_CLASS and label is not None
-                else "Tracks without label have none."
+                else "Tracks without a label have no attributes."
             )
-            reported.count(f"attribute {name[:80]!r}", why)
+            skips.count(f"attribute {name[:80]!r}", why)
             continue
         answers = np.full(len(track.frames), None, object)
         for k, row in enumerate(said):
@@ -182,7 +186,7 @@ def _given(
                 try:
                     answers[k] = _answer(attribute, row[name])
                 except ValueError as error:
-                    reported.count(f"answers to {name[:80]!r} of {label!r}", f"The set says: {str(error)[:200]}.")
+                    skips.count(f"answers to {name[:80]!r} of {label!r}", f"The label set says: {str(error)[:200]}.")
         given = [answer for answer in answers.tolist() if answer is not None]
         if not given:
             continue
@@ -190,7 +194,7 @@ def _given(
             changing[name] = answers
             continue
         if any(answer != given[0] for answer in given):
-            reason = f"{label!r} has one answer for a whole track; the first was taken."
-            reported.count(f"answers to {name[:80]!r} that change within a track", reason)
+            reason = f"{label!r} has one answer for a whole track; the first one was taken."
+            skips.count(f"answers to {name[:80]!r} that change within a track", reason)
         whole[name] = given[0]
     return replace(track, attributes=whole, changing=changing)

@@ -1,4 +1,4 @@
-"""Labels that a file has and the set lacks: they are added to the set, or refused with a list."""
+"""Handles labels that a file has and the set lacks: they are added to the set, or refused with a list."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from tsr_engine.labels.wording import comparable
 __all__ = ["Declared", "Unknown", "UnknownLabels", "unknown_refused", "with_labels", "with_new_labels"]
 
 _LISTED = 8
-"""Names in the sentence of a refusal; its list has all."""
+"""Most names in the sentence of a refusal; its list has all of them."""
 _SUGGESTED = 200
-"""Names for which like ones are looked for, which takes its time."""
+"""Most names for which similar labels are searched, because the search is slow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +28,8 @@ class Declared:
     """A label as a file declares it.
 
     Attributes:
-        attributes: its questions.
-        colour: ``#rrggbb``; None: it has none.
+        attributes: the label's attributes.
+        colour: ``#rrggbb``; None: not declared.
     """
 
     attributes: tuple[Attribute, ...] = ()
@@ -38,16 +38,16 @@ class Declared:
 
 @dataclass(frozen=True, slots=True)
 class Unknown:
-    """A name in a file that no label has.
+    """A name in a file that matches no label.
 
     Attributes:
-        name: as it stands in the file.
-        tracks: how many tracks have it.
-        boxes: how many of their boxes.
-        suggestions: labels that may be meant.
-        frame: of its clearest box.
-        box: that box, px edges.
-        place: of the first box in the file, in words.
+        name: as the file writes it.
+        tracks: number of tracks with this name.
+        boxes: number of their boxes.
+        suggestions: labels that the name may mean.
+        frame: frame of its clearest box.
+        box: the clearest box, px edges.
+        place: place of the first box in the file, in words.
     """
 
     name: str
@@ -60,9 +60,9 @@ class Unknown:
 
 
 class UnknownLabels(ImportFormatError):
-    """A file has names that no label has, and the caller has not said what to do with them.
+    """Raised if a file has names that match no label, and the caller has not said what to do with them.
 
-    The message does not say what to do: the command line, the HTTP API and the page have their own words for it.
+    The message gives no advice: the command line, the HTTP API and the page each add their own.
 
     Attributes:
         labels: the names.
@@ -74,12 +74,12 @@ class UnknownLabels(ImportFormatError):
 
 
 def unknown_refused(file: str, labels: LabelSet, matcher: LabelMatcher, found: Sequence[Unknown]) -> UnknownLabels:
-    """The error for names that no label has.
+    """The error for names that match no label.
 
     Args:
         file: for messages.
-        labels: the set.
-        matcher: suggests.
+        labels: the label set.
+        matcher: finds suggestions.
         found: the names, in the order of the file.
     """
     order = sorted(found, key=lambda each: (-each.boxes, each.name))
@@ -105,18 +105,18 @@ def unknown_refused(file: str, labels: LabelSet, matcher: LabelMatcher, found: S
 def with_new_labels(
     labels: LabelSet, names: Iterable[str], declared: Mapping[str, Declared], file: str
 ) -> tuple[LabelSet, dict[str, int]]:
-    """The set with labels for names that it does not have, and their ids.
+    """Add labels for names that the set lacks; return the set and the ids of these names.
 
     Names that differ by case, spaces and punctuation alone become one label.
 
     Args:
-        labels: the set.
-        names: in the order in which they get their ids.
-        declared: what the file says of them, by name.
+        labels: the label set.
+        names: in the order of their new ids.
+        declared: the file's declarations, by name.
         file: for messages.
 
     Raises:
-        ImportFormatError: a name can be that of no label, or there are too many.
+        ImportFormatError: a name cannot become a label, or there are too many.
     """
     ids: dict[str, int] = {}
     known: dict[str, int] = {}
@@ -147,8 +147,8 @@ def with_new_labels(
         added.append(label)
     if len(labels) + len(added) > MOST_LABELS:
         raise ImportFormatError(
-            f"{file}: brings {len(added)} new labels; with the {len(labels)} of {labels.name} that is more than "
-            f"{MOST_LABELS}, the most that a set has. Leave them out with unknown=skip, or map them.",
+            f"{file}: has {len(added)} new labels; with the {len(labels)} of {labels.name} that is more than "
+            f"{MOST_LABELS}, the most that a set holds. Leave them out with unknown=skip, or map them.",
             "too_large",
         )
     if not added:
@@ -157,10 +157,10 @@ def with_new_labels(
 
 
 def with_labels(labels: LabelSet, every: tuple[Label, ...], file: str) -> LabelSet:
-    """The set with other labels, held to its rules."""
+    """The set with other labels, checked against its rules."""
     try:
         return next_version(labels, every, max([labels.next_id, *(label.id + 1 for label in every)]))
     except ChangeError as error:
         raise ImportFormatError(
-            f"{file}: its labels do not go together with {labels.name}. {error} Map them with --label."
+            f"{file}: its labels conflict with {labels.name}. {error} Map them with --label."
         ) from None

@@ -51,7 +51,7 @@ _MAGIC = (
 )
 _CONTROL = re.compile("[\0-\x1f]")
 _FREE_RATIO = 1 << 20
-"""Bytes of an entry that may unfold at any ratio: a file of zeros is no attack."""
+"""Entries up to this many bytes may unfold at any ratio: a file of zeros is no attack."""
 
 
 def unpack(
@@ -65,18 +65,18 @@ def unpack(
     """Unpack a ZIP archive into an empty folder.
 
     Args:
-        path: the archive.
+        path: the ZIP file.
         folder: exists and is empty.
-        limits: what it may unfold to; unset: ``ArchiveLimits()``.
-        pictures: False: leave pictures out, as an import of annotations does not look at them.
-        store: takes most of many small files, which are then not in ``folder``.
+        limits: of the unpacked files; unset: ``ArchiveLimits()``.
+        pictures: False: skip pictures, which an import of annotations does not read.
+        store: takes most of many small files, which are then missing in ``folder``.
 
     Returns:
-        names of the unpacked files, relative to ``folder``.
+        Names of the unpacked files, relative to ``folder``.
 
     Raises:
-        ImportFormatError: over a limit, damaged, encrypted, or a name or kind of entry that is not safe; names the
-            entry and the rule. ``folder`` may then hold a part.
+        ImportFormatError: the archive exceeds a limit, is damaged or encrypted, or has an unsafe name or kind of entry;
+            names the entry and the rule. ``folder`` may then hold some of the files.
     """
     limits = ArchiveLimits() if limits is None else limits
     with opened(path, limits) as archive:
@@ -84,12 +84,12 @@ def unpack(
 
 
 def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: None) -> None:
-    """Pack a folder: sorted names, fixed dates and permissions, so the same files give the same bytes.
+    """Pack a folder with sorted names and fixed dates and permissions, so that equal files give equal bytes.
 
     Args:
-        folder: all its files go in, with names relative to it.
+        folder: all its files are packed, with names relative to it.
         target: an open, empty file.
-        progress: called after each megabyte; raises to stop.
+        progress: called after each megabyte; may raise to stop.
     """
     with ZipWriter(target, progress) as archive:
         for name in files_below(folder):
@@ -111,7 +111,7 @@ def _unpack(
     for entry in entries:
         name = _safe_name(path, entry)
         if name.casefold() in taken:
-            raise _refuse(path, entry, "is there twice")
+            raise _refuse(path, entry, "occurs twice")
         if name and not is_rubbish(name):
             taken.add(name.casefold())
             if not entry.is_dir() and (pictures or name[name.rfind(".") :].lower() not in SUFFIXES):
@@ -126,7 +126,7 @@ def _unpack(
                     total += _copy(path, entry, source, waiting, total, limits)
                 store.put(name, waiting.getvalue())
                 continue
-            # Plain names: with 100,000 entries, Path objects and a look at each folder take a third of the time.
+            # Plain names: with 100,000 entries, Path objects and folder lookups take a third of the time.
             home = name.rpartition("/")[0]
             if home not in made:
                 (folder / home).mkdir(parents=True, exist_ok=True)
@@ -168,8 +168,8 @@ def _safe_name(path: Path, entry: zipfile.ZipInfo) -> str:
     if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
         raise _refuse(path, entry, "is a link or another special file", "unsafe")
     if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise _refuse(path, entry, "is packed in another way than deflate")
-    # zipfile cuts a name at a NUL; what it was before shows in orig_filename.
+        raise _refuse(path, entry, "uses a compression other than deflate")
+    # zipfile cuts a name at a NUL; orig_filename keeps the whole name.
     if "\0" in entry.orig_filename or _CONTROL.search(name):
         raise _refuse(path, entry, "has control characters in its name", "unsafe")
     if name.startswith("/") or "\\" in name or name[1:2] == ":":
@@ -178,7 +178,7 @@ def _safe_name(path: Path, entry: zipfile.ZipInfo) -> str:
     if ".." in parts:
         raise _refuse(path, entry, "leads out of its folder", "unsafe")
     if len(parts) > 32 or (len(name) > 63 and any(len(part.encode("utf-8", "replace")) > 255 for part in parts)):
-        raise _refuse(path, entry, "has too long a name")
+        raise _refuse(path, entry, "has a name that is too long")
     if parts and not entry.is_dir() and parts[-1].lower().endswith(_ARCHIVES):
         raise _refuse(path, entry, "is an archive within the archive")
     return "/".join(parts)

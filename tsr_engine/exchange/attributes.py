@@ -1,4 +1,4 @@
-"""Attributes of labels in other tools' files: their names beside our own, and their values as text and as JSON."""
+"""Converts attributes of labels to and from other tools' files: their names beside our own, and their values."""
 
 from __future__ import annotations
 
@@ -27,36 +27,36 @@ __all__ = [
 ]
 
 PREFIX: Final = "attribute:"
-"""Stands before the name of a label's attribute that a format needs for something else."""
+"""Prefix of a label's attribute whose name the format needs for something else."""
 _OURS: Final = frozenset(
     {"uid", "state", "source", "note", "score", "ignore", "frame_label", "track_id", "keyframe", "outside", "occluded"}
     | {"rotation"}
 )
-"""What the tool, or CVAT, says of a box by an attribute."""
+"""Attributes of boxes that this tool or CVAT writes."""
 _COMMON: Final = frozenset({"state", "source", "note"})
-"""Names of ours that other people give their attributes too: they are ours only beside a ``uid``."""
+"""Names of ours that other tools use too: they are ours only beside a ``uid``."""
 
 
 def written(name: str) -> str:
-    """The name that an attribute of a label is written with."""
+    """The name under which an attribute of a label is written."""
     return f"{PREFIX}{name}" if name in _OURS or name.startswith(PREFIX) else name
 
 
 def restored(name: str) -> str:
-    """The inverse of ``written``."""
+    """Invert ``written``."""
     return name.removeprefix(PREFIX)
 
 
 def ours_in(said: JsonMapping) -> JsonMapping:
-    """The tool's own values among those beside a box."""
+    """The tool's own values among the attributes of a box."""
     return said if said.get("uid") else {name: value for name, value in said.items() if name not in _COMMON}
 
 
 def said_in(said: JsonMapping, own: frozenset[str]) -> JsonObject:
-    """The attributes of the label among the values beside a box; empty texts are left out.
+    """The label's attributes among the attributes of a box, without empty texts.
 
     Args:
-        said: by name.
+        said: all attributes by name.
         own: names that the format needs for something else.
     """
     if not said.keys() - own and not said.keys() & _COMMON:
@@ -66,22 +66,22 @@ def said_in(said: JsonMapping, own: frozenset[str]) -> JsonObject:
 
 
 def as_text(value: AttributeValue) -> str:
-    """A value as XML and CSV have it: ``true``, ``12.5``, or the text."""
+    """The value as text for XML and CSV: ``true``, ``12.5``, or the text itself."""
     if isinstance(value, bool):
         return "true" if value else "false"
     return f"{value:.12g}" if isinstance(value, float | int) else value
 
 
 def attributes_text(values: Mapping[str, AttributeValue]) -> str:
-    """Attributes as one cell of a table: a JSON object; empty where there are none."""
+    """Attributes as one cell of a table: a JSON object, or an empty text if there are none."""
     return json.dumps(dict(values), ensure_ascii=False, separators=(",", ":")) if values else ""
 
 
 def attributes_in(value: object, file: str, where: int | str | None) -> dict[str, AttributeValue]:
-    """Attributes of a JSON object, or of a cell that holds one.
+    """Parse attributes from a JSON object or from a cell that holds one.
 
     Raises:
-        ImportFormatError: it is none, or holds other values than true, false, numbers and texts.
+        ImportFormatError: it is not a JSON object, or a value is not true, false, a number or a text.
     """
     if value is None or value == "":
         return {}
@@ -105,12 +105,12 @@ def attributes_in(value: object, file: str, where: int | str | None) -> dict[str
 
 
 def without(dataset: Dataset, *, all_of_them: bool, title: str) -> list[Skipped]:
-    """What a format loses of the attributes of a data set.
+    """Report the attributes of a data set that a format cannot store.
 
     Args:
-        dataset: one pass over its tracks.
-        all_of_them: the format has none; else it has those of whole tracks.
-        title: of the format.
+        dataset: its tracks are read once.
+        all_of_them: the format has no attributes; False: it has those of whole tracks.
+        title: the format's title.
     """
     whole = changing = 0
     for video in dataset.videos:
@@ -127,10 +127,10 @@ def without(dataset: Dataset, *, all_of_them: bool, title: str) -> list[Skipped]
 
 
 def inner(values: Mapping[str, AttributeValue]) -> str:
-    """Attributes as members of a JSON object that go on: with a comma behind; empty where there are none."""
+    """Attributes as members of a JSON object with a trailing comma; empty if there are none."""
     return f"{json.dumps(dict(values), separators=(',', ':'))[1:-1]}," if values else ""
 
 
 def at_row(track: Track, k: int) -> dict[str, AttributeValue]:
-    """What a track's attributes that change say in its k-th frame."""
+    """The values of a track's changing attributes in its k-th frame."""
     return {name: values[k] for name, values in track.changing.items() if values[k] is not None}

@@ -1,6 +1,6 @@
-"""Reads from the manifest beside or above a file what its reader needs.
+"""Reads from a manifest beside or above a file what the file's reader needs.
 
-The rest is not kept: a manifest lists every frame and every file of its export.
+Only this part is kept, because a manifest lists every frame and every file of its export.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class ManifestFacts:
     """The part of a manifest that readers need.
 
     Attributes:
-        format: what it says of the format.
-        videos: its videos, without frame tables.
+        format: the manifest's section on the format.
+        videos: its videos without frame tables.
     """
 
     def __init__(self, format: JsonMapping, videos: tuple[JsonMapping, ...]) -> None:
@@ -42,7 +42,7 @@ class ManifestFacts:
         self.videos = videos
 
     def entry(self, video: DatasetVideo) -> JsonMapping | None:
-        """The entry of a video: the one with its hash, else the only one of its name; None: there is none."""
+        """The entry of a video: by hash, else the only one with its name; None: there is none."""
         for same in (
             [entry for entry in self.videos if video.sha256 and entry.get("sha256") == video.sha256],
             [entry for entry in self.videos if entry.get("name") == video.name],
@@ -52,64 +52,64 @@ class ManifestFacts:
         return None
 
     def name_of(self, video: DatasetVideo) -> str:
-        """What the video is called in the names of the export; empty: it has none of that video."""
+        """The video's name within the export; empty: the export has no such video."""
         entry = self.entry(video)
         if entry is None:
             return ""
         if "called" in entry:
             return str(entry["called"])
-        # Exports that were made before names were written down.
+        # Older exports do not store the names.
         return video_names([_bare(other) for other in self.videos])[self.videos.index(entry)]
 
 
 def manifest_beside(folder: Path) -> ManifestFacts | None:
-    """The manifest of the export that a folder belongs to; None: there is none, or it is not one of ours."""
+    """The manifest of the export that contains a folder; None: there is none, or another tool wrote it."""
     place = folder
     while not (place / MANIFEST).is_file():
-        # Only up from folders that lie within an export, never into what happens to be around it.
+        # Go up only from folders inside an export, not into its surroundings.
         if place.name not in _INNER:
             return None
         place = place.parent
     path = place / MANIFEST
     found = path.stat()
-    return _reported(path, found.st_mtime_ns, found.st_size)
+    return _read(path, found.st_mtime_ns, found.st_size)
 
 
 def stated_by_manifest(folder: Path, key: str) -> str:
-    """The facts about the format in our manifest beside a file; empty: there is no manifest, or it has none."""
-    reported = manifest_beside(folder)
-    return "" if reported is None else str(reported.format.get(key, ""))
+    """The entry ``key`` of the format section in our manifest beside a file; empty: there is none."""
+    manifest = manifest_beside(folder)
+    return "" if manifest is None else str(manifest.format.get(key, ""))
 
 
 def prefix_in_export(folder: Path, video: DatasetVideo) -> str:
     """The prefix of the names of the video's pictures, if a manifest lists several videos; else empty."""
-    reported = manifest_beside(folder)
-    name = reported.name_of(video) if reported is not None and len(reported.videos) > 1 else ""
+    manifest = manifest_beside(folder)
+    name = manifest.name_of(video) if manifest is not None and len(manifest.videos) > 1 else ""
     return f"{name}_" if name else ""
 
 
 def is_called(folder: Path, video: DatasetVideo, name: str) -> bool:
-    """Whether a file or folder of an import is named after a video: as our manifest says, else by its own name."""
-    reported = manifest_beside(folder)
-    said = reported.name_of(video) if reported is not None else ""
+    """Whether a file or folder is named after a video: by the name in our manifest, else by the video's own name."""
+    manifest = manifest_beside(folder)
+    said = manifest.name_of(video) if manifest is not None else ""
     return name.casefold() == said.casefold() if said else is_name_of(name, video)
 
 
 def seen_in(path: Path) -> list[Path]:
-    """The content of a folder without hidden files and files of the system; empty for a file."""
+    """Entries of a folder without hidden files and system files; empty for a file."""
     if not path.is_dir():
         return []
     return [entry for entry in path.iterdir() if not entry.name.startswith(".") and not is_rubbish(entry.name)]
 
 
 def is_wrapper(path: Path) -> bool:
-    """Whether a folder holds only one other folder, as archives often do; the import begins in the inner one."""
+    """Whether a folder holds only one folder, as in many archives; the import then begins in the inner folder."""
     inside = seen_in(path)
     return len(inside) == 1 and inside[0].is_dir() and inside[0].name not in ("train", "val", "valid", "test")
 
 
 @lru_cache(maxsize=8)
-def _reported(path: Path, _changed: int, _size: int) -> ManifestFacts | None:
+def _read(path: Path, _changed: int, _size: int) -> ManifestFacts | None:
     about: JsonMapping = {}
     videos: list[JsonMapping] = []
     version: object = None

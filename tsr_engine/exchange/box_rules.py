@@ -1,4 +1,4 @@
-"""The rules for a box in a file: four finite numbers with an area, cut at the edge of the picture."""
+"""Checks a box in a file: four finite numbers with an area, clipped at the edge of the picture."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ Edges = tuple[float, float, float, float]
 Numbers = TypeVar("Numbers", bound=tuple[float, ...])
 
 NO_BOX: Edges = (math.nan, math.nan, math.nan, math.nan)
-"""What ``BoxRules.edges`` gives for a box that is left out; told by its identity."""
+"""Returned by ``BoxRules.edges`` for a box that is left out; compare by identity."""
 _ROUNDED = 0.011
-"""px: files with rounded numbers overshoot by half of their last digit."""
+"""Tolerance in px: rounded numbers may exceed the picture by half of their last digit."""
 
 
 class BoxRules:
-    """Refuses boxes that break the rules or leaves them out, and counts those.
+    """Refuses boxes that break the rules, or leaves them out and counts them.
 
     Args:
-        target: the picture, and whether boxes without area are left out.
+        target: has the picture's size, and the switch that leaves bad boxes out.
     """
 
     def __init__(self, target: ImportTarget) -> None:
@@ -36,10 +36,10 @@ class BoxRules:
         self._bad, self._first_bad = 0, ""
 
     def edges(self, read: Callable[[], Numbers]) -> Numbers:
-        """The edges, or other numbers of a box, that ``read`` finds; ``NO_BOX`` where the box is left out instead.
+        """The numbers of a box that ``read`` returns; ``NO_BOX`` if the box is left out.
 
         Raises:
-            ImportFormatError: that of ``read``, with what else a person can do.
+            ImportFormatError: the error of ``read``, with a hint at the switch.
         """
         try:
             return read()
@@ -48,10 +48,10 @@ class BoxRules:
             return cast(Numbers, NO_BOX)
 
     def takes(self, edges: Edges, file: str, line: int | str | None = None) -> bool:
-        """Whether edges are those of a box; False: it is left out.
+        """Whether edges form a box; False: the box is left out.
 
         Raises:
-            ImportFormatError: they are not, unless the switch ``bad_boxes`` says ``skip``.
+            ImportFormatError: they do not, and the switch ``bad_boxes`` is not ``skip``.
         """
         if edges is NO_BOX:
             return False
@@ -74,7 +74,7 @@ class BoxRules:
         self._first_bad = self._first_bad or str(error)
 
     def inside(self, uid: str, edges: Edges, file: str, line: int | str | None) -> tuple[Edges, bool] | None:
-        """A box cut at the edges of the picture, and whether that is worth saying; None: it lies wholly outside."""
+        """A box clipped at the picture, and whether that is to be reported; None: it lies wholly outside."""
         video = self._target.video
         x1, y1, x2, y2 = edges
         if x1 >= 0 and y1 >= 0 and x2 <= video.width and y2 <= video.height:
@@ -87,14 +87,14 @@ class BoxRules:
         return cut, max(cut[0] - x1, cut[1] - y1, x2 - cut[2], y2 - cut[3]) > _ROUNDED
 
     def skipped(self) -> list[Skipped]:
-        """What was left out, each kind with its first box."""
+        """What was left out; each kind with its first box."""
         found: list[Skipped] = []
         if self._outside:
-            reason = f"They lie outside of the picture; the first: {self._first_outside}."
+            reason = f"They lie outside the picture; the first: {self._first_outside}."
             found.append(Skipped(counted(self._outside, "box", "boxes"), reason))
         if self._bad:
             reason = (
-                "They have no area, or coordinates that are missing or no numbers "
+                "They have no area, or a coordinate is missing or not a number "
                 f"({BAD_BOXES.name}=skip); the first: {self._first_bad}"
             )
             found.append(Skipped(counted(self._bad, "box", "boxes"), reason))

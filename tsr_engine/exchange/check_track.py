@@ -1,4 +1,4 @@
-"""Checks that a track keeps what ``Track`` promises to the writers."""
+"""Checks the guarantees that ``Track`` gives to writers."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ __all__ = ["check_track"]
 
 
 def check_track(track: Track, video: DatasetVideo, labels: Collection[int]) -> None:
-    """Check the promises of ``Track``; ``labels`` are the ids of the set.
+    """Check the guarantees of ``Track``; ``labels`` are the ids of the set.
 
     Raises:
-        ExportError: one is broken; names video, track and frame.
+        ExportError: the track breaks one; names video, track and frame.
     """
 
     def fail(rule: str) -> ExportError:
@@ -42,8 +42,8 @@ def check_track(track: Track, video: DatasetVideo, labels: Collection[int]) -> N
         k = int(np.flatnonzero(bad)[0])
         raise fail(f"frame {track.frames[k]}: box {track.boxes[k].tolist()} must be finite with x1 < x2, y1 < y2.")
     if any(values.shape != (n,) for values in track.changing.values()):
-        raise fail(f"has an attribute that does not have {n} answers.")
+        raise fail(f"has an attribute without {n} answers, one per frame.")
     used = {track.label} if track.labels is None else {track.label, *np.unique(track.labels).tolist()}
     strange = [label for label in used if label != NO_CLASS and label not in labels]
     if strange:
-        raise fail(f"has the label {strange[0]}, which its set has never given out.")
+        raise fail(f"has the label {strange[0]}, an id that its set never had.")

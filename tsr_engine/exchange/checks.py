@@ -1,4 +1,4 @@
-"""The rules that every import obeys, in one place.
+"""Applies the rules of every import.
 
 A reader hands each row to an ``ImportValidator``, which refuses or repairs it with a sentence that names file, line and
 rule, and makes the tracks.
@@ -25,24 +25,24 @@ __all__ = ["SIZE_SWITCH", "ImportValidator"]
 
 _STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
 _TELL = 2000
-"""Boxes from one time that somebody is told how many have been read to the next."""
+"""Number of boxes between two progress reports."""
 
-SIZE_SWITCH = Switch("size", ("refuse", "scale"), "What to do when the file is about pictures of another size.")
+SIZE_SWITCH = Switch("size", ("refuse", "scale"), "What to do when the file's pictures have another size.")
 
 
 class ImportValidator:
     """Takes rows of a file in any order, checks them, and makes the data set.
 
-    Refused (``ImportFormatError``): frames outside of the video, two different boxes of one track in one frame, and,
-    unless the switch ``bad_boxes`` says ``skip``, boxes without area or without four finite numbers. Repaired, each
-    kind with one sentence: boxes that reach over the picture's edge are cut there, the same row twice is taken once.
-    Skipped: boxes wholly outside of the picture.
-    Names that no label has are refused in one list after the whole file is read, unless ``ImportTarget.unknown`` says
-    what to do with them.
+    Refused (``ImportFormatError``): frames outside the video, two different boxes of one track in one frame, and,
+    unless the switch ``bad_boxes`` is ``skip``, boxes without area or without four finite numbers. Repaired, with
+    one sentence a kind: boxes across the edge of the picture are clipped, repeated rows are taken once.
+    Skipped: boxes wholly outside the picture.
+    Names that match no label are refused in one list after the whole file is read, unless
+    ``ImportTarget.unknown`` says what to do with them.
     """
 
     def __init__(self, target: ImportTarget) -> None:
-        """Take what the file is read onto."""
+        """Take the video, labels and switches of the import."""
         self.target = target
         self._names = NamesInFile(target)
         self.boxes = BoxRules(target)
@@ -60,18 +60,18 @@ class ImportValidator:
         return uid in self._tracks
 
     def label(self, name: str, file: str, line: int | str | None = None, *, number: bool = False) -> int:
-        """The id of a name's label, -1 for "unknown sign"; below ``UNSAID``: no label has it, which ``finish`` settles.
+        """The id of a name's label, -1 for "unknown sign". Below ``UNSAID``: no label matches, see ``finish``.
 
         Args:
-            name: as it stands in the file.
+            name: as the file writes it.
             file: for messages.
             line: for messages.
-            number: the file has a number there, not a name; it is an id, which the reader reports.
+            number: the file has a number, not a name; it is taken as an id, which the reader reports.
         """
         return self._names.label(name, file, line, number)
 
     def declare(self, name: str, declared: Declared) -> None:
-        """Take the declaration of a label, or with an empty name one that holds for every label.
+        """Take the declaration of a label; an empty name declares for every label.
 
         It is used if the label, or an attribute of it that tracks have, is added to the set.
         """
@@ -82,7 +82,7 @@ class ImportValidator:
         self._repaired.append(sentence)
 
     def count(self, what: str, file: str, line: int | str | None = None) -> None:
-        """Count a repair of a kind: ``what`` is reported once, with the number and the first place."""
+        """Count a repair; each kind (``what``) is reported once, with its number and first place."""
         count, at, place = self._counts.get(what, (0, file, line))
         self._counts[what] = (count + 1, at, place)
 
@@ -91,21 +91,21 @@ class ImportValidator:
         self._skipped.append(Skipped(what, reason))
 
     def unique(self, uid: str, file: str, line: int | str | None = None) -> str:
-        """A name for a new track: ``uid``, or where that is taken already ``uid-2`` and so on, with a sentence."""
+        """A name for a new track: ``uid``, or if that is taken ``uid-2`` and so on, which is reported."""
         if uid not in self._tracks:
             return uid
         again = self._again.get(uid, 2)
         while f"{uid}-{again}" in self._tracks:
             again += 1
         self._again[uid] = again
-        self.count(f"Tracks whose name was taken were given another one ({uid} is now {uid}-{again})", file, line)
+        self.count(f"Tracks whose name was taken got another name ({uid} is now {uid}-{again})", file, line)
         return f"{uid}-{again}"
 
     def scale(self, width: float, height: float, file: str, line: int | str | None = None) -> tuple[float, float]:
-        """Factors from the pictures that a file is about to those of the video; (1, 1) where they have one size.
+        """Factors from the size of the file's pictures to the video's; (1, 1) if they are equal.
 
         Raises:
-            ImportFormatError: other size, unless the switch ``size`` says ``scale``.
+            ImportFormatError: the sizes differ, and the switch ``size`` is not ``scale``.
         """
         video = self.target.video
         if (width, height) == (video.width, video.height):
@@ -118,7 +118,7 @@ class ImportValidator:
         raise refuse(
             file,
             line,
-            f"is about pictures of {width:g}x{height:g} px, {video.name} has {video.width}x{video.height}. Choose the "
+            f"has a picture size of {width:g}x{height:g} px, {video.name} has {video.width}x{video.height}. Choose the "
             "right video, or import with size=scale.",
         )
 
@@ -132,15 +132,15 @@ class ImportValidator:
         until: int = -1,
         said: JsonMapping | None = None,
     ) -> None:
-        """Set what is known of a track besides its boxes; makes the track if it is new.
+        """Set facts about a track other than its boxes; creates the track if it is new.
 
         Args:
-            uid: the track.
-            state: taken as ``open`` where it is none of the states.
+            uid: the track's name.
+            state: review state; an unknown one becomes ``open``.
             source: as in ``Track``.
-            notes: frame and text; a frame outside of the video becomes its nearest one.
-            until: the last key frame's box holds up to this frame, inclusive; -1: it does not.
-            said: attributes of the whole track as they stand in the file.
+            notes: frame and text; a frame outside the video becomes the nearest one.
+            until: the box of the last key frame holds up to this frame, inclusive; -1: it does not.
+            said: attributes of the whole track, as in the file.
         """
         rows = self._tracks.get(uid) or self._new(uid)
         rows.state = state if state in _STATES else "open"
@@ -151,10 +151,10 @@ class ImportValidator:
         rows.always |= said or {}
 
     def frame(self, frame: float | str, file: str, line: int | str | None = None, *, origin: int = 0) -> int:
-        """A frame number as an ordinal.
+        """Convert a frame number to an ordinal.
 
         Raises:
-            ImportFormatError: not a whole number, or not a frame of the video.
+            ImportFormatError: it is not a whole number, or not a frame of the video.
         """
         try:
             number = real_number(frame) if isinstance(frame, str) else float(frame)
@@ -186,12 +186,12 @@ class ImportValidator:
         score: float = math.nan,
         said: JsonMapping | None = None,
     ) -> bool:
-        """One box of one track; ``frame`` is an ordinal, ``label`` may be ``UNSAID``. False: it was left out.
+        """Take one box of a track; ``frame`` is an ordinal, ``label`` may be ``UNSAID``. False: the box was left out.
 
-        ``said`` are attributes as they stand in the file; they hold up to the track's next box.
+        ``said`` are attributes as in the file; they hold up to the track's next box.
 
         Raises:
-            ImportFormatError: it breaks a rule.
+            ImportFormatError: the box breaks a rule.
         """
         if not self.boxes.takes(edges, file, line):
             return False
@@ -225,7 +225,7 @@ class ImportValidator:
         return True
 
     def end(self, uid: str, frame: int) -> None:
-        """From this frame on the track is not shown, until its next box; may lie beyond the last frame."""
+        """Hide the track from this frame on until its next box; the frame may lie beyond the last one."""
         rows = self._tracks.get(uid) or self._new(uid)
         rows.frame.append(frame)
         rows.kind.append(END)
@@ -236,18 +236,18 @@ class ImportValidator:
         rows.place.append(-1)
 
     def _new(self, uid: str, file: str = "", line: int | str | None = None) -> TrackRows:
-        """Rows for a track that comes for the first time."""
+        """Rows for a new track."""
         if len(self._tracks) >= self.target.limits.tracks:
             raise too_many("tracks", self.target.limits.tracks, file or "The file", line)
         rows = self._tracks[uid] = TrackRows()
         return rows
 
     def finish(self, file: str, *, interpolate: bool = False) -> Dataset:
-        """The data set: one video, its tracks in the order in which they first came.
+        """The data set: one video, its tracks in the order of their first rows.
 
         Args:
             file: for messages.
-            interpolate: draw straight lines from each box to the track's next one, unless ``end`` lies between;
+            interpolate: draw straight lines from each box to the track's next one, unless ``end`` lies between them;
                 before an ``end`` the box stands still.
 
         Raises:
@@ -263,7 +263,7 @@ class ImportValidator:
             if track is not None:
                 tracks.append(track)
             elif not any(ids.get(label) == LEFT_OUT for label in rows.label):
-                self.skip(f"{file}: track {uid}", "It has no box that is shown.")
+                self.skip(f"{file}: track {uid}", "It has no visible box.")
         if maker.said:
             declared = self._names.declared_of(labels, ids)
             labels, left = attributed(labels, tracks, maker.said, declared, self._names.adds, file)

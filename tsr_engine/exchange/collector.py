@@ -1,4 +1,4 @@
-"""Makes Python's cycle collector run less often while very many small objects are created."""
+"""Runs Python's cycle collector less often while very many small objects are created."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _SELDOM: Final = 100_000
 
 @contextmanager
 def seldom_collected() -> Iterator[None]:
-    """In this block the collector runs after 100,000 new objects instead of 700.
+    """Run the collector after 100,000 new objects instead of 700 inside this block.
 
-    A data set of 100,000 pictures is as many objects that live until the end. The collector visits them again and
+    A data set of 100,000 pictures has as many objects that live until the end. The collector visits them again and
     again, which takes a seventh of the time of a large export. Reference counts free almost all other objects at once.
     """
     before = gc.get_threshold()

@@ -1,4 +1,4 @@
-"""Decides on the whole list whether frame numbers count from 0 or from 1, reports it, or refuses the list."""
+"""Decides over a whole list whether frame numbers count from 0 or from 1; reports the choice, or refuses the list."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ __all__ = ["FIRST_FRAME_SWITCH", "Counted", "Custom", "origin_of"]
 FIRST_FRAME_SWITCH: Final = Switch(
     "first_frame",
     ("auto", "0", "1"),
-    "Number of the first frame in names of pictures; auto: decided on all of them, and told.",
+    "Number of the first frame in picture names; auto: decided over all names, and reported.",
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Custom:
-    """How a tool counts frames, and which names it writes.
+    """How a tool numbers frames, and which names it writes.
 
     Attributes:
-        origin: number of its first frame.
-        why: the end of the sentence that reports it; empty: nothing is reported.
-        before: the whole text before the number, as a pattern.
-        digits: how many digits numbers are filled up to with zeros; 1: not at all.
+        origin: number of the first frame.
+        why: the reason in the report; empty: nothing is reported.
+        before: pattern of the whole text before the number.
+        digits: width of a number that is padded with zeros; 1: it is not padded.
     """
 
     origin: int
@@ -35,11 +35,11 @@ class Custom:
     digits: int = 1
 
     def wrote(self, before: str, widths: Collection[tuple[int, bool]]) -> bool:
-        """Whether the tool can have written names with this text before these numbers.
+        """Whether the tool can have written these names.
 
         Args:
-            before: the text.
-            widths: digits of each number, and whether the first of several is a zero.
+            before: the text before the numbers.
+            widths: digits of each number, and whether the first of several digits is a zero.
         """
         return re.fullmatch(self.before, before) is not None and all(
             digits == self.digits or (digits > self.digits and not padded) for digits, padded in widths
@@ -48,11 +48,11 @@ class Custom:
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """Where numbers count from.
+    """The number of the first frame.
 
     Attributes:
         origin: number of the first frame.
-        reported: the sentence that says so, without the file; empty: there is nothing to report.
+        reported: the sentence that reports it, without the file; empty: there is nothing to report.
     """
 
     origin: int
@@ -69,19 +69,19 @@ def origin_of(
     what: str,
     fail: Callable[[str], Exception],
 ) -> Counted:
-    """Where the numbers of one list count from.
+    """Find the number of the first frame in one list of numbers.
 
     Args:
-        least: smallest number.
-        largest: largest number.
-        frames: frames of the video.
-        asked: the switch ``first_frame``.
-        custom: of the tool that wrote the names, if it is known.
-        what: the numbers, for messages: ``picture numbers``.
-        fail: makes the error about a rule that they break.
+        least: the smallest number.
+        largest: the largest number.
+        frames: number of frames of the video.
+        asked: value of the switch ``first_frame``.
+        custom: of the tool that wrote the names; None: not known.
+        what: what the numbers are, for messages: ``picture numbers``.
+        fail: makes an error from a sentence.
 
     Raises:
-        ImportFormatError: both ways of counting fit.
+        ImportFormatError: the numbers fit a count from 0 and a count from 1.
     """
     if asked != "auto":
         return Counted(int(asked))

@@ -1,4 +1,4 @@
-"""The data set that every format writes and reads: videos with tracks, independent of any file format.
+"""Defines the data set that every format writes and reads: videos with tracks, independent of any file format.
 
 Frames are ordinals in presentation order from 0; boxes are edges ``x1, y1, x2, y2`` in px of the upright picture,
 from 0, the right and lower edge exclusive.
@@ -22,32 +22,31 @@ from tsr_engine.labels.model import AttributeValue, LabelSet
 __all__ = ["REJECTED", "UNSAID", "Dataset", "DatasetVideo", "Skipped", "Track"]
 
 UNSAID = -2
-"""In rows of a file that comes in: it says nothing about the class. Tracks have ``NO_CLASS`` and ``silent`` there."""
+"""Label of a row in an imported file that states no class. Tracks have ``NO_CLASS`` and ``silent`` there."""
 REJECTED = "rejected"
-"""Review state of a track that is no sign: it teaches what fools the engine, and is never written as a sign."""
+"""Review state of a track that is not a sign: a hard negative for training, never written as a sign."""
 
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """A physical sign in a video.
+    """A physical sign in a video; n is its number of frames.
 
     Attributes:
-        uid: stable name of the track within its video (the review tool's key: ``m7``, ``h3f2...``).
-        label: id of a label of the data set; -1: none of them, or not known.
-        frames: frames that show it, strictly ascending, shape (n,).
+        uid: name of the track, unique and stable within its video (the review tool's key: ``m7``, ``h3f2...``).
+        label: id of a label of the data set; -1: none, or not known.
+        frames: frames that show the sign, strictly ascending, shape (n,).
         boxes: shape (n, 4), px edges; finite, ``x1 < x2`` and ``y1 < y2``.
-        key: frames whose box was stated; the others can be interpolated, shape (n,).
+        key: frames whose box is stated; the others may be interpolated, shape (n,).
         occluded: shape (n,).
-        score: 0 to 1, NaN where there is none, shape (n,).
-        labels: label of each frame where it differs from ``label``; None: it does not, else shape (n,).
-        ignore: neither right nor wrong in an evaluation (a don't-care region), shape (n,); None: nowhere.
-        silent: frames in which an imported file says nothing about the class, shape (n,); None: nowhere. The label is
-            -1 there.
-        state: how far review is: ``open``, ``accepted``, ``rejected``, ``needs_work`` or, of a truth, ``truth``.
+        score: 0 to 1, NaN: none, shape (n,).
+        labels: label of each frame, shape (n,); None: every frame has ``label``.
+        ignore: regions that an evaluation skips (don't care), shape (n,); None: none.
+        silent: frames for which an imported file states no class and the label is -1, shape (n,); None: none.
+        state: review state: ``open``, ``accepted``, ``rejected``, ``needs_work``, or ``truth`` for ground truth.
         source: ``engine``, ``corrected``, ``human``, ``truth`` or ``imported``.
-        notes: what people wrote: frame and text.
-        attributes: answers to the questions of its label that hold for the whole track, by name.
-        changing: answers that change from frame to frame, by name; None: there is none in that frame, shape (n,).
+        notes: people's notes, each a frame and a text.
+        attributes: values that hold for the whole track, by attribute name.
+        changing: values of each frame by attribute name, shape (n,); None: no value in that frame.
     """
 
     uid: str
@@ -73,23 +72,23 @@ class DatasetVideo:
 
     Attributes:
         name: file name, for people.
-        sha256: of the file; empty: not known (an import).
-        width: px, upright.
-        height: px, upright.
-        frames: frames that decode.
-        rate: announced frames a second, exact; None: not known.
+        sha256: hash of the file; empty: not known (an import).
+        width: px of the upright picture.
+        height: px of the upright picture.
+        frames: number of frames that decode.
+        rate: announced frames per second, exact; None: not known.
         times: presentation time of each frame in s, shape (frames,); None: not known.
         constant_rate: True: all frames lie ``1 / rate`` apart.
-        tracks: makes a new pass over the tracks, in an order that does not change. Of an import, and of a data set
-            that is to be exported, with those that people have rejected; what a format's writer gets has none.
-        path: the file, where pictures are wanted.
-        table: its frame table from an earlier pass: pictures of another file's frames are refused; None: not known.
-        limits: what the file may demand; unset: ``VideoLimits()``.
-        pixel_ratio: width of an upright pixel by its height; boxes are in stored pixels whatever it is.
-        first: first frame that was looked at; frames outside ``first <= frame < stop`` say nothing about signs.
-        stop: frame after the last that was looked at.
-        provenance: for the manifest: run, engine, models, parameters, edit revision.
-        negatives: what a format's writer must not take for signs: the tracks that people have rejected.
+        tracks: makes a new pass over the tracks, always in the same order. An import, and a data set that is to be
+            exported, include the rejected tracks; a format's writer gets the video without them.
+        path: the video file, needed to export pictures.
+        table: frame table from an earlier pass; frames that differ from it are refused; None: not known.
+        limits: limits on the file; unset: ``VideoLimits()``.
+        pixel_ratio: width of a pixel divided by its height, upright; boxes are always in stored pixels.
+        first: first examined frame; frames outside ``first <= frame < stop`` say nothing about signs.
+        stop: frame after the last examined one.
+        provenance: run, engine, models, parameters and edit revision, for the manifest.
+        negatives: rejected tracks, which a format's writer must not write as signs.
     """
 
     name: str
@@ -113,7 +112,7 @@ class DatasetVideo:
 
 @dataclass(frozen=True, slots=True)
 class Skipped:
-    """Something that was not exported or imported, and why."""
+    """Something that was not exported or imported, with the reason."""
 
     what: str
     reason: str
@@ -124,10 +123,10 @@ class Dataset:
     """Videos under one label set.
 
     Attributes:
-        labels: what the labels of tracks are ids of; of an import, with the labels and attributes that it adds.
-        videos: in an order that does not change.
-        skipped: what was left out on the way here.
-        repaired: what was put right on the way here, one sentence each.
+        labels: the label set of the tracks; of an import, with the labels and attributes that it adds.
+        videos: always in the same order.
+        skipped: what was left out so far.
+        repaired: what was repaired so far, one sentence each.
     """
 
     labels: LabelSet

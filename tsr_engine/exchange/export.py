@@ -25,7 +25,7 @@ from tsr_engine.json_shapes import JsonMapping
 __all__ = ["CROPS", "export_dataset"]
 
 CROPS = frozenset({"gtsrb"})
-"""Formats that cut signs out of their frames: a frame may serve two sides."""
+"""Formats that crop signs from their frames: a frame may serve two subsets."""
 
 
 def export_dataset(
@@ -37,33 +37,33 @@ def export_dataset(
     zipped: bool,
     about: JsonMapping | None = None,
 ) -> Manifest:
-    """Write a data set to a folder or ZIP file that appears whole or not at all.
+    """Write a data set to a folder or ZIP file, which appears complete or not at all.
 
-    An older export of that name stays whole until the new one takes its place in one rename. A kill at any moment
-    leaves at most a hidden sibling, which the next export to the same name removes.
+    An older export of that name stays complete until one rename replaces it. A process that is killed leaves at most a
+    hidden sibling, which the next export to the same name removes.
 
     Args:
-        dataset: what to write; its tracks are read a few times. Those that people have rejected are written into the
-            manifest, and where a format has a place of its own for them there, but never as signs.
-        format: must be one that writes.
-        out: the folder, or with ``zipped`` the file; an older export there is replaced, anything else is not.
-        options: unset: no pictures, defaults. Missing switches take their defaults.
-        zipped: one ZIP file, the same bytes for the same data.
-        about: goes into the manifest as ``asked``.
+        dataset: what to write; its tracks are read several times. Rejected tracks are written into the manifest, and
+            into a format's own place for them if it has one, but never as signs.
+        format: must have a writer.
+        out: the folder, or with ``zipped`` the file; an older export is replaced, anything else is refused.
+        options: unset: no pictures. Missing switches take their defaults.
+        zipped: write one ZIP file, with the same bytes for the same data.
+        about: the caller's request, stored in the manifest as ``asked``.
 
     Returns:
         The manifest, as written.
 
     Raises:
-        ExportError: the format cannot hold the data, a track breaks a promise, or the split leaks.
+        ExportError: the format cannot hold the data, a track breaks a guarantee, or the split leaks.
         UsageError: an option that the format does not have.
-        StorageError: no room or no permission, or ``out`` is something else than an export.
+        StorageError: no space or no permission, or ``out`` exists and is not an export.
     """
     options = ExportOptions() if options is None else options
     limited = format.attributes != "all"
     write = format.write
     if write is None:
-        raise ExportError(f"{format.title} is read only. Choose another format.")
+        raise ExportError(f"{format.title} can only be imported. Choose another format.")
     if format.needs_pictures and options.pictures == "none":
         raise ExportError(f"{format.title} consists of pictures. Export with pictures.")
     options = replace(options, switches=switches_of(format, dict(options.switches), reading=False))
@@ -107,4 +107,6 @@ def _check_place(out: Path, zipped: bool) -> None:
         if not out.is_dir():
             raise StorageError(f"Cannot write {out}: it is a file. Name a folder.")
         if not (out / MANIFEST).is_file() and any(out.iterdir()):
-            raise StorageError(f"{out} has files but is no earlier export, so it stays as it is. Name another folder.")
+            raise StorageError(
+                f"{out} has files but is not an earlier export, so nothing was written. Name another folder."
+            )

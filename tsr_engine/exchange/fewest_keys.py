@@ -13,20 +13,20 @@ __all__ = ["fewest_keys"]
 def fewest_keys(
     frames: NDArray[np.int64], boxes: NDArray[np.float64], forced: NDArray[np.bool_], allowed: float, span: int
 ) -> NDArray[np.bool_]:
-    """Shortest path over the frames; an edge leads to each later frame that a straight line may reach.
+    """Find the shortest path over the frames; an edge leads to each later frame that a straight line may reach.
 
-    From each start a cone of slopes narrows with every frame passed; a frame inside the cone can be the next key
-    frame. No line leads over a forced frame.
+    From each start, a cone of slopes narrows with every frame passed; a frame inside the cone can be the next key
+    frame. No line passes over a forced frame.
 
     Args:
         frames: strictly ascending, shape (n,), n >= 1.
         boxes: shape (n, 4), px.
-        forced: frames that are kept, the first and the last among them, shape (n,).
+        forced: frames to keep, including the first and the last, shape (n,).
         allowed: largest distance of an edge from the line, px, > 0.
-        span: most frames from one that is kept to the next.
+        span: largest distance between two kept frames.
 
     Returns:
-        shape (n,), True where a frame is kept.
+        Shape (n,), True for each kept frame.
     """
     n = len(frames)
     steps = np.full(n, n + 1, np.int64)

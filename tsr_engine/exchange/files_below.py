@@ -9,7 +9,7 @@ __all__ = ["files_below", "is_rubbish", "json_files"]
 
 
 def files_below(folder: Path) -> list[str]:
-    """Names of all files in a folder and below, relative to it, with slashes, sorted; folders can hold 100,000."""
+    """Names of all files below a folder, relative, with slashes, sorted; plain strings, as there can be 100,000."""
     out: list[str] = []
     waiting = [""]
     while waiting:
@@ -24,14 +24,14 @@ def files_below(folder: Path) -> list[str]:
 
 
 def is_rubbish(name: str) -> bool:
-    """Whether a file is one that a system leaves behind, by its name with slashes; macOS has a ``._`` twin of many."""
+    """Whether an operating system left the file, by its name with slashes; macOS writes a ``._`` twin of many files."""
     first, _, _ = name.partition("/")
     last = name.rsplit("/", 1)[-1]
     return first == "__MACOSX" or last.startswith("._") or last in (".DS_Store", "Thumbs.db", "desktop.ini")
 
 
 def json_files(path: Path) -> list[Path]:
-    """The annotations in JSON of a folder, sorted, or the file itself; Roboflow has one in each subset's folder."""
+    """The JSON annotations of a folder, sorted, or the file itself; Roboflow has one in the folder of each subset."""
     if path.is_file():
         return [path]
     for pattern in ("annotations/*.json", "*.json", "*/*.json"):

@@ -15,7 +15,7 @@ from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped
 from tsr_engine.track_table import NO_CLASS
 
 EDITED = frozenset({"corrected", "human"})
-"""Sources of tracks in which a person had a hand."""
+"""Sources of tracks that a person has edited."""
 NotInSet = Literal["leave-out", "ignore", "class"]
 
 __all__ = [
@@ -38,10 +38,10 @@ class Filters:
 
     Attributes:
         states: review states, and ``edited`` for open tracks that a person has edited; None: all.
-        labels: ids of labels, -1 for tracks that are not in the set; None: all.
-        not_in_set: what becomes of tracks that have no label of the set: ``leave-out``, ``ignore`` (they go out as
-            regions to ignore), or ``class`` (as a class of their own). Rejected ones are no signs and go out as such.
-        min_side: boxes whose shorter side is below, in px, stay here; None: all sizes.
+        labels: ids of labels, -1 for tracks without a label of the set; None: all.
+        not_in_set: treatment of tracks without a label of the set: ``leave-out``, ``ignore`` (exported as regions to
+            ignore), or ``class`` (exported as a class). Rejected tracks are exported as rejected in any case.
+        min_side: smallest shorter side of an exported box, px; None: all sizes.
         first: first frame.
         stop: frame after the last; None: to the end.
     """
@@ -61,11 +61,11 @@ class Filters:
 
 
 def part_of(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
-    """The track in some of its frames only; None: in no frame.
+    """The track restricted to some of its frames; None: no frame is chosen.
 
     Args:
         track: the track.
-        chosen: shape (n,).
+        chosen: whether each frame is taken, shape (n,).
     """
     if chosen.all():
         return track
@@ -89,12 +89,12 @@ def part_of(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
 
 
 def filtered(dataset: Dataset, filters: Filters) -> Dataset:
-    """The part of the data set that passes the filters, with the number of what they left out.
+    """The part of the data set that passes the filters; ``skipped`` counts the rest.
 
-    Tracks are filtered anew in each pass; one pass is made here to count.
+    Tracks are filtered anew in each pass; one pass here counts them.
 
     Raises:
-        UsageError: the frames begin after the end of a video.
+        UsageError: no frame of a video that was examined lies in the range.
     """
     videos: list[DatasetVideo] = []
     skipped = list(dataset.skipped)
@@ -103,7 +103,7 @@ def filtered(dataset: Dataset, filters: Filters) -> Dataset:
         first, stop = max(video.first, filters.first), min(end, filters.stop or end)
         if first >= stop:
             raise UsageError(
-                f"{video.name} was looked at in frames {video.first} to {end - 1}; none of frames {filters.first} to "
+                f"{video.name} was examined in frames {video.first} to {end - 1}; none of frames {filters.first} to "
                 f"{(filters.stop or video.frames) - 1} is among them. Choose others."
             )
         part = replace(video, first=first, stop=stop, tracks=_passes(video, filters, first, stop))
@@ -113,7 +113,7 @@ def filtered(dataset: Dataset, filters: Filters) -> Dataset:
 
 
 def open_left(dataset: Dataset, filters: Filters) -> int:
-    """Number of tracks that are left out because they are open: nobody has judged or edited them yet."""
+    """Number of tracks that the filters leave out because nobody has judged or edited them."""
     if filters.states is None or "open" in filters.states:
         return 0
     states = replace(filters, labels=None, not_in_set="class")
@@ -125,13 +125,13 @@ def open_left(dataset: Dataset, filters: Filters) -> int:
 
 
 def only_tracks(video: DatasetVideo, wanted: Callable[[Track], bool]) -> DatasetVideo:
-    """The video with some of its tracks only, in each pass anew."""
+    """The video restricted to some of its tracks, filtered in each pass."""
     tracks = video.tracks
     return replace(video, tracks=lambda: filter(wanted, tracks()))
 
 
 def inside_picture(track: Track, video: DatasetVideo) -> tuple[Track | None, int]:
-    """The track with its boxes cut at the edges of the picture; None: it lies wholly outside. And how many were cut."""
+    """The track with its boxes clipped at the picture (None: it lies outside), and the number of clipped boxes."""
     boxes = track.boxes
     size = (video.width, video.height)
     if (boxes[:, :2] >= 0).all() and (boxes[:, 2:] <= size).all():
@@ -145,7 +145,7 @@ def inside_picture(track: Track, video: DatasetVideo) -> tuple[Track | None, int
 
 
 def unignored(dataset: Dataset) -> tuple[Dataset, int]:
-    """The data set without boxes that are to be ignored, in each pass anew, and how many these are."""
+    """The data set without boxes to ignore, filtered in each pass, and the number of these boxes."""
     boxes = sum(
         int(track.ignore.sum()) for video in dataset.videos for track in video.tracks() if track.ignore is not None
     )
@@ -165,7 +165,7 @@ def unignored(dataset: Dataset) -> tuple[Dataset, int]:
 
 
 def inside_pictures(dataset: Dataset) -> Dataset:
-    """The data set with all boxes cut at the edges of their pictures, in each pass anew."""
+    """The data set with all boxes clipped at their pictures, in each pass."""
     return replace(dataset, videos=tuple(replace(video, tracks=_cut(video)) for video in dataset.videos))
 
 
@@ -180,7 +180,7 @@ def _cut(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
 
 
 def _passes(video: DatasetVideo, filters: Filters, first: int, stop: int) -> Callable[[], Iterator[Track]]:
-    """Makes passes over the tracks that get through."""
+    """Make passes over the tracks that pass the filters."""
 
     def once() -> Iterator[Track]:
         for track in video.tracks():
@@ -192,7 +192,7 @@ def _passes(video: DatasetVideo, filters: Filters, first: int, stop: int) -> Cal
 
 
 def _held(track: Track, filters: Filters) -> str | None:
-    """Why a whole track is left out; None: it is not."""
+    """The reason why a whole track is left out; None: it is not."""
     if filters.states is not None and track.state not in filters.states:
         edited = track.state == "open" and track.source in EDITED
         if not (edited and "edited" in filters.states):

@@ -1,7 +1,7 @@
 """The interface that every format implements.
 
-A format is a module with one ``Format`` object. Only the registry lists them, for the command line, the HTTP API and
-the page.
+A format is a module with one ``Format`` object. The registry lists them for the command line, the HTTP API and the
+page.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ __all__ = [
 
 UnknownNames = Literal["refuse", "add", "skip"]
 Written = tuple[list[Skipped], dict[str, object]]
-"""What a writer left out, and what the manifest should know."""
+"""What a writer left out, and its entries for the manifest."""
 
 
 @dataclass(frozen=True, slots=True)
 class Switch:
-    """An option of one format that a person can set.
+    """An option of a format.
 
     Attributes:
         name: as in ``--option name=value``.
-        values: what it can be; the first is what it is when nobody says.
+        values: the allowed values; the first is the default.
         help: one sentence.
-        free: any other text counts as well, such as a name that stands in the file.
+        free: whether any other text is allowed too, such as a name in the file.
     """
 
     name: str
@@ -53,25 +53,25 @@ class Switch:
 BAD_BOXES = Switch(
     "bad_boxes",
     ("refuse", "skip"),
-    "What to do with boxes without area or with coordinates that are missing or no numbers: refuse the file, or leave "
-    "them out and tell how many.",
+    "What to do with boxes without area, or with missing or non-numeric coordinates: refuse the file, or leave them "
+    "out and report their number.",
 )
 """An option of every reader."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExportOptions:
-    """What an export should hold.
+    """What an export holds.
 
     Attributes:
-        pictures: ``none``, ``annotated`` (frames that show a sign) or ``all``.
-        switches: options of the format by name; all of them, defaults filled in.
-        thin_px: dense tracks are thinned to key frames whose interpolation stays within this many px of each edge;
-            formats that do not interpolate write every frame.
+        pictures: ``none``, ``annotated`` (frames with a sign) or ``all``.
+        switches: all options of the format by name, with defaults filled in.
+        thin_px: dense tracks are thinned to key frames from which interpolation restores each edge within this many px;
+            formats without interpolation write every frame.
         split: subset of each (video sha256 or name, track uid), by ``tsr_engine.exchange.split``; empty: one subset.
-        used_labels: declare the labels that signs have, not all that the set offers; numbers of labels then depend on
-            what goes out.
-        progress: told (frames or tracks done, of how many); raises to stop.
+        used_labels: declare only labels that signs have, not all of the set; label numbers then depend on the exported
+            tracks.
+        progress: called with (frames or tracks done, total); may raise to stop.
     """
 
     pictures: str = "none"
@@ -84,11 +84,11 @@ class ExportOptions:
 
 @dataclass(frozen=True, slots=True)
 class ImportLimits:
-    """What one import may hold; a few bytes of an archive, or of key frames, can stand for any number.
+    """Limits of one import: a few bytes of an archive, or a few key frames, can expand to any number of boxes.
 
     Attributes:
-        tracks: most tracks.
-        boxes: most boxes, those between key frames too.
+        tracks: largest number of tracks.
+        boxes: largest number of boxes, with those between key frames.
     """
 
     tracks: int = 1_000_000
@@ -100,18 +100,18 @@ class ImportTarget:
     """The video that an import belongs to; the reader checks the file against it.
 
     Attributes:
-        video: its ``tracks`` are not read.
+        video: the video; its ``tracks`` are not read.
         labels: the label set of the video; see ``LabelMatcher`` for how names are matched.
-        switches: options of the format; all of them, defaults filled in.
-        label_map: name in the file -> id or key of a label, -1: none; said by a person, wins.
-        remembered: what people said about names in earlier files; told where it counts.
-        unknown: what becomes of names that no label has: ``refuse`` the file with their list, ``add`` them to the set
-            with the attributes that the file declares, or ``skip`` their boxes.
-        added: names that are added to the set, whatever ``unknown`` says of the others.
-        wrapper: name of the folder in which the format begins, if that is not the chosen one; else empty.
-        store: small files of an unpacked archive that are not on the disk; readers of such ask it.
-        limits: what the import may hold.
-        tell: called now and then with the number of boxes that have been read.
+        switches: all options of the format, with defaults filled in.
+        label_map: name in the file -> id or key of a label, -1: none; a person's choice, which precedes all others.
+        remembered: choices for names in earlier files; each use is reported.
+        unknown: treatment of names that match no label: ``refuse`` the file with a list of them, ``add`` them to the
+            set with the attributes that the file declares, or ``skip`` their boxes.
+        added: names to add to the set whatever ``unknown`` says.
+        wrapper: name of the inner folder in which the format begins; empty: it is the chosen folder.
+        store: small files of an unpacked archive that are not on the disk.
+        limits: limits of the import.
+        tell: called now and then with the number of boxes read.
     """
 
     video: DatasetVideo
@@ -128,10 +128,10 @@ class ImportTarget:
 
 
 class Writer(Protocol):
-    """Writes the files of a data set and says what it left out, and what the manifest should know."""
+    """Writes the files of a data set; returns what it left out, and its entries for the manifest."""
 
     def __call__(self, dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
-        """Raises ``ExportError`` with one sentence where the format cannot hold the data (variable frame rate...)."""
+        """Raise ``ExportError`` with one sentence if the format cannot hold the data (variable frame rate...)."""
         ...
 
 
@@ -139,28 +139,28 @@ class Reader(Protocol):
     """Reads a folder (an unpacked archive) or a single file."""
 
     def __call__(self, path: Path, target: ImportTarget) -> Dataset:
-        """Gives one video with its tracks and ``skipped``; raises ``ImportFormatError`` with file, line and rule."""
+        """Return one video with its tracks and ``skipped``; raise ``ImportFormatError`` with file, line and rule."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One format.
+    """A file format.
 
     Attributes:
         name: ``cvat-video``, ``cvat-images``, ``coco``, ``yolo``, ``voc``, ``mot``, ``gtsrb``, ``gtsdb``, ``datumaro``,
             ``label-studio``, ``tracks-csv``, ``tracks-json``.
-        title: for people.
+        title: name for people.
         summary: one sentence.
         write: None: import only.
         read: None: export only.
-        sniff: looks at a folder or file and says whether it is of this format; cheap.
-        export_switches: options of the writer.
-        import_switches: options of the reader; ``BAD_BOXES`` is added to them.
-        needs_pictures: an export without pictures makes no sense (crop folders).
-        key_frames: the writer marks key frames, and ``ExportOptions.thin_px`` decides how many there are.
-        attributes: which attributes of labels it holds: ``all``, those of whole ``tracks``, or ``none``.
-        ignores: it has a mark for boxes to ignore; without one they are left out.
+        sniff: whether a folder or file is of this format; fast.
+        export_switches: the writer's options.
+        import_switches: the reader's options; ``BAD_BOXES`` is added.
+        needs_pictures: whether an export must have pictures (crop folders).
+        key_frames: whether the writer marks key frames; ``ExportOptions.thin_px`` decides how many there are.
+        attributes: attributes that the format holds: ``all``, those of whole ``tracks``, or ``none``.
+        ignores: whether it marks boxes to ignore; if not, they are left out.
         docs: page under ``docs/formats/``.
     """
 

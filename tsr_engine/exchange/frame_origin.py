@@ -1,4 +1,4 @@
-"""Finds the first frame number of a table whose tool does not state it."""
+"""Finds the first frame number of a table that does not state it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ __all__ = ["FIRST_FRAME_SWITCH", "FrameOrigin"]
 FIRST_FRAME_SWITCH = Switch(
     "first_frame",
     ("auto", "0", "1"),
-    "Number of the first frame; auto: 1 with MOT's bb_left and where all numbers go from 1 to the number of frames.",
+    "Number of the first frame; auto: 1 with MOT's bb_left, or if the numbers run from 1 to the number of frames.",
 )
 
 
 class FrameOrigin:
-    """Looks at the frame numbers of a file, and turns them into ordinals.
+    """Collects the frame numbers of a file, finds where they begin, and converts them to ordinals.
 
     Attributes:
         origin: number of the first frame.
-        settled: the origin is decided.
+        settled: whether the origin is decided.
     """
 
     def __init__(self, validator: ImportValidator, usual: int | None = None, *, sure: bool = False) -> None:
@@ -28,8 +28,8 @@ class FrameOrigin:
 
         Args:
             validator: of the import.
-            usual: where the tool counts from; None: not known.
-            sure: the file is one of ours, which counts from ``usual``.
+            usual: the first frame number of the tool; None: not known.
+            sure: whether the file is our own, which counts from ``usual``.
         """
         self._validator = validator
         self._usual = usual
@@ -39,34 +39,34 @@ class FrameOrigin:
         self._numbers: set[float] = set()
 
     def look(self, number: float) -> None:
-        """One more frame number."""
+        """Collect a frame number."""
         self._numbers.add(number)
 
     def decide(self, file: str, *, documented: bool = False) -> None:
-        """Decide the origin by all numbers; an open choice is reported, unless the layout is ``documented``."""
+        """Decide the origin from all numbers; report an ambiguous choice unless the layout is ``documented``."""
         frames = self._validator.target.video.frames
         self.settled = True
         if not self._numbers:
             return
         least, most = min(self._numbers), max(self._numbers)
-        # Two rows may name two frames by mistake; half of all frames do not.
+        # Two rows may name wrong frames by mistake, but not half of all frames.
         if self._usual is None and (least, most) == (1, frames) and 2 * len(self._numbers) >= frames:
             self.origin = 1
-            self._validator.repair(f"{file}: frames were taken to count from 1, since its numbers are 1 to {frames}.")
+            self._validator.repair(f"{file}: frames were counted from 1, since the numbers are 1 to {frames}.")
         elif 1 <= least <= most < frames and not documented and (self._usual is None or least > 1):
             self._validator.repair(
-                f"{file}: frames were taken to count from {self.origin}; its numbers {least:g} to {most:g} fit both. "
+                f"{file}: frames were counted from {self.origin}, but the numbers {least:g} to {most:g} fit 0 and 1. "
                 f"Import with first_frame={1 - self.origin} if they count from {1 - self.origin}."
             )
 
     def frame(self, number: float | str, file: str, line: int | str) -> int:
-        """The ordinal of a frame.
+        """Convert a frame number to an ordinal.
 
         Raises:
-            ImportFormatError: not a whole number, or not a frame of the video.
+            ImportFormatError: it is not a whole number, or not a frame of the video.
         """
         try:
             return self._validator.frame(number, file, line, origin=self.origin)
         except ImportFormatError as error:
-            hint = f" Import with first_frame={1 - self.origin} if it counts from there."
+            hint = f" Import with first_frame={1 - self.origin} if the file counts from there."
             raise ImportFormatError(f"{error}{hint if 'whole number' not in str(error) else ''}", error.kind) from None

@@ -13,16 +13,16 @@ __all__ = ["id_of", "is_number", "real_of", "track_of", "whole_of"]
 _WHOLE: Final = re.compile(r"(0|-?[1-9][0-9]{0,17})(?:\.0+)?")
 
 _NO_TRACK: Final = frozenset({"", "nan", "none", "null"})
-"""What tables hold where there is no id."""
+"""Values for a missing id in tables."""
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Whether JSON has a number there; ``true`` is none."""
+    """Whether a JSON value is a number; ``true`` is not."""
     return type(value) in (int, float)
 
 
 def id_of(value: object) -> int | str | None:
-    """An id, a whole number as ``int`` however it is written; None: it can be none, such as 11.5."""
+    """An id; a whole number becomes an ``int`` in any notation. None: it is not an id, such as 11.5."""
     if type(value) is int:
         return value
     if isinstance(value, float):
@@ -34,10 +34,10 @@ def id_of(value: object) -> int | str | None:
 
 
 def track_of(value: object, what: str, file: str, where: str) -> int | str | None:
-    """The id of a track; None: the file says that there is none.
+    """The id of a track; None: the file states none.
 
     Raises:
-        ImportFormatError: it can be no id, such as 11.5.
+        ImportFormatError: it is not an id, such as 11.5.
     """
     if value is None or (isinstance(value, str) and value.strip().lower() in _NO_TRACK):
         return None
@@ -48,10 +48,10 @@ def track_of(value: object, what: str, file: str, where: str) -> int | str | Non
 
 
 def whole_of(value: object, what: str, file: str, where: str) -> int:
-    """A whole number.
+    """A whole number from JSON.
 
     Raises:
-        ImportFormatError: it is none.
+        ImportFormatError: it is not a whole number.
     """
     found = id_of(value)
     if isinstance(found, int):
@@ -60,17 +60,17 @@ def whole_of(value: object, what: str, file: str, where: str) -> int:
 
 
 def real_of(value: object, what: str, file: str, where: str, *, in_text: bool = False) -> float:
-    """A number; may be infinite.
+    """A number from JSON, which may be infinite.
 
     Args:
-        value: as it stands in the file.
-        what: its name, for messages.
+        value: as in the file.
+        what: name of the value, for messages.
         file: for messages.
         where: place in the file.
-        in_text: it may stand in quotes, as attributes of CVAT do after some tools.
+        in_text: whether it may stand in quotes, as CVAT's attributes do after some tools.
 
     Raises:
-        ImportFormatError: it is none, or too large.
+        ImportFormatError: it is not a number, or is too large.
     """
     if in_text and isinstance(value, str):
         try:

@@ -1,4 +1,4 @@
-"""Reads JSON files piece by piece: one element of a list is in memory at a time, however long the list is."""
+"""Reads JSON files piece by piece, with one element of a list in memory at a time."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ __all__ = ["CHUNK", "OPENED", "heads", "members"]
 Member = tuple[str, int | None, Any]
 """Key, place in its list, and value; see ``members``."""
 OPENED = 0
-"""The place that is informed when a list begins; its elements count from 1."""
+"""Place of the report that a list begins; the elements count from 1."""
 CHUNK = 4 << 20
 _AFTER = frozenset(" \t\n\r,:]}")
 _SPACE = re.compile(r"[ \t\n\r]*")
 
 
 def members(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES) -> Iterator[Member]:
-    """The members of the object in a file, or the elements of the list.
+    """Yield the members of the object in a file, or the elements of its list.
 
-    Yields ``(key, None, value)`` for a value that is no list; for a list first ``(key, 0, None)``, then ``(key, n,
-    element)`` for each element. A file that is no object counts as one whose only key is empty. NaN, which pandas
-    writes for what is missing, is taken as null.
+    A value that is not a list gives ``(key, None, value)``. A list gives ``(key, 0, None)``, then ``(key, n, element)``
+    for each element. A file without an object counts as an object with the empty key. NaN, which pandas
+    writes for missing values, becomes null.
 
     Args:
         path: UTF-8, with or without byte order mark.
-        name: of the file, for messages; unset: that of ``path``.
-        limit: most bytes.
+        name: the file's name for messages; unset: that of ``path``.
+        limit: largest file in bytes.
 
     Raises:
-        ImportFormatError: not JSON, another encoding, infinities, a key twice, too large or nested too deeply; says the
-            line.
+        ImportFormatError: not JSON, another encoding, an infinity, a repeated key, too large or nested too deeply;
+            names the line.
     """
     file = path.name if name is None else name
     size = path.stat().st_size
@@ -51,11 +51,11 @@ def members(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES)
         else:
             yield from _value(text, "")
         if text.peek():
-            raise text.broken("there is more behind its end")
+            raise text.broken("there is content after its end")
 
 
 def heads(path: Path, wanted: Collection[str]) -> JsonObject:
-    """The wanted members of the object in a file, lists whole; reads only as far as it takes to find them all.
+    """Return the wanted members of the object in a file, with whole lists; stops reading once all are found.
 
     Raises:
         ImportFormatError: as ``members``.
@@ -83,7 +83,7 @@ def _object(text: _Text) -> Iterator[Member]:
             raise text.broken("a key in double quotes is missing")
         key = text.take()
         if key in seen:
-            raise refuse(text.file, text.line, f"has {key[:60]!r} twice. Export it again.")
+            raise refuse(text.file, text.line, f"has the key {key[:60]!r} twice. Export it again.")
         seen.add(key)
         text.skip(":")
         yield from _value(text, key)
@@ -113,7 +113,7 @@ def _value(text: _Text, key: str) -> Iterator[Member]:
 
 
 class _Text:
-    """The part of the file that is being looked at."""
+    """The part of the file that is in memory."""
 
     def __init__(self, stream: BinaryIO, file: str) -> None:
         self.file = file
@@ -122,18 +122,18 @@ class _Text:
         self._buffer = ""
         self._at = 0
         self._before = 1
-        """Line of the buffer's first letter."""
+        """Line of the buffer's first character."""
         self._newlines = 0
         self._end = False
         self._json = json.JSONDecoder(parse_constant=self._constant)
 
     @property
     def line(self) -> int:
-        """Line of the next letter."""
+        """Line of the next character."""
         return self._before + self._buffer.count("\n", 0, self._at)
 
     def peek(self) -> str:
-        """The next letter that is no space; empty: the end."""
+        """The next character other than white space; empty: end of file."""
         while True:
             found = _SPACE.match(self._buffer, self._at)
             assert found is not None
@@ -145,13 +145,13 @@ class _Text:
             self._fill()
 
     def skip(self, wanted: str) -> None:
-        """Pass a letter that must be next."""
+        """Pass a character that must be next."""
         if self.peek() != wanted:
             raise self.broken(f"{wanted!r} is missing")
         self._at += 1
 
     def take(self) -> Any:
-        """The next value, whole."""
+        """Parse the next whole value."""
         self.peek()
         while True:
             try:
@@ -165,18 +165,18 @@ class _Text:
             except ValueError as error:
                 raise refuse(self.file, self.line, f"is not JSON: {error}. Export it again.") from None
             else:
-                # A number near the end of what was read may go on.
+                # A number at the end of the buffer may go on in the file.
                 if self._buffer[end : end + 1] in _AFTER or self._end:
                     self._at = end
                     return value
             self._fill()
 
     def broken(self, why: str) -> Exception:
-        """The error for what is no JSON."""
+        """The error for invalid JSON."""
         return refuse(self.file, self.line, f"is not JSON: {why}. Export it again.")
 
     def _fill(self) -> None:
-        """Read on, and let go of what was passed; a value that does not fit makes the steps longer."""
+        """Read on and drop what has been passed; the steps grow while a value does not fit."""
         self._before = self.line
         rest = self._buffer[self._at :]
         content = self._stream.read(max(CHUNK, len(rest)))
@@ -197,4 +197,4 @@ class _Text:
             return
         found = max(self._buffer.find(name, self._at), self._at)
         line = self._before + self._buffer.count("\n", 0, found)
-        raise refuse(self.file, line, f"{name} is no JSON number. Write finite numbers.")
+        raise refuse(self.file, line, f"{name} is not a JSON number. Write finite numbers.")

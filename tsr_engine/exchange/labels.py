@@ -1,4 +1,4 @@
-"""Finds the label of a name in another tool's file, and the name and number that a label is written with."""
+"""Finds the label for a name in another tool's file, and the name and number under which a label is written."""
 
 from __future__ import annotations
 
@@ -18,46 +18,46 @@ from tsr_engine.track_table import NO_CLASS
 __all__ = ["UNKNOWN", "ClassMap", "LabelMatcher", "benchmark_keys", "benchmark_numbers", "class_map", "label_name"]
 
 UNKNOWN: Final = "unknown sign"
-"""Written for a track that has no label of the set."""
+"""The name of tracks without a label of the set."""
 
 
 def label_name(labels: LabelSet, label: int) -> str:
-    """The name that is written for a label; ``UNKNOWN`` for -1. For single labels: it searches the set."""
+    """The name under which a label is written; ``UNKNOWN`` for -1. Searches the set, so use it for single labels."""
     found = labels.get(label)
     return UNKNOWN if found is None else found.name
 
 
 class LabelMatcher:
-    """Finds the label of a name in a file.
+    """Finds the label for a name in a file.
 
-    In this order: what a person said about the name; the key, name, alias or short name of a label; ``UNKNOWN`` is no
-    label. A name that is a number, such as ``50`` or ``class 14``, is no id: other tools count their own way, and
-    ``50`` may be a speed limit. Only where the file has numbers instead of names does :meth:`numbered` find ids.
+    The order is: a person's choice for the name; key, name, alias or short name of a label; ``UNKNOWN`` is no label. A
+    name that is a number, such as ``50`` or ``class 14``, is not an id: other tools count differently, and ``50`` may
+    be a speed limit. Only for files with numbers instead of names does :meth:`numbered` look up ids.
     """
 
     def __init__(self, labels: LabelSet, label_map: Mapping[str, int | str] | None = None) -> None:
-        """Take a set and what a person said: name in the file -> id or key of a label, -1: no label of the set.
+        """Take a label set and a person's choices: name in the file -> id or key of a label, -1: no label of the set.
 
         Raises:
-            UsageError: a person named a label that the set does not have.
+            UsageError: a choice is a label that the set does not have.
         """
         self._finder = LabelFinder(labels)
         self._said = {name: _said_label(name, said, labels) for name, said in (label_map or {}).items()}
         self._found: dict[str, int | None] = {}
 
     def __call__(self, name: str) -> int | None:
-        """The id of a name's label, -1 where the name stands for none; None: no label has it."""
+        """The id for a name, -1 if the name means no label of the set; None: no label matches."""
         if name not in self._found:
             self._found[name] = self._look(name)
         return self._found[name]
 
     def numbered(self, name: str) -> int | None:
-        """As a call, but a number is an id, whatever labels are called."""
+        """As a call, but a number is an id, whatever the labels' names are."""
         match = None if name in self._said else self._finder.numbered(name)
         return self(name) if match is None else match.label.id
 
     def suggestions(self, name: str) -> list[Label]:
-        """Labels that a name may mean, the likeliest first."""
+        """Labels that a name may mean, the most likely first."""
         return self._finder.suggestions(name)
 
     def _look(self, name: str) -> int | None:
@@ -87,13 +87,13 @@ def _said_label(name: str, said: int | str, labels: LabelSet) -> int:
 
 @dataclass(frozen=True, slots=True)
 class ClassMap:
-    """The labels that a file declares, in the order of their ids; a label's place is its number in the file.
+    """The labels that a file declares, in the order of their ids; a label's number in the file is its index.
 
     Attributes:
         labels: the labels.
-        unknown: ``UNKNOWN`` is declared behind them.
-        ignore: some boxes are to be ignored.
-        changes: labels change within a track.
+        unknown: whether ``UNKNOWN`` is declared after them.
+        ignore: whether any box is to be ignored.
+        changes: whether the label of a track changes.
     """
 
     labels: tuple[Label, ...]
@@ -105,7 +105,7 @@ class ClassMap:
 
     @property
     def names(self) -> list[str]:
-        """What is declared, by place."""
+        """The declared names by index."""
         return [*(label.name for label in self.labels), *([UNKNOWN] if self.unknown else [])]
 
     def name(self, label: int) -> str:
@@ -113,16 +113,16 @@ class ClassMap:
         return self._names[label]
 
     def place(self, label: int) -> int:
-        """The number from 0 of a label of the map, or of ``UNKNOWN`` for -1."""
+        """The index of a label of the map, or of ``UNKNOWN`` for -1."""
         return self._places[label]
 
 
 def class_map(dataset: Dataset, used_only: bool = False) -> ClassMap:
-    """The labels to declare for a data set; one pass over its tracks.
+    """The labels to declare for a data set; reads its tracks once.
 
     Args:
         dataset: its labels and tracks.
-        used_only: declare the labels that tracks have, not all that the set offers.
+        used_only: declare only labels that tracks have, not all of the set.
     """
     used: set[int] = set()
     ignore = changes = False
@@ -144,11 +144,11 @@ def class_map(dataset: Dataset, used_only: bool = False) -> ClassMap:
 
 @cache
 def benchmark_keys() -> tuple[str, ...]:
-    """Keys of the labels of the German benchmarks, GTSRB and GTSDB, by their class number."""
+    """Keys of the labels of GTSRB and GTSDB, by class number."""
     return tuple(label.key for label in shipped_set("gtsrb-43"))
 
 
 def benchmark_numbers(labels: Iterable[Label]) -> dict[int, int]:
-    """The benchmarks' class number of each label that they have, by id; found by key."""
+    """The benchmarks' class numbers by label id, for the labels that the benchmarks have; found by key."""
     numbers = {key: number for number, key in enumerate(benchmark_keys())}
     return {label.id: numbers[label.key] for label in labels if label.key in numbers}

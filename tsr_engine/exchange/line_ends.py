@@ -1,6 +1,6 @@
-"""Detects files of rows that were cut, by a last line without a line end.
+"""Detects truncated row files by a last line without a line end.
 
-A number that has lost its last digits is still a number, so no other rule can find it.
+A number that lost its last digits is still a number, so no other rule detects it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ __all__ = ["last_of", "tell_open_ends"]
 
 
 def last_of(path: Path) -> bytes:
-    """The last byte of a file, for files that are read row by row; empty: it has none."""
+    """The last byte of a file that is read row by row; empty: the file is empty."""
     with path.open("rb") as stream:
         size = stream.seek(0, 2)
         stream.seek(max(size - 1, 0))
@@ -22,10 +22,10 @@ def last_of(path: Path) -> bytes:
 
 
 def tell_open_ends(ends: Iterable[tuple[str, bytes]], validator: ImportValidator) -> None:
-    """Report files whose last line has no line end, unless the tool that wrote them never ends it.
+    """Report files whose last line has no line end, unless their tool never writes one.
 
     Args:
-        ends: name of each file of rows, and its content or the last byte of it.
+        ends: name of each row file, and its content or last byte.
         validator: of the import.
     """
     known = [(file, end[-1:]) for file, end in ends if end]
@@ -33,4 +33,4 @@ def tell_open_ends(ends: Iterable[tuple[str, bytes]], validator: ImportValidator
     if 1 < len(open_ones) == len(known):
         return
     for file in open_ones:
-        validator.count("Files whose last line does not end; if one was cut, its last row may be wrong", file)
+        validator.count("Files without a line end after the last line; if one was cut, its last row may be wrong", file)

@@ -1,9 +1,9 @@
-"""Links boxes without a track id to tracks, from frame to frame, by overlap.
+"""Links boxes without a track id to tracks, frame by frame, by overlap.
 
-The method is greedy: it joins the best pair of an open track and a box of the frame first. A pair of one class comes
-before a pair of two, then the larger overlap counts. A track with two boxes or more is expected to repeat its last
-step, since signs beside the road move by most of their width from frame to frame. A track without a box for ``GAP``
-frames is closed.
+The method is greedy: it joins the best pair of an open track and a box of the frame first. Pairs of equal class come
+before pairs of different classes; then the larger overlap counts. A track with two boxes or more is predicted by its
+last step, since signs beside the road move by most of their width from frame to frame. A track without a box for
+``GAP`` frames is closed.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from tsr_engine.json_shapes import JsonMapping
 __all__ = ["GAP", "LEAST_IOU", "LINK_SWITCH", "LooseBoxes"]
 
 LEAST_IOU = 0.2
-"""Boxes that overlap less are two signs."""
+"""Boxes with less overlap are two signs."""
 GAP = 3
-"""Frames that a sign may be missed and still be the same."""
+"""Frames for which a sign may be missed."""
 
 LINK_SWITCH = Switch(
     "link",
     ("iou", "none"),
-    f"Boxes without track id: joined where they overlap (IoU of {LEAST_IOU} or more, up to {GAP} frames missed), or "
+    f"Boxes without track id: linked where they overlap (IoU of {LEAST_IOU} or more, up to {GAP} frames missed), or "
     "each a track of one frame.",
 )
 
@@ -49,10 +49,10 @@ class _Box:
 
 
 class LooseBoxes:
-    """Collects boxes without track id and hands them to a validator as tracks."""
+    """Collects boxes without track id and passes them to a validator as tracks."""
 
     def __init__(self, validator: ImportValidator, file: str) -> None:
-        """``file`` is named in messages."""
+        """Take a validator, and the file's name for messages."""
         self._validator = validator
         self._file = file
         self._boxes: list[tuple[_Box, str]] = []
@@ -74,13 +74,13 @@ class LooseBoxes:
         score: float = math.nan,
         said: JsonMapping | None = None,
     ) -> None:
-        """One box, as ``ImportValidator.box`` takes it; all but its edges is checked when the boxes are settled."""
+        """Take a box, with the arguments of ``ImportValidator.box``; only its edges are checked before ``settle``."""
         if not self._validator.boxes.takes(edges, file, line):
             return
         self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score, said), file))
 
     def settle(self) -> None:
-        """Hand over all boxes, linked unless the switch ``link`` says ``none``; reports how many became how many.
+        """Pass on all boxes, linked unless the switch ``link`` is ``none``; report the numbers of boxes and tracks.
 
         Raises:
             ImportFormatError: a box breaks a rule.
@@ -119,7 +119,7 @@ class LooseBoxes:
 
 
 def link(boxes: list[_Box]) -> list[int]:
-    """Number of the track of each box, in the order in which the tracks begin."""
+    """Track number of each box; tracks are numbered in the order in which they begin."""
     order = sorted(range(len(boxes)), key=lambda k: (boxes[k].frame, k))
     number = [-1] * len(boxes)
     last: dict[int, int] = {}
@@ -169,7 +169,7 @@ def _pairs(boxes: list[_Box], last: dict[int, int], before: dict[int, int], now:
 
 
 def _expected(boxes: list[_Box], last: int, before: int | None, frame: int) -> tuple[float, ...]:
-    """Where a track is expected: its last box, moved on as its centre moved last."""
+    """The predicted box of a track: its last box, moved by the last step of its centre."""
     end = boxes[last]
     if before is None:
         return end.edges
@@ -181,6 +181,6 @@ def _expected(boxes: list[_Box], last: int, before: int | None, frame: int) -> t
 
 
 def _iou(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Overlap of each pair, shape (len(a), len(b)); 0 where a box has no area or is not finite."""
-    with np.errstate(all="ignore"):  # what a file says has not been checked yet
+    """Intersection over union of each pair, shape (len(a), len(b)); 0 if a box has no area or is not finite."""
+    with np.errstate(all="ignore"):  # the boxes have not been checked yet
         return iou(a, b)

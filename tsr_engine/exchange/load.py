@@ -36,24 +36,24 @@ def read_dataset(
     limits: ArchiveLimits | None = None,
     scratch: Path | None = None,
 ) -> Dataset:
-    """Read a file, ZIP archive or folder of another tool onto a video.
+    """Read a file, ZIP archive or folder of another tool and match it to a video.
 
     Args:
         path: what to read.
-        target: the video, the classes and the switches; missing switches take their defaults.
-        format: unset: recognised by its content.
-        limits: what an archive may unfold to.
-        scratch: where archives are unpacked for the moment; unset: the system's folder.
+        target: the video, the labels and the switches; missing switches take their defaults.
+        format: unset: recognise it by the content.
+        limits: limits of an unpacked archive.
+        scratch: folder for temporary files; unset: the system's.
 
     Returns:
-        One video with its tracks in memory, the run that it was exported from where a manifest of ours says so, what
-        was skipped and what was repaired.
+        One video with its tracks in memory, with its run if a manifest of ours names it, and with the lists of skipped
+        and repaired items.
 
     Raises:
-        ImportFormatError: unknown format, or a broken rule; names file, line and rule.
-        UsageError: a wrong switch, or a format that is not read.
-        InputError: there is nothing at ``path``.
-        StorageError: no room to unpack.
+        ImportFormatError: the format is unknown, or a rule is broken; names file, line and rule.
+        UsageError: a wrong switch, or a format without a reader.
+        InputError: ``path`` does not exist.
+        StorageError: no space to unpack.
     """
     if not path.exists():
         raise InputError(f"There is no file or folder at {path}. Check the path.")
@@ -62,7 +62,7 @@ def read_dataset(
             return _read(path, path.name, target, format)
     try:
         with seldom_collected(), tempfile.TemporaryDirectory(prefix="tsr-import-", dir=scratch) as folder:
-            # Messages of readers name the folder that they are given, so it is called as the archive is.
+            # The folder gets the archive's name, because readers' messages contain it.
             inside = Path(folder) / "archive" / path.name
             inside.mkdir(parents=True)
             with SmallFileStore(inside, Path(folder) / "store") as store:
@@ -93,8 +93,8 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
     found = recognise(path, None if format is None else {format.name: format})
     if found is None and format is None:
         titles = ", ".join(known.title for known in FORMATS.values() if known.read is not None)
-        raise ImportFormatError(f"{name}: is none of {titles}. Say which format it is, or convert it.")
-    # A format that was named reads what it does not recognise too: its own message says best what is wrong.
+        raise ImportFormatError(f"{name}: matches none of {titles}. Name its format, or convert it.")
+    # A chosen format reads the file even if it does not recognise it: its message says best what is wrong.
     chosen, place = found if found is not None else (format, path)
     assert chosen is not None
     if chosen.read is None:
@@ -102,10 +102,10 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
     target = replace(target, switches=_switches(chosen, target, named=format is not None))
     if place != path and place.is_dir():
         target = replace(target, wrapper=place.name)
-    reported = manifest_beside(place) if place.is_dir() else None
-    entry = None if reported is None else reported.entry(target.video)
-    if reported is not None and reported.videos and entry is None:
-        raise ImportFormatError(_of_others(name, reported, target))
+    manifest = manifest_beside(place) if place.is_dir() else None
+    entry = None if manifest is None else manifest.entry(target.video)
+    if manifest is not None and manifest.videos and entry is None:
+        raise ImportFormatError(_wrong_video(name, manifest, target))
     dataset = chosen.read(place, target)
     if entry is not None and len(dataset.videos) == 1:
         dataset = _with_origin(with_negatives(dataset, entry, target, MANIFEST), entry)
@@ -126,7 +126,7 @@ def _switches(chosen: Format, target: ImportTarget, *, named: bool) -> dict[str,
 
 
 def _with_origin(dataset: Dataset, entry: JsonMapping) -> Dataset:
-    """The data set with the run that our manifest says it was exported from."""
+    """The data set with the run named in our manifest."""
     said = entry.get("provenance")
     run = said.get("run") if isinstance(said, dict) else None
     if not isinstance(run, dict):
@@ -134,26 +134,26 @@ def _with_origin(dataset: Dataset, entry: JsonMapping) -> Dataset:
     return replace(dataset, videos=(replace(dataset.videos[0], provenance={"run": run}),))
 
 
-def _of_others(name: str, reported: ManifestFacts, target: ImportTarget) -> str:
-    """Boxes of another video would replace those of tracks that happen to have the same name."""
-    videos = [str(entry.get("name", "another video")) for entry in reported.videos]
+def _wrong_video(name: str, manifest: ManifestFacts, target: ImportTarget) -> str:
+    """The refusal of an export of other videos, whose tracks could replace tracks of the same name."""
+    videos = [str(entry.get("name", "another video")) for entry in manifest.videos]
     more = f" and {len(videos) - 3} more" if len(videos) > 3 else ""
     return (
         f"{name}: is an export of {', '.join(videos[:3])}{more}, not of {target.video.name}. Import it onto that "
-        f"video. If it shall be laid onto this one, take its annotations without {MANIFEST}."
+        f"video. To import it onto this one, remove its {MANIFEST}."
     )
 
 
 def check_dataset(dataset: Dataset, target: ImportTarget, name: str) -> None:
-    """Check the promises of every track, whatever the reader has checked.
+    """Check the guarantees of every track again after the reader.
 
     Args:
-        dataset: as it was read.
-        target: what it was read onto.
-        name: of the file.
+        dataset: the reader's result.
+        target: what the reader got.
+        name: the file's name, for messages.
 
     Raises:
-        ImportFormatError: a promise of ``Track`` is broken; names the track.
+        ImportFormatError: a guarantee of ``Track`` is broken; names the track.
     """
     if len(dataset.videos) != 1:
         raise ImportFormatError(f"{name}: has {len(dataset.videos)} videos, must have one. Import one at a time.")
@@ -175,7 +175,7 @@ def check_dataset(dataset: Dataset, target: ImportTarget, name: str) -> None:
 
 
 def _sound(tracks: list[Track], video: DatasetVideo, labels: frozenset[int]) -> bool:
-    """Whether all tracks keep their promises, looked at together; where not, one by one says which does not."""
+    """Whether all tracks keep their guarantees, checked together; on failure single checks name the track."""
     if not tracks or len({track.uid for track in tracks}) < len(tracks):
         return False
     counts = np.array([len(track.frames) for track in tracks])
@@ -189,7 +189,7 @@ def _sound(tracks: list[Track], video: DatasetVideo, labels: frozenset[int]) -> 
     frames = np.concatenate([track.frames for track in tracks])
     boxes = np.concatenate([track.boxes for track in tracks])
     inside = np.ones(len(frames), np.bool_)
-    inside[np.cumsum(counts)[:-1]] = False  # the first frame of each track but the first follows another's last
+    inside[np.cumsum(counts)[:-1]] = False  # the step from one track's last frame to the next track's first
     rising = (np.diff(frames, prepend=-1) > 0) | ~inside
     within = (frames >= 0) & (frames < video.frames)
     edges = (0, 0, video.width, video.height)

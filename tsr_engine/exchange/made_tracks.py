@@ -27,14 +27,14 @@ class Count(Protocol):
 
 
 class TrackMaker:
-    """Makes the tracks of one file.
+    """Makes the tracks of a file.
 
     Args:
         file: for messages.
-        limits: most boxes, those between key frames with them.
+        limits: largest number of boxes, with those between key frames.
         interpolate: draw straight lines from each box to the track's next one.
-        ids: labels as ``NamesInFile`` has settled them, by what rows hold.
-        count: told of each row that was there twice.
+        ids: label ids from ``NamesInFile``, by the rows' labels.
+        count: called for each repeated row.
     """
 
     def __init__(
@@ -43,17 +43,17 @@ class TrackMaker:
         self._file, self._limits, self._interpolate, self._ids, self._count = file, limits, interpolate, ids, count
         self._boxes = 0
         self.said: dict[int, Sequence[Said]] = {}
-        """What rows say beside their boxes, by the place of their track among those that were made."""
+        """Attributes of the rows, by index of the track among those made."""
 
     def make(self, uid: str, rows: TrackRows, place: int) -> Track | None:
-        """The track of some rows, and in ``said`` at its ``place`` what they say; None: nothing is shown of it.
+        """Make a track from its rows, and store their attributes in ``said`` at ``place``; None: it is never visible.
 
         Raises:
-            ImportFormatError: it has two different boxes in one frame, or is too long.
+            ImportFormatError: it has two different boxes in one frame, or too many boxes.
         """
         frames = np.frombuffer(rows.frame, dtype=np.int64)
         kind = np.frombuffer(rows.kind, dtype=np.int8)
-        # A box and an end in one frame: the box is shown, the end says nothing.
+        # If a box and an end share a frame, the box counts.
         order = np.lexsort((kind, frames)) if len(frames) > 1 else np.zeros(len(frames), np.int64)
         take = order
         if len(order) > 1 and (np.diff(frames[order]) == 0).any():
@@ -120,12 +120,12 @@ class TrackMaker:
                     f"track {uid!r} has a second, different box in frame {rows.frame[place]}; a track has one box a "
                     "frame. Give the other sign its own id, or delete one.",
                 )
-            self._count("Boxes that were there twice were taken once", self._file, line)
+            self._count("Repeated boxes were taken once", self._file, line)
         return np.array(take, dtype=np.int64)
 
 
 def _said(rows: TrackRows, places: IntArray) -> list[Said]:
-    """What is said in each frame of a track; one object for all frames of one row."""
+    """Attributes of each frame of a track; all frames of one row share one object."""
     known: dict[int, Said] = {}
     for place in set(places.tolist()):
         own = rows.said.get(place)

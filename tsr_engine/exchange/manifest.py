@@ -1,4 +1,4 @@
-"""``manifest.json``: the content of an export, its origin, and the hash of every file."""
+"""Reads and writes ``manifest.json``: the content of an export, its origin, and the hash of every file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ __all__ = ["MANIFEST", "VERSION", "Manifest", "Survey", "describe", "labels_of",
 
 MANIFEST = "manifest.json"
 VERSION = 1
-"""Of the layout; readers pass over keys that they do not know."""
+"""Version of the layout; readers ignore unknown keys."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +40,13 @@ class Survey:
     """The result of one pass over the tracks.
 
     Attributes:
-        tracks: number of tracks that are exported as signs.
+        tracks: number of exported tracks of signs.
         boxes: number of their boxes.
-        negatives: per video, the rejected tracks that are exported, cut at the edges of the picture.
-        annotated: per video, frames with a box of a sign.
+        negatives: per video, the exported rejected tracks, clipped at the picture.
+        annotated: per video, the frames with a box of a sign.
         counts: subset -> class name -> ``{"tracks": n, "boxes": n}``.
-        skipped: tracks on no side of the split, boxes outside of the picture.
-        repaired: boxes that were cut at the edge of the picture.
+        skipped: tracks that are in no subset of the split, and boxes outside the picture.
+        repaired: boxes that were clipped at the picture.
     """
 
     tracks: int
@@ -63,7 +63,7 @@ class Manifest:
     """The content of ``manifest.json``.
 
     Attributes:
-        content: as it is written; plain JSON values.
+        content: plain JSON values as written.
     """
 
     content: JsonObject = field(default_factory=dict)
@@ -84,16 +84,16 @@ class Manifest:
         return dict(self.content["counts"])
 
     def encoded(self) -> bytes:
-        """The content of ``manifest.json``: keys sorted, one line for each key of the top level."""
+        """The bytes of ``manifest.json``: sorted keys, one line per top-level key."""
         lines = [f"{json.dumps(key)}: {_dump(value)}" for key, value in sorted(self.content.items())]
         return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
 def survey(dataset: Dataset, options: ExportOptions) -> Survey:
-    """Check every track and count, in one pass.
+    """Check and count all tracks in one pass.
 
     Raises:
-        ExportError: a track breaks a promise, or two tracks of a video have one name.
+        ExportError: a track breaks a guarantee, or two tracks of a video have the same name.
     """
     counts: dict[str, dict[str, dict[str, int]]] = {}
     names = {label.id: label.name for label in dataset.labels} | {NO_CLASS: ""}
@@ -146,17 +146,17 @@ def describe(
     files: list[JsonObject],
     about: JsonMapping,
 ) -> Manifest:
-    """Put the manifest together.
+    """Build the manifest.
 
     Args:
-        dataset: what was exported; its videos hold their negatives.
-        format: in which format.
-        options: with which options.
-        found: counts.
+        dataset: the exported data; its videos hold their negatives.
+        format: the format written.
+        options: of the export.
+        found: counts of ``survey``.
         skipped: what was not exported.
-        extra: what the writer told; its ``pictures`` are ``WrittenPicture`` and go into the frame tables.
+        extra: the writer's entries; its ``pictures`` are ``WrittenPicture`` and go into the frame tables.
         files: name, size and hash of each.
-        about: what the caller wants to be known: what was asked for.
+        about: the caller's request.
     """
     reported = dict(extra)
     pictures: Sequence[WrittenPicture] = reported.pop("pictures", ())
@@ -204,7 +204,7 @@ def describe(
 
 
 def _class(label: Label) -> JsonObject:
-    """A label with what a training from the export needs: which label of a model it is, and what it teaches."""
+    """A label with what training from the export needs: the model's label, and what the label teaches."""
     known = shipped_set(DEFAULT).by_key(label.key) is not None
     return {
         "id": label.id,
@@ -216,15 +216,15 @@ def _class(label: Label) -> JsonObject:
 
 
 def labels_of(content: JsonMapping) -> LabelSet:
-    """The labels that an export names, without what else its set says of them.
+    """The labels of an export, without other facts about its set.
 
     Raises:
-        ImportFormatError: they are no labels of one set.
+        ImportFormatError: they are not labels of one set.
     """
     benchmark = {label.name: label.key for label in shipped_set(DEFAULT)}
     about = content.get("label_set", {})
     try:
-        # exports of version 0.1 have no keys
+        # Exports of version 0.1 have no keys.
         labels = tuple(
             Label(
                 id=each["id"],
@@ -243,28 +243,30 @@ def labels_of(content: JsonMapping) -> LabelSet:
             labels=labels,
         )
     except (KeyError, TypeError, AttributeError, ValidationError):
-        raise ImportFormatError(f"{MANIFEST}: its classes are no labels of one set. Export again.") from None
+        raise ImportFormatError(f"{MANIFEST}: its classes are not labels of one set. Export again.") from None
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """The manifest of an export.
+    """Read the manifest of an export.
 
     Raises:
-        ImportFormatError: there is none, or it is not one of ours.
+        ImportFormatError: there is none, or another tool wrote it.
     """
     path = folder / MANIFEST
     if not path.is_file():
-        raise ImportFormatError(f"{folder} has no {MANIFEST}, so it is no export of this tool. Choose another folder.")
+        raise ImportFormatError(
+            f"{folder} has no {MANIFEST}, so it is not an export of this tool. Choose another folder."
+        )
     content = read_json(path)
     if not isinstance(content, dict) or content.get("manifest") != VERSION or "files" not in content:
-        raise ImportFormatError(f"{path}: is no manifest of version {VERSION}. Export again.")
+        raise ImportFormatError(f"{path}: is not a manifest of version {VERSION}. Export again.")
     return Manifest(content)
 
 
 def _video(
     video: DatasetVideo, called: str, frames: NDArray[np.int64], pictures: Mapping[int, WrittenPicture]
 ) -> JsonObject:
-    """One video with its frame table, as columns: rows would be ten times as large."""
+    """A video with its frame table as columns: rows would be ten times as large."""
     table: JsonObject = {"frame": frames.tolist()}
     if video.times is not None:
         table["time_ms"] = np.round(video.times[frames] * 1000.0, 3).tolist()

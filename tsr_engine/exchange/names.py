@@ -1,4 +1,4 @@
-"""Names the videos of an export in its file names, and finds the video that such a name is about."""
+"""Names the videos of an export in its file names, and finds the video for such a name."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ __all__ = ["is_name_of", "is_name_of_twin", "prefixes", "safe_stem", "video_name
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9.-]+")
 _DIGITS = (8, 16, 64)
-"""Digits of a video's hash behind its name, as many as it takes."""
+"""Number of hash digits after a video's name; more are taken if needed."""
 _HEX = frozenset("0123456789abcdef")
 
 
 def safe_stem(name: str) -> str:
-    """A video's name as part of file names: letters, digits, dots and dashes, at most 60, never empty."""
+    """A video's name as part of file names: letters, digits, dots and dashes; at most 60 characters, never empty."""
     return _UNSAFE.sub("-", Path(name).stem).strip("-.")[:60] or "video"
 
 
 def video_names(videos: Sequence[DatasetVideo]) -> list[str]:
     """A name for each video, all different without regard to case.
 
-    It is the video's own name; videos that share one get the first digits of their SHA-256 behind it. So a name does
-    not depend on the order of the videos, and tells by itself which of them is meant. Only videos without a hash, or
-    one video twice, are numbered.
+    Videos that share a name get the first digits of their SHA-256 after it. So a name does not depend on the order of
+    the videos and identifies its video. Only videos without a hash, or one video twice, are
+    numbered.
     """
     stems = [safe_stem(video.name) for video in videos]
     folded = [stem.casefold() for stem in stems]
@@ -44,7 +44,7 @@ def video_names(videos: Sequence[DatasetVideo]) -> list[str]:
 
 
 def prefixes(videos: Sequence[DatasetVideo]) -> list[str]:
-    """What picture names of each video begin with: nothing for a single video, else its name and ``_``."""
+    """Prefix of picture names for each video: empty for a single video, else its name and ``_``."""
     return [""] if len(videos) == 1 else [f"{name}_" for name in video_names(videos)]
 
 
@@ -57,7 +57,7 @@ def is_name_of(name: str, video: DatasetVideo) -> bool:
 
 
 def is_name_of_twin(name: str, video: DatasetVideo) -> bool:
-    """Whether a name is that of another video of the same name: it has the digits of another SHA-256 behind it."""
+    """Whether a name is that of another video of the same name: it ends in digits of another SHA-256."""
     digits = _digits_behind(name, video)
     return len(digits) in _DIGITS and set(digits) <= _HEX and not video.sha256.casefold().startswith(digits)
 

@@ -1,4 +1,4 @@
-"""Finds the label of each name in a file, and handles names that no label has."""
+"""Finds the label for each name in a file, and handles names that match no label."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from tsr_engine.track_table import NO_CLASS
 __all__ = ["LEFT_OUT", "NamesInFile", "Settled"]
 
 LEFT_OUT: Final = -(2**31)
-"""Label of rows that are left out, since no label has their name."""
+"""Label of rows to leave out, because their name matches no label."""
 _HIDDEN, _CUT = 0.1, 0.2
-"""What the area of a box counts as an example where its sign is hidden or ignored, or the picture cuts it."""
+"""Weight of a box's area as an example if its sign is hidden, ignored, or cut by the picture's edge."""
 
 
 @dataclass(slots=True)
 class Settled:
-    """The decisions about names that no label has."""
+    """The decisions about names that match no label."""
 
     skipped: list[Skipped] = field(default_factory=list)
     repaired: list[str] = field(default_factory=list)
 
 
 class NamesInFile:
-    """Gives each name of a file its label. A name that no label has gets a placeholder until the whole file is read."""
+    """Maps each name of a file to a label. A name without one gets a placeholder until the whole file is read."""
 
     def __init__(self, target: ImportTarget) -> None:
-        """Take what the file is read onto."""
+        """Take the video, labels and choices of the import."""
         self._target = target
         self._matcher = LabelMatcher(target.labels, {**target.remembered, **target.label_map})
         self._known = frozenset(label.id for label in target.labels)
@@ -46,16 +46,16 @@ class NamesInFile:
         self._strange: dict[str, int] = {}
         self._places: dict[str, str] = {}
         self.declared: dict[str, Declared] = {}
-        """What the file says of labels by name, or by an empty name of every label."""
+        """The file's declarations by name; the empty name declares for every label."""
 
     def label(self, name: str, file: str, line: int | str | None, number: bool) -> int:
-        """The id of a name's label, -1 for "unknown sign", or a stand-in below ``UNSAID``.
+        """The id for a name, -1 for "unknown sign", or a placeholder below ``UNSAID``.
 
         Args:
-            name: as it stands in the file.
+            name: as in the file.
             file: for messages.
             line: for messages.
-            number: the file has a number there, not a name.
+            number: whether the file has a number there, not a name.
         """
         found = self._matcher.numbered(name) if number else self._matcher(name)
         if found is None:
@@ -68,18 +68,18 @@ class NamesInFile:
         return found
 
     def settle(self, tracks: Iterable[TrackRows], file: str) -> tuple[LabelSet, dict[int, int], Settled]:
-        """Decide about names that no label has.
+        """Decide about names that match no label.
 
         Args:
             tracks: all rows of the file.
             file: for messages.
 
         Returns:
-            The set; the id, or ``LEFT_OUT``, of each stand-in; what is to be reported.
+            The set; the id, or ``LEFT_OUT``, of each placeholder; what is to be reported.
 
         Raises:
             UnknownLabels: the caller has not said what to do with them.
-            ImportFormatError: a name can be that of no label.
+            ImportFormatError: a name cannot become a label.
         """
         labels, used, target = self._target.labels, self._strange_used(tracks), self._target
         if not used:
@@ -103,11 +103,11 @@ class NamesInFile:
         return labels, {self._strange[name]: ids.get(name, LEFT_OUT) for name in used}, reported
 
     def adds(self, label_id: int) -> bool:
-        """Whether attributes that a label does not have are added to it."""
+        """Whether missing attributes are added to a label."""
         return self._target.unknown == "add" or label_id not in self._known
 
     def declared_of(self, labels: LabelSet, ids: Mapping[int, int]) -> dict[int, Declared]:
-        """What the file says of labels, by id; arguments as ``settle`` gives them."""
+        """The file's declarations by label id; the arguments are the results of ``settle``."""
         declared = {
             label: about
             for name, about in self.declared.items()
@@ -118,9 +118,9 @@ class NamesInFile:
         return declared
 
     def recalled(self) -> list[str]:
-        """Sentences about names that people have spoken of before."""
+        """Sentences about names for which an earlier file's choice was used."""
         return [
-            f"{name[:80]!r} was taken as {self._called(name)}, as was said for an earlier file."
+            f"{name[:80]!r} was taken as {self._called(name)}, the choice for an earlier file."
             for name in sorted(self._recalled)
         ]
 
@@ -130,7 +130,7 @@ class NamesInFile:
         return "no label of the set" if label is None else repr(label.key)
 
     def _strange_used(self, tracks: Iterable[TrackRows]) -> dict[str, Unknown]:
-        """Names that no label has and boxes have, in the order of the file."""
+        """Names that match no label and have boxes, in the order of the file."""
         if not self._strange:
             return {}
         names = {stand_in: name for name, stand_in in self._strange.items()}
@@ -153,7 +153,7 @@ class NamesInFile:
         return {name: found[name] for name in self._strange if name in found}
 
     def _clearness(self, rows: TrackRows) -> FloatArray:
-        """How well each box shows its sign: its area, px², less where the sign is hidden or the picture ends."""
+        """How well each box shows its sign: its area in px², less if it is hidden or cut by the picture's edge."""
         x1, y1, x2, y2 = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4).T
         hidden = (np.frombuffer(rows.flags, dtype=np.int8) & 6) > 0
         cut = (x1 <= 0) | (y1 <= 0) | (x2 >= self._target.video.width) | (y2 >= self._target.video.height)

@@ -1,7 +1,7 @@
-"""Tracks that people have rejected, because they look like signs and are none.
+"""Handles rejected tracks: tracks that people have judged not to be signs.
 
-Retraining needs them as hard negatives. Another tool would read them as signs, whatever an attribute beside them says,
-so they are not passed to a format's writer. They are written into ``manifest.json``, from which our import reads them.
+Retraining needs them as hard negatives. Another tool would read them as signs, whatever attribute marks them,
+so a format's writer does not get them. They are written into ``manifest.json``, from which our import reads them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _FLAGS = ("key", "occluded", "ignore")
 
 
 def signs_alone(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dataset:
-    """The data set as writers get it: its tracks without the rejected ones, which each video holds apart."""
+    """The data set for writers: rejected tracks move from each video's tracks to its ``negatives``."""
     videos = (
         replace(only_tracks(video, lambda track: track.state != REJECTED), negatives=held)
         for video, held in zip(dataset.videos, negatives, strict=True)
@@ -37,7 +37,7 @@ def signs_alone(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dat
 
 
 def stated(track: Track, labels: LabelSet) -> JsonObject:
-    """A rejected track as it stands in the manifest: columns, plain JSON values; flags only where one is set."""
+    """A rejected track for the manifest: columns of plain JSON values; flags only if one is set."""
     out: JsonObject = {
         "id": track.uid,
         "class": label_name(labels, track.label),
@@ -63,25 +63,25 @@ def stated(track: Track, labels: LabelSet) -> JsonObject:
 
 
 def with_negatives(dataset: Dataset, entry: JsonMapping, target: ImportTarget, file: str) -> Dataset:
-    """An import with the rejected tracks in the manifest beside it.
+    """Add to an import the rejected tracks of the manifest beside it.
 
-    A track of the import with the name of one of these was added after the export, and is kept.
+    A track of the import with the same name was added after the export, and is kept.
 
     Args:
-        dataset: what the format's reader gave: one video.
-        entry: what the manifest says of that video.
-        target: what the import is laid onto.
-        file: the manifest, for messages.
+        dataset: the reader's result: one video.
+        entry: the manifest's entry of that video.
+        target: what the reader got.
+        file: the manifest's name, for messages.
 
     Raises:
-        ImportFormatError: a broken rule.
+        ImportFormatError: an entry breaks a rule.
     """
     listed = entry.get("negatives", [])
     if not isinstance(listed, list) or not listed:
         return dataset
     video = dataset.videos[0]
     if (entry.get("width"), entry.get("height")) != (video.width, video.height):
-        reported = Skipped(f"{file}: {len(listed)} rejected tracks", "They are about pictures of another size.")
+        reported = Skipped(f"{file}: {len(listed)} rejected tracks", "Their pictures have another size.")
         return replace(dataset, skipped=(*dataset.skipped, reported))
     present = list(video.tracks())
     taken = {track.uid for track in present}

@@ -18,7 +18,7 @@ def notes_to_text(notes: Sequence[tuple[int, str]]) -> str:
 
 
 def notes_from_text(value: str, frame: int) -> tuple[tuple[int, str], ...]:
-    """The inverse of ``notes_to_text``; a line of another tool has no number and is put at ``frame``."""
+    """Invert ``notes_to_text``; a line of another tool has no number and is put at ``frame``."""
     out: list[tuple[int, str]] = []
     for line in value.split("\n"):
         ours = _LINE.fullmatch(line)

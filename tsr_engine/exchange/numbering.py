@@ -11,11 +11,11 @@ _NUMBERED = re.compile(r"(?:track|[a-z]{0,2})0*([0-9]{1,9})", re.ASCII)
 
 
 def track_numbers(uids: Iterable[str], least: int = 1) -> dict[str, int]:
-    """A number for each name: the one in it (``7``, ``m7``, ``track007``) if no other has that, else the next free one.
+    """A number for each name: the one in it (``7``, ``m7``, ``track007``) if no other has it, else the next free one.
 
     Args:
         uids: different names.
-        least: smallest number that may be given, 0 or 1; those that are given out begin at 1.
+        least: smallest number in a name that may be used, 0 or 1; free numbers begin at 1.
     """
     names = list(uids)
     found: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""Opens ZIP archives that are not trusted: the list of entries is measured before it is parsed."""
+"""Opens untrusted ZIP archives: the list of entries is measured before it is parsed."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from tsr_engine.errors import ImportFormatError
 __all__ = ["ArchiveLimits", "entry_names", "is_archive", "opened"]
 
 _ENTRY = b"PK\x01\x02"
-"""Begins each entry of the list."""
+"""Signature at the start of each entry in the list."""
 _END = 1 << 17
-"""Bytes at most that the search for the end of an archive reads at once."""
+"""Largest block that the search for an archive's end reads at once, bytes."""
 _DAMAGED = (
     zipfile.BadZipFile,
     zlib.error,
@@ -29,7 +29,7 @@ _DAMAGED = (
     ValueError,
     OverflowError,
 )
-"""What zipfile raises for an archive that breaks the format or needs what it cannot do; bad names are ValueErrors."""
+"""Exceptions of zipfile for invalid or unsupported archives; bad names raise ValueError."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,12 +37,12 @@ class ArchiveLimits:
     """The limits of an unpacked archive.
 
     Attributes:
-        entries: most files and folders.
-        total: most bytes of all files together.
-        single: most bytes of one file.
-        ratio: most bytes that a packed byte may unfold to; text of annotations stays below 60.
-        directory: most bytes of the list of entries, however long the archive says that it is.
-        advice: what to do about one with more entries.
+        entries: largest number of files and folders.
+        total: largest size of all files together, bytes.
+        single: largest size of one file, bytes.
+        ratio: largest ratio of unpacked to packed size; text of annotations stays below 60.
+        directory: largest list of entries, bytes, whatever length the archive states.
+        advice: what to do about an archive with more entries.
     """
 
     entries: int = 400_000
@@ -54,22 +54,22 @@ class ArchiveLimits:
 
 
 def is_archive(path: Path) -> bool:
-    """Whether a file ends as a ZIP archive does, however damaged it is before that."""
+    """Whether a file ends as a ZIP archive does, even if the rest is damaged."""
     try:
         return zipfile.is_zipfile(path)
     except zipfile.BadZipFile:
-        return True  # an end of several disks: what opens it says what is wrong
+        return True  # the archive has several disks: opening it reports what is wrong
 
 
 @contextmanager
 def opened(path: Path, limits: ArchiveLimits) -> Iterator[zipfile.ZipFile]:
-    """An archive whose list of entries is within the limits.
+    """Open an archive whose list of entries is within the limits.
 
     Raises:
-        ImportFormatError: no archive, over a limit, or damaged; also for what shows while the block reads from it.
+        ImportFormatError: not an archive, over a limit, or damaged; also for errors while the block reads.
     """
     if not is_archive(path):
-        raise ImportFormatError(f"{path.name}: is no ZIP archive, or its end is missing. Pack or copy it again.")
+        raise ImportFormatError(f"{path.name}: is not a ZIP archive, or its end is missing. Pack or copy it again.")
     try:
         with _Watched(path, limits) as file, zipfile.ZipFile(file) as archive:
             file.listed = True
@@ -77,30 +77,30 @@ def opened(path: Path, limits: ArchiveLimits) -> Iterator[zipfile.ZipFile]:
     except _DAMAGED as e:
         raise ImportFormatError(f"{path.name}: the archive is damaged: {e}. Pack it again.") from None
     except OSError as e:
-        if e.errno != errno.EINVAL:  # that is a place before the file's beginning, which a damaged list can name
+        if e.errno != errno.EINVAL:  # a damaged list can name a place before the file's beginning
             raise
         raise ImportFormatError(f"{path.name}: the archive is damaged: {e.strerror}. Pack it again.") from None
 
 
 def entry_names(path: Path, limits: ArchiveLimits | None = None) -> list[str]:
-    """The names in an archive, as they stand there: nothing is unpacked, no name is safe.
+    """The names in an archive as stored; nothing is unpacked, and names may be unsafe.
 
     Args:
         path: the archive.
-        limits: how long the list may be; unset: ``ArchiveLimits()``.
+        limits: limits of the list; unset: ``ArchiveLimits()``.
 
     Raises:
-        ImportFormatError: no archive, over a limit, or damaged.
+        ImportFormatError: not an archive, over a limit, or damaged.
     """
     with opened(path, ArchiveLimits() if limits is None else limits) as archive:
         return archive.namelist()
 
 
 class _Watched(io.BufferedReader):
-    """A file whose list of entries is held to the limits while zipfile reads it.
+    """A file whose list of entries is checked against the limits while zipfile reads it.
 
     The end of an archive states the length of the list in up to two places, and readers differ in which one they use.
-    So the limits apply to the bytes that zipfile asks for, before they are read, and to those that it gets.
+    So the limits apply to the size that zipfile requests, and to the bytes that it gets.
     """
 
     def __init__(self, path: Path, limits: ArchiveLimits) -> None:
@@ -108,13 +108,13 @@ class _Watched(io.BufferedReader):
         self._path = path
         self._limits = limits
         self.listed = False
-        """The list has been read; all else is unpacked, which has limits of its own."""
+        """Whether the list has been read; everything else is unpacked under limits of its own."""
 
     def read(self, size: int | None = -1, /) -> bytes:
-        """As of every file.
+        """Read bytes as any file does.
 
         Raises:
-            ImportFormatError: this would be the list, and it is too long.
+            ImportFormatError: the bytes are the list, and it is too long.
         """
         if self.listed:
             return super().read(size)

@@ -1,7 +1,7 @@
-"""Writes the files of an export into a folder or straight into a ZIP archive, and counts and hashes them.
+"""Writes the files of an export into a folder or directly into a ZIP archive, and counts and hashes them.
 
-A format can have a file for each of 100,000 pictures. Such a file goes into an archive without being made on the disk:
-making, reading, packing and removing them took longer than the rest of an export.
+A format can have one file for each of 100,000 pictures. Such a file goes into an archive without a copy on the disk:
+creating, reading, packing and removing copies took longer than the rest of an export.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _BUFFER = 1 << 17
 
 
 def compact_json(value: object) -> str:
-    """A value as JSON on one line, without spaces."""
+    """A value as JSON on one line without spaces."""
     return json.dumps(value, allow_nan=False, separators=(",", ":"))
 
 
@@ -41,22 +41,22 @@ class OutputSink(ABC):
         return [{"name": n, "size": s, "sha256": d} for n, (s, d) in sorted(self._files.items())]
 
     def put(self, name: str, content: bytes) -> None:
-        """A whole file.
+        """Write a whole file.
 
         Raises:
-            OSError: no room, or no permission.
-            ValueError: there is one of that name already.
+            OSError: no space, or no permission.
+            ValueError: the name is taken.
         """
         self._take(name, len(content), hashlib.sha256(content).hexdigest())
         self._put(name, content)
 
     @contextmanager
     def text(self, name: str, *, encoding: str = "utf-8", errors: str = "strict") -> Iterator[TextIO]:
-        """A text file that grows; several can be open at a time. Line ends stay as they are written.
+        """Open a text file for writing; several can be open at a time. Line ends are not converted.
 
         Raises:
-            OSError: no room, or no permission.
-            ValueError: there is one of that name already.
+            OSError: no space, or no permission.
+            ValueError: the name is taken.
         """
         with self._stream(name) as raw:
             hashed = _Hashed(raw)
@@ -70,7 +70,7 @@ class OutputSink(ABC):
                 hashed.deaf = True
                 raise
             finally:
-                # The raw file is closed by whoever has opened it.
+                # The caller who opened the raw file closes it.
                 stream.detach().detach()
             self._take(name, hashed.size, hashed.digest.hexdigest())
 
@@ -96,8 +96,8 @@ class FolderSink(OutputSink):
         self._made = {""}
 
     def _put(self, name: str, content: bytes) -> None:
-        # By plain names: Path objects take longer than the work on 100,000 files. Buffered: a raw file on a disk that
-        # has become full takes a part and says nothing.
+        # Plain names: for 100,000 files, Path objects take longer than the work. Buffered: on a full disk a raw write
+        # takes a part of the data and raises nothing.
         with open(self._path(name), "wb") as stream:  # noqa: PTH123
             stream.write(content)
 
@@ -115,10 +115,10 @@ class FolderSink(OutputSink):
 
 
 class ZipSink(OutputSink):
-    """Writes into a ZIP archive; the same files in the same order give the same bytes.
+    """Writes into a ZIP archive; equal files in equal order give equal bytes.
 
-    A file that grows waits in an unnamed one beside the archive until it is complete, since an archive takes one entry
-    after the other.
+    An archive takes one entry after the other, so a growing file is kept in an unnamed one beside the archive until it
+    is complete.
     """
 
     def __init__(self, target: BinaryIO, scratch: Path, pulse: Callable[[], None] = lambda: None) -> None:
@@ -126,8 +126,8 @@ class ZipSink(OutputSink):
 
         Args:
             target: the archive.
-            scratch: folder with room for the files that grow.
-            pulse: called after each megabyte that was packed; raises to stop.
+            scratch: folder for growing files.
+            pulse: called after each packed megabyte; may raise to stop.
         """
         super().__init__()
         self._archive = ZipWriter(target, pulse)
@@ -137,7 +137,7 @@ class ZipSink(OutputSink):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
-        """Write the list of entries; after an exception the archive is worth nothing."""
+        """Write the list of entries; after an exception the archive is unusable."""
         self._archive.__exit__(kind, *rest)
 
     def _put(self, name: str, content: bytes) -> None:
@@ -153,7 +153,7 @@ class ZipSink(OutputSink):
 
 
 class _Hashed(io.RawIOBase):
-    """Passes bytes on, and hashes and counts them; once it is ``deaf`` they go nowhere."""
+    """Passes bytes on, and hashes and counts them; once it is ``deaf`` it drops them."""
 
     def __init__(self, raw: IO[bytes]) -> None:
         self._raw = raw

@@ -37,11 +37,11 @@ _TYPES: Final[JsonObject] = {
 
 
 def write_packed(path: Path, dataset: Dataset) -> int:
-    """Write a data set of one video; returns the number of its tracks.
+    """Write a data set of one video; return the number of its tracks.
 
     Args:
         path: the new file.
-        dataset: its tracks are held in memory.
+        dataset: its tracks fit into memory.
     """
     video = dataset.videos[0]
     tracks = list(video.tracks())
@@ -67,19 +67,19 @@ def write_packed(path: Path, dataset: Dataset) -> int:
 
 
 def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
-    """Read it again, and check all promises again, because the process that wrote it has read a foreign file.
+    """Read the file and check all guarantees again, because the process that wrote it has read an untrusted file.
 
     Args:
         path: the file.
-        target: what it was read onto.
-        name: of the foreign file, for messages.
+        target: what the reader got.
+        name: name of the untrusted file, for messages.
 
     Raises:
-        ImportFormatError: it breaks a promise.
+        ImportFormatError: the data breaks a guarantee.
     """
     with zipfile.ZipFile(path) as archive:
         if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
-            raise ImportFormatError(f"{name}: was read into arrays that are not ours.")
+            raise ImportFormatError(f"{name}: the importing process returned unknown arrays.")
     with np.load(path, allow_pickle=False) as file:
         said = json.loads(file["said"].tobytes())
         columns: dict[str, NDArray[np.generic]] = {
@@ -110,17 +110,17 @@ def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
     skipped = tuple(Skipped(str(what), str(reason)) for what, reason in said["skipped"])
     labels = parse_set(str(said["labels"]), name)
     if labels.labels[: len(target.labels)] != target.labels.labels and target.unknown != "add":
-        raise ImportFormatError(f"{name}: was read with labels that are not the set's.")
+        raise ImportFormatError(f"{name}: the importing process returned labels that the set does not have.")
     dataset = Dataset(labels, (video,), skipped, tuple(map(str, said["repaired"])))
     check_dataset(dataset, target, name)
     return dataset
 
 
 def _answers(values: object, count: int, name: str) -> NDArray[np.object_]:
-    """Answers by frame, held to what an answer can be."""
+    """Answers by frame, checked to be values of attributes."""
     out = np.full(count, None, object)
     if not isinstance(values, list) or len(values) != count:
-        raise ImportFormatError(f"{name}: was read into attributes that are not ours.")
+        raise ImportFormatError(f"{name}: the importing process returned invalid attributes.")
     out[:] = [attributes_in({"": value}, name, None).get("") for value in values]
     return out
 

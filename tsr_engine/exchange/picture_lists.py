@@ -25,23 +25,23 @@ __all__ = [
 ]
 
 IMAGE_SWITCH = Switch(
-    "image", ("jpg", "png"), "Format of the pictures; where none go out, the ending of their names in the file."
+    "image", ("jpg", "png"), "Format of the pictures; without pictures, the suffix of their names in the file."
 )
 
 
 @dataclass(frozen=True, slots=True)
 class PictureList:
-    """The pictures of one video that a data set lists.
+    """The pictures of one video that an export lists.
 
     Attributes:
         video: the video.
-        place: of the video in the data set.
-        rows: its boxes.
+        place: index of the video in the data set.
+        rows: the video's boxes.
         frames: listed frames, ascending: those with a box, and those whose pictures are exported.
         subset: name of the subset of each listed frame.
-        prefix: what the names of its pictures begin with.
-        first_track: tracks of the videos before; added to a number in ``rows.track`` it is unique in the data set.
-        first_frame: frames of the videos before.
+        prefix: prefix of the pictures' names.
+        first_track: number of tracks in earlier videos; ``rows.track`` plus this number is unique in the data set.
+        first_frame: number of frames in earlier videos.
     """
 
     video: DatasetVideo
@@ -54,11 +54,11 @@ class PictureList:
     first_frame: int
 
     def stem(self, frame: int) -> str:
-        """Name of a frame's picture, without folder and suffix."""
+        """Name of a frame's picture without folder and suffix."""
         return f"{self.prefix}frame_{frame:06d}"
 
     def listed(self, subset: str | None = None) -> Iterator[tuple[int, slice]]:
-        """The listed frames of a subset, unset: of all, and where their rows lie."""
+        """The listed frames of a subset (unset: of all), and the slice of their rows."""
         places = dict(self.rows.table.by_frame())
         nothing = slice(0, 0)
         for frame, side in zip(self.frames.tolist(), self.subset, strict=True):
@@ -67,13 +67,13 @@ class PictureList:
 
 
 def picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: float | None = None) -> list[PictureList]:
-    """Gather each video's boxes by frame; tracks on no side of the split are left out.
+    """Gather each video's boxes by frame, without tracks that are in no subset of the split.
 
     Args:
         dataset: its tracks are read twice.
         options: pictures, split and thinning.
-        rounding: the format marks key frames and rounds edges by up to this, px; None: it marks none, so that all
-            rows count as key frames.
+        rounding: largest rounding error of edges in px, for formats that mark key frames; None: the format does not,
+            so all rows count as key frames.
     """
     out: list[PictureList] = []
     tracks = frames_before = 0
@@ -93,7 +93,7 @@ def picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: float |
 
 
 def subsets_in(lists: list[PictureList], options: ExportOptions) -> list[str]:
-    """Names of the subsets to write, in their usual order; a split's are all there, even where one is empty."""
+    """Names of the subsets to write in their usual order, with all subsets of a split, even empty ones."""
     if not options.split:
         return ["default"]
     wanted = set(options.split.values()) | {name for part in lists for name in part.subset}
@@ -103,13 +103,13 @@ def subsets_in(lists: list[PictureList], options: ExportOptions) -> list[str]:
 def write_files(
     lists: list[PictureList], out: OutputSink, options: ExportOptions, name: Callable[[PictureList, int, str], str]
 ) -> list[WrittenPicture]:
-    """Write the pictures of all listed frames; none where none are wanted.
+    """Write the pictures of all listed frames, if the options ask for pictures.
 
     Args:
         lists: of all videos.
         out: the export.
-        options: decide whether, and take the progress.
-        name: file of a frame in a subset.
+        options: has the choice of pictures and the progress.
+        name: makes the file name of a frame in a subset.
     """
     if options.pictures == "none":
         return []

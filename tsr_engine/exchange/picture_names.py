@@ -1,6 +1,6 @@
-"""Parses picture names of other tools: the text before the frame number, the number, and the text after it.
+"""Parses other tools' picture names: the text before the frame number, the number, and the text after it.
 
-A name must match as a whole, else it has no number: the last digits of a hash, a date or a size are no frame.
+A name must match as a whole, else it has no number: the last digits of a hash, a date or a size are not a frame.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from tsr_engine.exchange.spellings import VIDEO_SUFFIXES, without_upload
 __all__ = ["SHAPES", "PictureName", "is_generic", "picture_name"]
 
 SHAPES: Final = "frame_000010.jpg, NAME_000010.jpg or NAME_10.jpg, with the name of the video before the number"
-"""What a name may look like, for messages."""
+"""Forms that a name may have, for messages."""
 
 _PICTURES = "jpe?g|png|bmp|webp|tiff?|ppm|pgm|heic|avif"
 _SUFFIX = re.compile(rf"\.(?:{_PICTURES}|txt|xml|json)\Z", re.IGNORECASE)
 _OURS = re.compile(r"frame_(\d{6,9})(?:\.(?:jpg|png|txt|xml))?", re.ASCII)
-"""The name that most pictures have; the long way says the same of it."""
+"""The form of most names; the general pattern gives the same result more slowly."""
 _ROBOFLOW = re.compile(rf"(?P<name>.+?)(?:_(?:{_PICTURES}))?\.rf\.[0-9A-Za-z_-]{{6,64}}", re.IGNORECASE)
 _ROBOFLOW_FRAME = re.compile(rf"(?:.*[._](?:{VIDEO_SUFFIXES})-\d+|.*-\d{{4,}})", re.IGNORECASE | re.ASCII)
 _OF_VIDEO = re.compile(rf".*[._](?:{VIDEO_SUFFIXES})-\d+", re.IGNORECASE | re.ASCII)
@@ -49,14 +49,14 @@ class PictureName:
     """The parts of a picture's name.
 
     Attributes:
-        stem: what stands before the number, without words such as ``frame``; empty: nothing.
-        pattern: what stands before the number, as it is: pictures of one row have one.
-        number: the frame number, from 0 or from 1; None: the name has none.
-        seconds: the time, where the name has one instead.
-        width: digits of the number, and whether the first of several is a zero.
-        roboflow: Roboflow has taken the picture out of a video.
-        ambiguous: another number stands before it, so that one name alone does not tell which is the frame.
-        why: why there is no number, as the end of a sentence.
+        stem: text before the number, without words such as ``frame``; may be empty.
+        pattern: unchanged text before the number; pictures of one row share it.
+        number: the frame number, from 0 or from 1; None: there is none.
+        seconds: the time, if the name has a time instead of a number.
+        width: digits of the number, and whether the first of several digits is a zero.
+        roboflow: whether Roboflow extracted the picture from a video.
+        ambiguous: whether another number stands before it, so that one name alone does not identify the frame number.
+        why: reason for a missing number, as the end of a sentence.
     """
 
     stem: str = ""
@@ -76,11 +76,11 @@ def is_generic(name: str) -> bool:
 
 
 def picture_name(base: str, is_own: Callable[[str], bool]) -> PictureName:
-    """Understand a name.
+    """Parse a name.
 
     Args:
-        base: of the picture or its label file, without folder.
-        is_own: whether a text is a spelling of the name of the video at hand.
+        base: name of the picture or its label file, without folder.
+        is_own: whether a text is a spelling of the video's name.
     """
     ours = _OURS.fullmatch(base)
     if ours:
@@ -109,7 +109,7 @@ def picture_name(base: str, is_own: Callable[[str], bool]) -> PictureName:
 
 
 def _bare(name: str) -> str:
-    """The name without the suffixes of pictures and label files, however many."""
+    """The name without suffixes of pictures and label files."""
     while True:
         bare = _SUFFIX.sub("", name)
         if bare == name or not bare:

@@ -1,4 +1,4 @@
-"""Groups the pictures of an import into rows: same folder, same text before the frame number."""
+"""Groups the pictures of an import into rows, by folder and by the text before the frame number."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PICTURE_SWITCHES: Final = (
     Switch(
         "video",
         ("auto",),
-        "Whose pictures to take where there are several videos, as the file calls it; auto: those that name this one.",
+        "Video whose pictures to take, by its name in the file; auto: the one that names this video.",
         free=True,
     ),
 )
@@ -33,20 +33,20 @@ _NO_VIDEO = re.compile(
     r"jpegimages|imagesets|voc\d{4}|obj_(?:train|valid|test)_data|img1?|imgs|frames?|pictures?|data|dataset",
     re.IGNORECASE,
 )
-"""Folders that belong to a format or to a split."""
+"""Folders that belong to a format or a split."""
 _BEFORE = re.compile(r".*(?:[?&]d=|/upload/\d+/)")
-"""Label Studio's own part of an address."""
+"""Label Studio's prefix of an address."""
 _VERDICT = re.compile(r"\s+(?:-?1|0)\s*\Z")
-"""What lists of Pascal VOC say of one class."""
+"""Suffixes of Pascal VOC's lists of one class."""
 _QUERY = re.compile(r"\?[^/]*\Z")
 _IN_OURS = (Custom(0, before=r"(?:.+_)?frame_", digits=6), Custom(0, before="", digits=5))
-"""Names in exports of ours; the second is that of GTSDB."""
+"""Names in our own exports; the second form is that of GTSDB."""
 _KNOWN = (
     _IN_OURS[0],
     Custom(1, "pictures in folders img1 begin with 000001, as the MOT challenge has them", before="img1/", digits=6),
 )
 _ROBOFLOW = Custom(
-    0, "Roboflow numbers the pictures that it takes of a video from 0; they are its frames if it took every one"
+    0, "Roboflow counts the pictures that it extracts from a video from 0; they are its frames if it took every one"
 )
 
 
@@ -55,16 +55,16 @@ class Listed:
     """A picture that a file lists.
 
     Attributes:
-        name: as the file has it, with folders.
+        name: with folders, as in the file.
         file: for messages.
         line: place in the file.
-        instead: another name of it, which counts where the first has no number.
-        frame: ordinal, where the file says it.
-        number: frame number, where the file has one beside the name.
-        custom: how that number counts; without one, how the format's own tool counts in names that it has written.
-        video: what the file calls the video of this picture; empty: nothing.
-        also: another name of the video, which says something only where it is that of the video at hand.
-        own: the file says by a hash whether the picture is of the video at hand.
+        instead: another name, used if the first has no number.
+        frame: the ordinal, if the file states it.
+        number: the frame number, if the file states one beside the name.
+        custom: how ``number`` counts; without ``number``, how the format's own tool counts in names that it writes.
+        video: the file's name for the picture's video; may be empty.
+        also: another name of the video, used only if it is that of the import's video.
+        own: whether the picture is of the import's video, if a hash in the file says so; None: no hash.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Listed:
 
 
 class Nameless(NamedTuple):
-    """A picture without a frame: its place, the reason, and whether it is of the video at hand."""
+    """A picture without a frame: its index, the reason, and whether it is of the import's video."""
 
     place: int
     why: str
@@ -92,23 +92,23 @@ class Row:
     """Pictures with the same folder and text before the number.
 
     Attributes:
-        first: the first of them.
-        name: what the name of that one says.
-        label: the video that they name; empty: none.
-        folder: their folders, without those of formats.
-        own: they name the video at hand.
-        other: they are of another one for certain.
-        settled: a hash or a manifest of ours has told this.
-        stated: the file names the video at hand apart from the names of pictures.
+        first: the first picture.
+        name: the parsed name of the first picture.
+        label: name of their video; empty: none.
+        folder: their folders without those of formats.
+        own: whether they name the import's video.
+        other: whether they are certainly of another video.
+        settled: whether a hash or a manifest of ours decides this.
+        stated: whether the file names the import's video outside the picture names.
         customs: tools that may have written the names.
         before: the text before the number.
-        places: which pictures these are.
-        numbers: of each, from 0 or 1; none where frames or seconds are known.
-        frames: ordinal of each.
-        seconds: time of each.
-        widths: digits of the numbers in names, and whether the first of several is a zero.
-        span: smallest and largest number, also of pictures that only a list names.
-        echoed: the numbers that the file has beside the names are those in the names, which may count otherwise.
+        places: indices of the pictures.
+        numbers: of each picture, from 0 or 1; empty if frames or seconds are known.
+        frames: ordinal of each picture.
+        seconds: time of each picture.
+        widths: digits of the numbers, and whether the first of several digits is a zero.
+        span: smallest and largest number, including pictures that only a list names.
+        echoed: whether the numbers beside the names equal those in the names, which may count differently.
     """
 
     first: Listed
@@ -131,27 +131,27 @@ class Row:
 
     @property
     def other_name(self) -> str:
-        """The video that they name, where it is not the one at hand; empty: it is, or they name none."""
+        """The name of their video if it is another one; empty: it is the import's, or they name none."""
         return "" if self.stated or (self.own and not self.first.video) else self.label
 
     @property
     def shown(self) -> str:
-        """What to call it in messages."""
-        return self.label or self.first.also or self.name.pattern or "pictures that are called by a number"
+        """The row's name in messages."""
+        return self.label or self.first.also or self.name.pattern or "pictures whose names are numbers"
 
     @property
     def called(self) -> set[str]:
-        """Plain names that a person may choose it by."""
+        """Plain names by which a person may choose the row."""
         names = (self.label, self.first.also, self.name.pattern, "/".join(self.folder), *self.folder[-1:])
         return {plain_name(name) for name in names} - {""}
 
     @property
     def what(self) -> str:
         """What its numbers are, for messages."""
-        return "frame ids" if self.first.number is not None else "the numbers in names of pictures"
+        return "frame ids" if self.first.number is not None else "the numbers in picture names"
 
     def custom(self) -> Custom | None:
-        """How the tool counts that wrote the numbers; None: many tools write such names."""
+        """How the tool that wrote the numbers counts; None: many tools write such names."""
         if self.first.number is not None:
             custom = self.first.custom
             return None if self.echoed and custom is not None and not custom.origin else custom
@@ -163,13 +163,13 @@ class Row:
 def rows_of(
     listed: Sequence[Listed], video: DatasetVideo, folder: Path, more: Iterable[str] = ()
 ) -> tuple[list[Row], list[Nameless], list[tuple[int, str]]]:
-    """The rows of all pictures; those without a frame, which are in none; and what differs, by place.
+    """Return the rows of all pictures, the pictures without a frame, and notes on differences by index.
 
     Args:
         listed: the pictures.
-        video: the one at hand.
-        folder: of the import; a manifest of ours beside it tells which names are of the video.
-        more: names of pictures without boxes that a list beside the boxes has.
+        video: the import's video.
+        folder: the import's folder; a manifest of ours beside it says which names are of the video.
+        more: names of pictures without boxes, from a list beside the boxes.
     """
     maker = _Maker(video, folder)
     for place, each in enumerate(listed):
@@ -192,7 +192,7 @@ class _Maker:
         self.differ: list[tuple[int, str]] = []
 
     def add(self, place: int, each: Listed) -> None:
-        """Take one more picture."""
+        """Add a picture."""
         home, base = _parted(each.name)
         folder, in_own, in_img1 = self._folder(home)
         own = each.own
@@ -205,21 +205,21 @@ class _Maker:
             if name.number is None and name.seconds is None:
                 name = name if other.number is None and other.seconds is None else other
             elif other.number not in (None, name.number):
-                self.differ.append((place, "Files that name another frame inside were taken by their own name"))
+                self.differ.append((place, "Files that name another frame inside were imported by their own name"))
         from_0 = _IN_OURS[0].wrote(name.pattern, {name.width})
         if from_0 and each.frame is not None and name.number != each.frame:
-            self.differ.append((place, "Pictures whose frame the file states were taken so, against their names"))
+            self.differ.append((place, "Pictures got the frame that the file states, not that of their names"))
         echoed = each.number == name.number and not from_0
         known = each.frame is not None or each.number is not None
         if known and not (name.stem and (name.pattern.endswith("_frame_") or self._is_own(name.stem))):
-            # Nobody asks for this number, and what stands before it may be anything.
+            # This number is not needed, and any text may stand before it.
             name = PictureName()
         if not known and name.number is None and name.seconds is None:
             ours = own is not False and (bool(own) or in_own or self._is_own(each.video))
             self.nameless.append(Nameless(place, name.why, ours))
             return
         if self._is_own(name.stem):
-            # Folders may be parts of one video; they decide where names do not.
+            # Folders may be parts of one video; they decide only if names do not.
             folder = ()
         said = (each.video, each.also, each.frame is None, each.number is None)
         key = (folder, name.pattern, name.roboflow, in_img1, own, said)
@@ -239,7 +239,7 @@ class _Maker:
             row.widths.add(name.width)
 
     def widen(self, more: Iterable[str]) -> None:
-        """Say how far the numbers of each row go, with those that a list has."""
+        """Widen the span of each row by the names of a list."""
         by_pattern: dict[str, list[Row]] = {}
         for row in self.rows.values():
             if row.numbers:
@@ -249,12 +249,12 @@ class _Maker:
         for text in more:
             name = picture_name(_parted(text)[1].removeprefix(self._prefix), self._is_own)
             rows = by_pattern.get(name.pattern, ())
-            # Rows of two videos can have one pattern.
+            # Rows of two videos can share a pattern.
             if name.number is not None and len(rows) == 1:
                 rows[0].span = min(rows[0].span[0], name.number), max(rows[0].span[1], name.number)
 
     def _folder(self, home: str) -> tuple[tuple[str, ...], bool, bool]:
-        """Folders that say something, whether one is called as the video, and whether the last is ``img1``."""
+        """The informative folders, whether one has the video's name, and whether the last is ``img1``."""
         found = self._folders.get(home)
         if found is None:
             parts = [part for part in home.split("/") if part]
@@ -283,7 +283,7 @@ class _Maker:
 
 
 def names_in(path: Path) -> list[str]:
-    """Names of pictures in a list, one a line; none where there is no such file."""
+    """Picture names in a list, one per line; empty if the file does not exist."""
     if not path.is_file() or path.stat().st_size > MAX_JSON_BYTES:
         return []
     lines = path.read_bytes().decode("utf-8", "replace").splitlines()
@@ -291,7 +291,7 @@ def names_in(path: Path) -> list[str]:
 
 
 def _parted(name: str) -> tuple[str, str]:
-    """Folders and name of a picture, without what a server adds to the address."""
+    """Folders and name of a picture, without a server's additions to the address."""
     name = name.replace("\\", "/")
     if "?" in name or "/upload/" in name:
         name = _QUERY.sub("", _BEFORE.sub("", name))

@@ -30,13 +30,13 @@ JPEG_QUALITY = 95
 
 @dataclass(frozen=True, slots=True)
 class WrittenPicture:
-    """A frame that was exported; a row of the manifest.
+    """An exported frame; a row of the manifest.
 
     Attributes:
-        video: place of the video in the data set.
+        video: index of the video in the data set.
         frame: ordinal.
         file: relative to the export, with slashes.
-        sha256: of the decoded picture's bytes (BGR, 8 bit, row by row), before it was compressed.
+        sha256: hash of the decoded picture's bytes (BGR, 8 bit, row by row), before compression.
     """
 
     video: int
@@ -49,9 +49,9 @@ def wanted_frames(video: DatasetVideo, annotated: NDArray[np.int64], pictures: s
     """Ordinals of the frames whose pictures are exported, ascending.
 
     Args:
-        video: the video; what people have rejected in it counts as annotated: its pictures teach what is no sign.
+        video: frames of its rejected tracks count as annotated: their pictures are hard negatives.
         annotated: frames with a box.
-        pictures: ``none``, ``annotated`` or ``all`` (all that were looked at).
+        pictures: ``none``, ``annotated`` or ``all`` (all examined frames).
     """
     if pictures == "all":
         return np.arange(video.first, video.stop or video.frames, dtype=np.int64)
@@ -61,17 +61,17 @@ def wanted_frames(video: DatasetVideo, annotated: NDArray[np.int64], pictures: s
 
 
 def stream_frames(video: DatasetVideo, frames: NDArray[np.int64]) -> Iterator[Frame]:
-    """Decoded frames in ascending order, one in memory at a time.
+    """Yield decoded frames in ascending order, one in memory at a time.
 
-    Frames in between are decoded as well, unless the next one is far; then decoding starts again at a key frame.
+    Frames in between are decoded too; if the next one is far, decoding restarts at a key frame.
 
     Args:
         video: needs its ``path``.
         frames: ordinals, ascending.
 
     Raises:
-        ExportError: the video's file is not known.
-        VideoError: it cannot be decoded, or is not that of the video's frame table.
+        ExportError: the video's path is not known.
+        VideoError: the file cannot be decoded, or differs from the video's frame table.
     """
     if not len(frames):
         return
@@ -93,14 +93,14 @@ def picture_sha256(frame: Frame) -> str:
 
 
 def encode(picture: NDArray[np.uint8], suffix: str) -> bytes:
-    """A picture as the bytes of a file.
+    """Encode a picture as a file.
 
     Args:
         picture: BGR, uint8, shape (h, w, 3).
         suffix: ``.jpg`` (quality 95), ``.png`` or ``.ppm``.
 
     Raises:
-        ExportError: it cannot be encoded.
+        ExportError: OpenCV cannot encode it.
     """
     options = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY] if suffix == ".jpg" else []
     done, content = cv2.imencode(suffix, picture, options)
@@ -112,18 +112,18 @@ def encode(picture: NDArray[np.uint8], suffix: str) -> bytes:
 def write_pictures(
     video: DatasetVideo, place: int, frames: NDArray[np.int64], out: OutputSink, names: Sequence[str]
 ) -> Iterator[WrittenPicture]:
-    """Write frames of a video; yields after each file, so that the caller can tell progress or stop.
+    """Write frames of a video; yields after each file, so that the caller can report progress or stop.
 
     Args:
         video: needs its ``path``.
-        place: place of the video in the data set.
+        place: index of the video in the data set.
         frames: ordinals, ascending.
         out: the export.
-        names: of the file of each frame, with slashes; the suffix says the format.
+        names: file name of each frame, with slashes; the suffix decides the format.
 
     Raises:
-        ExportError: the video's file is not known.
-        VideoError: it cannot be decoded.
+        ExportError: the video's path is not known.
+        VideoError: the file cannot be decoded.
         OSError: a file cannot be written.
     """
     for frame, name in zip(stream_frames(video, frames), names, strict=True):

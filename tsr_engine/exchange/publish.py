@@ -1,6 +1,6 @@
-"""Gives a folder or file its name only when it is whole, and leaves nothing behind if the process is killed.
+"""Publishes a folder or file only when it is complete, and leaves nothing behind if the process is killed.
 
-The output is made in a hidden, locked folder beside its place; see ``tsr_engine.io.unfinished``.
+The output is made in a hidden, locked folder beside its destination; see ``tsr_engine.io.unfinished``.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ _RENAME_EXCHANGE = 2
 
 @contextmanager
 def workshop(out: Path) -> Iterator[Path]:
-    """A locked, empty folder beside ``out``; removed at the end. Removes those of processes that have ended first.
+    """A locked, empty folder beside ``out``, removed at the end; first removes folders of processes that have ended.
 
     Raises:
-        StorageError: the folder of ``out`` cannot be written.
+        StorageError: the folder of ``out`` is not writable.
     """
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -43,13 +43,13 @@ def workshop(out: Path) -> Iterator[Path]:
 
 
 def publish(made: Path, out: Path) -> None:
-    """Give a finished file or folder its name in one step; what had the name before takes the other one.
+    """Rename a finished file or folder to ``out`` in one step; an older one gets the name of ``made``.
 
     Raises:
-        OSError: it cannot be renamed; ``out`` is as before.
+        OSError: it cannot be renamed; ``out`` is unchanged.
     """
     if made.is_dir() and out.is_dir():
-        # A folder with content cannot be renamed over; the two change places.
+        # A folder with content cannot be renamed over another; the two are exchanged.
         _exchange(made, out)
     else:
         made.replace(out)
@@ -57,7 +57,7 @@ def publish(made: Path, out: Path) -> None:
 
 
 def fsync_tree(folder: Path) -> None:
-    """Have a file, or every file and folder below a folder, on the disk before something points to it."""
+    """Flush a file, or all files and folders below a folder, to the disk before something refers to it."""
     if folder.is_file():
         fsync_path(folder)
     for root, _, files in os.walk(folder):
@@ -75,7 +75,7 @@ def _exchange(first: Path, second: Path) -> None:
         code = ctypes.get_errno()
         if code not in (errno.EINVAL, errno.ENOSYS):
             raise OSError(code, os.strerror(code), str(second))
-    # File systems without exchange: for a moment there is no export, never half of one.
+    # On file systems without exchange, the export is missing for a moment, but never incomplete.
     aside = first.with_name(f"{first.name}.old")
     second.rename(aside)
     try:

@@ -13,16 +13,16 @@ from tsr_engine.errors import ImportFormatError, ImportProblem
 __all__ = ["MAX_JSON_BYTES", "decoded", "open_text", "place_of", "read_json", "read_text", "refuse", "too_many"]
 
 MAX_JSON_BYTES = 512 << 20
-"""Largest text that is read into memory."""
+"""Largest text file that is read into memory, bytes."""
 
 
 def refuse(file: str, line: int | str | None, rule: str, kind: ImportProblem = "broken") -> ImportFormatError:
-    """The error for a broken rule: ``FILE, line N: rule``; a text instead of a number names the place in words."""
+    """The error for a broken rule: ``FILE, line N: rule``; a text instead of a number describes the place."""
     return ImportFormatError(f"{place_of(file, line)}: {rule}", kind)
 
 
 def too_many(what: str, most: int, file: str, line: int | str | None = None) -> ImportFormatError:
-    """The error for more of something than one import takes."""
+    """The error for an import with too many items of a kind."""
     return refuse(file, line, f"holds more than {most} {what}, the most that one import takes. Split it.", "too_large")
 
 
@@ -31,15 +31,15 @@ def _too_large(file: str, size: int, limit: int) -> ImportFormatError:
 
 
 def place_of(file: str, line: int | str | None) -> str:
-    """A place in a file, in words: ``FILE, line N``."""
+    """A place in a file in words: ``FILE, line N``."""
     return file if line is None else f"{file}, line {line}" if isinstance(line, int) else f"{file}, {line}"
 
 
 def read_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> str:
-    """A UTF-8 text file, with or without byte order mark.
+    """Read a UTF-8 text file, with or without byte order mark.
 
     Raises:
-        ImportFormatError: over ``limit`` bytes, or another encoding; says the line.
+        ImportFormatError: more than ``limit`` bytes, or another encoding; names the line.
     """
     size = path.stat().st_size
     if size > limit:
@@ -48,7 +48,7 @@ def read_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> str:
 
 
 def decoded(content: bytes, file: str, *, limit: int = MAX_JSON_BYTES) -> str:
-    """The text of a file that has been read.
+    """Decode the content of a file.
 
     Raises:
         ImportFormatError: as ``read_text``.
@@ -67,10 +67,10 @@ def decoded(content: bytes, file: str, *, limit: int = MAX_JSON_BYTES) -> str:
 
 @contextmanager
 def open_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> Iterator[TextIO]:
-    """The same as a stream, whose lines end as they do in the file.
+    """Open a UTF-8 text file as a stream that keeps its line ends.
 
     Raises:
-        ImportFormatError: as ``read_text``, when the place is reached.
+        ImportFormatError: as ``read_text``, raised when the stream reaches the place.
     """
     size = path.stat().st_size
     if size > limit:
@@ -79,21 +79,21 @@ def open_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> Iterator[TextIO]:
         try:
             yield stream
         except UnicodeDecodeError:
-            read_text(path, limit=limit)  # says in which line
+            read_text(path, limit=limit)  # names the line
             raise
 
 
 def read_json(path: Path, *, limit: int = MAX_JSON_BYTES) -> object:
-    """A JSON file in UTF-8; NaN is taken as null, infinities are refused here already.
+    """Read a JSON file in UTF-8; NaN becomes null, infinities are refused.
 
     Raises:
-        ImportFormatError: not JSON, too large or nested too deeply; says the line.
+        ImportFormatError: not JSON, too large or nested too deeply; names the line.
     """
 
     def constant(name: str) -> None:
         if name == "NaN":
             return
-        raise refuse(path.name, None, f"{name} is no JSON number. Write finite numbers.")
+        raise refuse(path.name, None, f"{name} is not a JSON number. Write finite numbers.")
 
     try:
         return json.loads(read_text(path, limit=limit), parse_constant=constant)

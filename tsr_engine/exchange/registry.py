@@ -1,4 +1,4 @@
-"""All formats by name, in the order in which they are offered and recognised."""
+"""Lists all formats by name, in the order in which they are offered and recognised."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ FORMATS: dict[str, Format] = {
 
 
 def format_named(name: str) -> Format:
-    """The format of that name.
+    """Look up a format by name.
 
     Raises:
-        UsageError: there is none; says which there are.
+        UsageError: the name is unknown; lists the known names.
     """
     try:
         return FORMATS[name]
@@ -51,15 +51,15 @@ def format_named(name: str) -> Format:
 
 
 def switches_of(format: Format, given: dict[str, str], *, reading: bool) -> dict[str, str]:
-    """The options of a format as given, with defaults for the others.
+    """The options of a format, with defaults for missing ones.
 
     Args:
         format: the format.
-        given: option name -> value.
-        reading: the options of the reader, else of the writer.
+        given: options by name.
+        reading: take the options of the reader, else of the writer.
 
     Raises:
-        UsageError: an option that the format does not have, or a value that the option cannot take.
+        UsageError: an option that the format does not have, or a value that is not allowed.
     """
     known = {switch.name: switch for switch in (format.import_switches if reading else format.export_switches)}
     for name, value in given.items():

@@ -1,4 +1,4 @@
-"""Gives tracks other label numbers, after labels were merged or for an export of several label sets."""
+"""Renumbers the labels of tracks, after labels were merged or for an export of several label sets."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["merged_resolved", "relabelled", "united"]
 
 
 def relabelled(track: Track, numbers: Mapping[int, int]) -> Track:
-    """A track whose labels have other numbers; labels that ``numbers`` does not name keep theirs."""
+    """The track with renumbered labels; labels missing in ``numbers`` keep theirs."""
     label = numbers.get(track.label, track.label)
     if track.labels is None:
         return track if label == track.label else replace(track, label=label)
@@ -27,7 +27,7 @@ def relabelled(track: Track, numbers: Mapping[int, int]) -> Track:
 
 
 def with_numbers(video: DatasetVideo, numbers: Mapping[int, int]) -> DatasetVideo:
-    """The video with its tracks under other numbers, in each pass anew."""
+    """The video with renumbered tracks in each pass."""
     tracks = video.tracks
 
     def once() -> Iterator[Track]:
@@ -38,7 +38,7 @@ def with_numbers(video: DatasetVideo, numbers: Mapping[int, int]) -> DatasetVide
 
 
 def merged_resolved(dataset: Dataset) -> Dataset:
-    """The data set with the labels that stand for those that were merged into them."""
+    """The data set with merged labels replaced by those that they were merged into."""
     numbers = dataset.labels.merged_ids()
     if not numbers:
         return dataset
@@ -46,13 +46,13 @@ def merged_resolved(dataset: Dataset) -> Dataset:
 
 
 def united(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[LabelSet, tuple[DatasetVideo, ...]]:
-    """Videos under one set that has the labels of all of theirs: one label for each key.
+    """Unite the label sets of several videos into one with one label per key.
 
     Args:
         parts: videos with their sets; the first set keeps its numbers.
 
     Raises:
-        ExportError: two sets have labels of one key that share no name, or names that claim each other's.
+        ExportError: two sets have labels of one key without a common name, or names that conflict.
     """
     first = parts[0][0]
     newest = {labels.key: labels for labels, _ in sorted(parts, key=lambda part: part[0].version)}
@@ -72,12 +72,12 @@ def united(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[LabelSet, tu
         )
     except ValidationError as error:
         rule = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
-        raise ExportError(f"The videos have label sets that do not go together: {rule}. Export them apart.") from None
+        raise ExportError(f"The videos have label sets that conflict: {rule}. Export them separately.") from None
     return result, tuple(with_numbers(video, numbers[labels.key]) for labels, video in parts)
 
 
 def _taken_in(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[int, int]:
-    """Take the labels of a set into another list; gives the numbers that they have there."""
+    """Add the labels of a set to a list; return the ids that they have there."""
     known = {label.key.casefold(): label for label in whole}
     numbers: dict[int, int] = {}
     free = max((label.id for label in whole), default=NO_CLASS) + 1
@@ -92,7 +92,7 @@ def _taken_in(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[int
         if not _words(same) & _words(label):
             raise ExportError(
                 f"The key {label.key!r} is {same.name!r} in {first.name} and {label.name!r} in {labels.name}. Export "
-                "these videos apart, or rename one of the two."
+                "these videos separately, or rename one of the two."
             )
         numbers[label.id] = same.id
         at = whole.index(same)

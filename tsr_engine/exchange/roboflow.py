@@ -1,4 +1,4 @@
-"""Detects data sets whose pictures Roboflow has changed, since their boxes do not fit the video."""
+"""Detects data sets whose pictures Roboflow has changed, because their boxes do not fit the video."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ __all__ = ["refuse_changed_pictures"]
 _README: Final = "README.roboflow.txt"
 _STEP = re.compile(r"\s*\*\s*(?P<step>\S.*)")
 _RESIZED = re.compile(r"Resize to (?P<width>\d{1,5})x(?P<height>\d{1,5}) \((?:Fit \(|Fill)", re.IGNORECASE)
-"""Edges are added or cut off; to stretch, or to fit within, leaves the parts of a picture as they are."""
+"""Steps that pad or crop pictures; "stretch" and "fit within" keep all parts of a picture."""
 _MOVED = re.compile(r"\b(?:flip|rotat\w*|shear|crop|tiles?|mosaic)\b", re.IGNORECASE)
 
 
 def refuse_changed_pictures(folder: Path, video: DatasetVideo) -> None:
-    """Refuse a data set whose notes say that signs lie elsewhere in its pictures than in the video.
+    """Refuse a data set whose notes describe changes that move signs within its pictures.
 
     Args:
-        folder: of the import; the notes may lie above the folder of a subset.
-        video: the one at hand.
+        folder: the import's folder; the notes may lie above the folder of a subset.
+        video: the import's video.
 
     Raises:
-        ImportFormatError: pictures were turned, flipped, cut or padded.
+        ImportFormatError: pictures were rotated, flipped, cropped or padded.
     """
     path = next((place / _README for place in (folder, folder.parent) if (place / _README).is_file()), None)
     if path is None:
@@ -40,12 +40,12 @@ def refuse_changed_pictures(folder: Path, video: DatasetVideo) -> None:
         size = _RESIZED.match(step)
         if size is None and not _MOVED.search(step):
             continue
-        # A picture of the same shape is neither padded nor cut.
+        # A picture with the same aspect ratio is neither padded nor cropped.
         if size is not None and int(size["width"]) * video.height == int(size["height"]) * video.width:
             continue
         raise refuse(
             _README,
             line,
-            f"says of the pictures: {step[:80]!r}. So their boxes are not those of {video.name}. Export a version "
+            f"says of the pictures: {step[:80]!r}. Their boxes do not fit {video.name}. Export a version "
             "without augmentation, and without a change of size or with 'Stretch to'.",
         )

@@ -1,4 +1,4 @@
-"""Rounds coordinates so that they stay boxes inside of the picture."""
+"""Rounds coordinates so that boxes keep an area and stay inside the picture."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ __all__ = ["rounded", "whole_pixels"]
 
 
 def rounded(boxes: NDArray[np.float64], decimals: int, width: int, height: int) -> NDArray[np.float64]:
-    """Boxes rounded to decimals, never without area and never outside of the picture.
+    """Round boxes to a number of decimals; none loses its area or leaves the picture.
 
     Args:
-        boxes: shape (n, 4), px edges, inside of the picture.
+        boxes: shape (n, 4), px edges, inside the picture.
         decimals: of the result.
-        width: of the picture, px.
-        height: px.
+        width: picture width, px.
+        height: picture height, px.
 
     Returns:
-        shape (n, 4); a side that would vanish gets the smallest length that shows.
+        Shape (n, 4), px; a side that would vanish gets the smallest visible length.
     """
     out = np.round(boxes, decimals)
     least = 10.0**-decimals
@@ -31,15 +31,15 @@ def rounded(boxes: NDArray[np.float64], decimals: int, width: int, height: int) 
 
 
 def whole_pixels(boxes: NDArray[np.float64], width: int, height: int) -> NDArray[np.int64]:
-    """Boxes with whole edges, each at least one pixel wide and high and inside of the picture.
+    """Round boxes to whole edges; each is at least one pixel wide and high and inside the picture.
 
     Args:
         boxes: shape (n, 4), px edges.
-        width: of the picture, px.
-        height: px.
+        width: picture width, px.
+        height: picture height, px.
 
     Returns:
-        shape (n, 4); halves are rounded up.
+        Shape (n, 4), px; halves are rounded up.
     """
     out = np.floor(boxes + 0.5).astype(np.int64)
     for low, limit in ((0, width), (1, height)):

@@ -21,7 +21,7 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 @dataclass(frozen=True, slots=True)
 class TrackInfo:
-    """The facts about a track that its rows share."""
+    """Facts about a track that its rows share."""
 
     uid: str
     label: int
@@ -33,12 +33,12 @@ class TrackInfo:
 
 @dataclass(frozen=True, slots=True)
 class FrameRows:
-    """All boxes of a video with what their tracks say.
+    """All boxes of a video with the facts about their tracks.
 
     Attributes:
-        tracks: by number.
-        table: the boxes, ordered by frame, then by track; ``key``: a key frame after thinning.
-        changing: attributes that change from frame to frame, of each row; None: no track has any.
+        tracks: by track number.
+        table: the boxes by frame, then by track; ``key`` marks key frames after thinning.
+        changing: attributes of each row that change from frame to frame; None: no track has any.
     """
 
     tracks: list[TrackInfo]
@@ -51,11 +51,11 @@ class FrameRows:
         return np.unique(self.table.frame)
 
     def said(self, k: int) -> dict[str, AttributeValue]:
-        """What the attributes that change say in a row."""
+        """The changing attributes of row ``k``."""
         return {} if self.changing is None else self.changing[k]
 
     def plain(self) -> PlainRows:
-        """The columns as lists: a loop over rows in Python is several times as fast as over arrays."""
+        """The columns as lists: a Python loop over lists is several times as fast as over arrays."""
         return PlainRows(*(getattr(self.table, name).tolist() for name in PlainRows._fields))
 
 
@@ -73,13 +73,13 @@ class PlainRows(NamedTuple):
 def rows_by_frame(
     video: DatasetVideo, *, thin_px: float = 0.0, rounding: float = 0.0, only: set[str] | None = None
 ) -> FrameRows:
-    """Gather the boxes of a video by frame: about 70 bytes a box.
+    """Gather the boxes of a video by frame; takes about 70 bytes a box.
 
     Args:
         video: its tracks are read once.
-        thin_px: ``key`` marks the frames that ``key_frames`` keeps within this bound; 0: all are key frames.
+        thin_px: bound in px for ``key_frames``, which sets ``key``; 0: all frames are key frames.
         rounding: passed to ``key_frames``.
-        only: uids of the tracks wanted; None: all.
+        only: uids of the tracks to take; None: all.
     """
     tracks = [track for track in video.tracks() if only is None or track.uid in only]
     keys = [key_frames(track, thin_px, rounding=rounding) for track in tracks]
@@ -89,12 +89,12 @@ def rows_by_frame(
 
 
 def table_of(tracks: Sequence[Track]) -> TrackTable:
-    """The boxes of some tracks, ordered by frame, then by track; the number of a track is its place."""
+    """The boxes of tracks by frame, then by track; a track's number is its index."""
     return _table(tracks, [track.key for track in tracks])[0]
 
 
 def _table(tracks: Sequence[Track], keys: Sequence[BoolArray]) -> tuple[TrackTable, IntArray]:
-    """The table, and which row of all tracks, one after the other, each of its rows is."""
+    """The table, and for each of its rows the index among the concatenated rows of all tracks."""
     frame = _joined([t.frames for t in tracks], np.int64)
     number = np.repeat(np.arange(len(tracks)), [len(t.frames) for t in tracks])
     order = np.lexsort((number, frame))

@@ -1,4 +1,4 @@
-"""The CSV beside files that have no place for tracks: one row a box names its track."""
+"""Reads and writes the CSV beside formats without tracks: one row per box names its track."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from tsr_engine.labels.model import AttributeValue
 __all__ = ["ATTRIBUTES", "COLUMNS", "SideRow", "SideText", "csv_text", "header_of", "read_rows", "read_side", "real"]
 
 COLUMNS = ("uid", "key", "occluded", "ignore", "score", "state", "source", "note")
-"""Columns about the track of a box; a format puts its own before. ``note`` stands at a track's first box only."""
+"""Columns about the track of a box; a format puts its own before them. Only a track's first box has a ``note``."""
 ATTRIBUTES = "attributes"
-"""The column of the label's attributes, behind the others; older files have none."""
+"""Column of the label's attributes, after the others; older files lack it."""
 
 
 @dataclass(frozen=True, slots=True)
 class SideRow:
-    """The side file's row for one box."""
+    """The CSV row of one box."""
 
     line: int
     own: Mapping[str, str]
@@ -43,20 +43,20 @@ class SideRow:
     said: Mapping[str, AttributeValue]
 
     def tell(self, validator: ImportValidator, frame: int) -> None:
-        """Describe the track of the box; ``frame`` is where a note without a number of its own belongs."""
+        """Describe the track of the box to a validator; a note without a frame number is put at ``frame``."""
         validator.describe(
             self.uid, state=self.state, source=self.source or "imported", notes=notes_from_text(self.note, frame)
         )
 
 
 class SideText:
-    """The cells of ``COLUMNS`` and ``ATTRIBUTES`` for each row of a table, as text.
+    """Makes the cells of ``COLUMNS`` and ``ATTRIBUTES`` for the rows of a table, as text.
 
-    What is about a track is put together once.
+    Cells that depend only on the track are made once.
     """
 
     def __init__(self, rows: FrameRows) -> None:
-        """Take all rows."""
+        """Take all rows of a video."""
         self._rows = rows.plain()
         self._changing = rows.said
         self._attributes = [info.attributes for info in rows.tracks]
@@ -66,7 +66,7 @@ class SideText:
         self._notes = [csv_text([notes_to_text(info.notes)]) if info.notes else "" for info in rows.tracks]
 
     def __call__(self, k: int) -> str:
-        """The cells of row ``k``; a track's note stands in the row of it that is asked for first."""
+        """The cells of row ``k``; a track's note is in the first of its rows that is requested."""
         rows = self._rows
         track, score = rows.track[k], rows.score[k]
         note = "" if track in self._first else self._notes[track]
@@ -79,26 +79,26 @@ class SideText:
 
 
 def csv_text(cells: Sequence[object]) -> str:
-    """Cells of a CSV, quoted where it takes that, without the end of the line."""
+    """Cells as a CSV line without its end, quoted where necessary."""
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerow(cells)
     text = out.getvalue()[:-1]
-    # The only cell of a line is quoted where it is empty.
+    # csv quotes the only cell of a line if it is empty.
     return "" if text == '""' and len(cells) == 1 else text
 
 
 def read_rows(path: Path, needed: Sequence[str], *, delimiter: str = ",") -> Iterator[tuple[int, dict[str, str]]]:
-    """Rows of a CSV with a header, as name -> cell, with their line numbers; empty lines are passed over.
+    """Yield line number and cells by column name for each row of a CSV with a header; empty lines are skipped.
 
     Raises:
-        ImportFormatError: another encoding, a needed column is missing, or a row with too many or too few cells.
+        ImportFormatError: another encoding, a missing column, or a row with too many or too few cells.
     """
     with open_text(path) as stream:
         yield from _rows_of(stream, path.name, needed, delimiter)
 
 
 def header_of(path: Path, *, delimiter: str = ",") -> list[str]:
-    """The names of the columns of a CSV; empty: it has none.
+    """The column names of a CSV; empty: it has none.
 
     Raises:
         ImportFormatError: another encoding.
@@ -131,20 +131,20 @@ def _rows_of(stream: TextIO, file: str, needed: Sequence[str], delimiter: str) -
                 )
             yield line, dict(zip(header, cells, strict=True))
     except csv.Error as error:
-        raise refuse(file, table.line_num, f"is no CSV: {error}. Export it again.") from None
+        raise refuse(file, table.line_num, f"is not a CSV file: {error}. Export it again.") from None
     if header is None:
         raise refuse(file, 1, "is empty; must have a header. Export it again.")
 
 
 def read_side(path: Path, own: Sequence[str]) -> Iterator[SideRow]:
-    """The rows of a side file.
+    """Yield the rows of the CSV beside a format's files.
 
     Args:
         path: the CSV.
-        own: columns of the format.
+        own: the format's columns.
 
     Raises:
-        ImportFormatError: a column is missing or a cell is none of what it can be.
+        ImportFormatError: a column is missing, or a cell has an invalid value.
     """
     for line, cells in read_rows(path, [*own, *COLUMNS]):
         uid = cells["uid"]
@@ -172,10 +172,10 @@ def read_side(path: Path, own: Sequence[str]) -> Iterator[SideRow]:
 
 
 def real(cell: str, name: str, file: str, line: int) -> float:
-    """A finite number.
+    """Parse a finite number.
 
     Raises:
-        ImportFormatError: it is none.
+        ImportFormatError: it is not a finite number.
     """
     try:
         value = real_number(cell)

@@ -18,23 +18,23 @@ __all__ = ["SmallFileStore", "content_of", "names_below"]
 
 _NUMBERED: Final = re.compile(r"[0-9]\.(?:xml|txt)", re.IGNORECASE | re.ASCII)
 _MOST: Final = 1 << 16
-"""Bytes that an archive announces for an entry that may wait here."""
+"""Largest entry that may be stored here, in bytes as the archive states."""
 _REAL: Final = 50
-"""Files of each folder that are on the disk whatever they are called: a format is recognised by these."""
+"""Number of files per folder that are always on the disk: a format is recognised by them."""
 
 
 class SmallFileStore:
-    """Holds files by their names below a folder; a context manager that removes them."""
+    """Stores files by their names below a folder; a context manager that removes them."""
 
     def __init__(self, folder: Path, place: Path) -> None:
-        """Take names and place.
+        """Create the store.
 
         Args:
-            folder: below which the files seem to lie.
-            place: of the one file; must not be there yet.
+            folder: the folder that seems to hold the files.
+            place: path of the store's file; must not exist.
 
         Raises:
-            OSError: the file cannot be made.
+            OSError: the file cannot be created.
         """
         self._root = f"{folder}/"
         self._stream = place.open("xb+")
@@ -49,36 +49,36 @@ class SmallFileStore:
         self._stream.close()
 
     def takes(self, name: str, size: int) -> bool:
-        """Whether a file of an archive may wait here; asked once for each, in order.
+        """Whether a file of an archive may be stored; call it once per file, in order.
 
         Args:
             name: relative to the folder, with slashes.
-            size: as announced, bytes.
+            size: bytes as the archive states.
         """
         home, _, last = name.rpartition("/")
         self._seen[home] = seen = self._seen.get(home, 0) + 1
         return seen > _REAL and size <= _MOST and _NUMBERED.search(last, max(0, len(last) - 5)) is not None
 
     def put(self, name: str, content: bytes) -> None:
-        """Take a file.
+        """Store a file.
 
         Raises:
-            OSError: no room.
+            OSError: no space.
         """
         self._stream.write(content)
         self._at[name] = (self._end, len(content))
         self._end += len(content)
 
     def seal(self) -> None:
-        """Have all that was taken in the file.
+        """Flush all stored content to the file.
 
         Raises:
-            OSError: no room.
+            OSError: no space.
         """
         self._stream.flush()
 
     def below(self, folder: Path) -> list[str]:
-        """Names of the files in a folder and below, relative to it."""
+        """Names of the stored files below a folder, relative to it."""
         start = f"{folder}/"
         if not start.startswith(self._root):
             return []
@@ -86,12 +86,12 @@ class SmallFileStore:
         return [name[len(start) :] for name in self._at if name.startswith(start)]
 
     def content(self, path: str) -> bytes | None:
-        """What is in a file; None: it is none of these."""
+        """The content of a file; None: it is not stored here."""
         found = self._at.get(path.removeprefix(self._root))
         return None if found is None else os.pread(self._stream.fileno(), found[1], found[0])
 
     def on_disk(self, path: str) -> Path:
-        """The file itself, made now if need be."""
+        """The file on the disk; it is written first if it is stored here."""
         content = self.content(path)
         if content is not None and not Path(path).exists():
             Path(path).parent.mkdir(parents=True, exist_ok=True)
@@ -100,19 +100,19 @@ class SmallFileStore:
 
 
 def names_below(folder: Path, store: SmallFileStore | None) -> list[str]:
-    """Names of all files in a folder and below, relative to it, with slashes, sorted."""
+    """Names of all files below a folder, relative to it, with slashes, sorted."""
     there = [name for name in files_below(folder) if not is_rubbish(name)]
     return there if store is None else sorted({*there, *store.below(folder)})
 
 
 def content_of(path: str, store: SmallFileStore | None, limit: int = -1) -> bytes:
-    """The first ``limit`` bytes of a file, or all.
+    """The first ``limit`` bytes of a file, or all of them.
 
     Raises:
-        OSError: it cannot be read.
+        OSError: the file cannot be read.
     """
     waiting = None if store is None else store.content(path)
     if waiting is not None:
         return waiting if limit < 0 else waiting[:limit]
-    with open(path, "rb", buffering=0) as stream:  # noqa: PTH123 - a Path object takes as long as reading the file
+    with open(path, "rb", buffering=0) as stream:  # noqa: PTH123 - creating a Path takes as long as reading the file
         return stream.read(limit)

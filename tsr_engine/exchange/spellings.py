@@ -15,27 +15,27 @@ from tsr_engine.exchange.names import is_name_of
 __all__ = ["VIDEO_SUFFIXES", "OwnName", "plain_name", "without_upload"]
 
 VIDEO_SUFFIXES: Final = "mp4|mov|m4v|mkv|webm|avi|3gp|mpe?g|mts|m2ts|ts|flv|wmv|gif|h26[45]|hevc"
-"""Suffixes of videos, as part of a pattern."""
+"""Pattern of video suffixes."""
 _SUFFIX = re.compile(rf"[._-](?:{VIDEO_SUFFIXES})\Z", re.IGNORECASE)
 _PUNCTUATION = re.compile(r"[\W_]+")
 _UPLOAD = re.compile(
     r"\A(?!(?:19|20)\d\d(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])-)[0-9a-f]{8}-(?![0-9a-f]{8}-)(?=.)", re.ASCII
 )
-"""What Label Studio puts before the name of an uploaded file; a date is none, nor is one of two ids."""
+"""Label Studio's prefix of an uploaded file's name; a date does not match, nor does a name with two ids."""
 
 
 def plain_name(name: str) -> str:
-    """A name without case, suffix of a video and punctuation, so that all spellings of one name are equal."""
+    """A name without case, punctuation and video suffix, so that all its spellings are equal."""
     return _plain(_SUFFIX.sub("", name))
 
 
 def without_upload(name: str) -> str:
-    """A name without the eight digits of a UUID and the dash that Label Studio puts before it."""
+    """A name without Label Studio's upload prefix: eight digits of a UUID and a dash."""
     return _UPLOAD.sub("", name, count=1)
 
 
 class OwnName:
-    """Tells whether a name is a spelling of one video's name."""
+    """Checks whether a name is a spelling of a video's name."""
 
     def __init__(self, video: DatasetVideo) -> None:
         """Take the video."""
@@ -46,7 +46,7 @@ class OwnName:
         self._found = lru_cache(maxsize=4096)(self._find)
 
     def __call__(self, name: str) -> bool:
-        """Whether ``name``, without its folder, is the video's; a suffix of a video may be there or not."""
+        """Whether ``name``, without its folder, is the video's name, with or without a video suffix."""
         return bool(name) and self._found(name)
 
     def _find(self, name: str) -> bool:

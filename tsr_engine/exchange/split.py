@@ -1,7 +1,7 @@
-"""Divides signs among training, validation and test so that no sign or frame is on two sides.
+"""Divides signs among training, validation and test so that no sign or frame is in two subsets.
 
-The same sign in thirty frames is thirty near copies, so signs stay whole, and so do frames. Signs that share a
-frame of a video form a group, and a group goes to one side as a whole.
+Thirty frames of a sign are thirty near copies, so signs stay whole, and so do frames. Signs that share a
+frame of a video form a group, which goes to one subset as a whole.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ __all__ = ["SUBSETS", "Split", "check_leaks", "deal", "lacking", "subset_of", "s
 
 SUBSETS = ("train", "val", "test")
 WHOLE = "default"
-"""Name of the one subset of an export without split."""
+"""Name of the only subset of an export without a split."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Split(Mapping[tuple[str, str], str]):
-    """Subset of each (video key, track uid), with how it came about.
+    """Maps (video key, track uid) to a subset, and stores how it was made.
 
     Attributes:
-        sides: the subsets.
+        sides: the mapping.
         rule: ``sign`` (groups of signs that share frames), ``track`` (single signs, for crops) or ``video``.
-        seed: of the deal.
-        shares: subset -> wanted share of the boxes.
-        groups: how many groups were divided.
+        seed: seed of the order.
+        shares: wanted share of the boxes by subset.
+        groups: number of groups.
     """
 
     sides: Mapping[tuple[str, str], str]
@@ -54,32 +54,32 @@ class Split(Mapping[tuple[str, str], str]):
 
 
 def video_key(video: DatasetVideo) -> str:
-    """What names a video in a split: its SHA-256, else its name."""
+    """The key of a video in a split: its SHA-256, else its name."""
     return video.sha256 or video.name
 
 
 def subset_of(video: DatasetVideo, uid: str, split: Mapping[tuple[str, str], str]) -> str | None:
-    """Subset of a track; ``default`` without a split, None: on no side, leave it out."""
+    """Subset of a track; ``default`` without a split; None: in no subset, leave the track out."""
     return split.get((video_key(video), uid)) if split else WHOLE
 
 
 def deal(
     dataset: Dataset, shares: Mapping[str, float], seed: int, rule: str = "sign", *, balance: bool = False
 ) -> Split:
-    """Deal signs to subsets, weighted by boxes.
+    """Divide signs among subsets, weighted by boxes.
 
-    Groups are put in the order of a hash of seed and name, then cut where the shares are reached, so the same data and
-    seed give the same sides on every machine. A subset with a share gets at least one group while there are enough.
+    Groups are sorted by a hash of seed and name, then cut where the shares are reached, so the same data and
+    seed give the same split on every machine. A subset with a share gets at least one group if there are enough.
 
     Args:
         dataset: its tracks are read once.
-        shares: of ``train``, ``val`` and ``test``, each >= 0; scaled to a sum of 1.
-        seed: any whole number.
-        rule: ``sign``, ``track`` or ``video``; ``track`` suits only formats that cut signs out of their frames.
-        balance: give each subset every label that enough groups have; the shares are met less exactly then.
+        shares: shares of ``train``, ``val`` and ``test``, each >= 0; scaled to a sum of 1.
+        seed: any integer.
+        rule: ``sign``, ``track`` or ``video``; ``track`` is only for formats that crop signs from their frames.
+        balance: give each subset every label that has enough groups; the shares are then met less exactly.
 
     Raises:
-        UsageError: shares that are not such, or an unknown rule.
+        UsageError: invalid shares, or an unknown rule.
         ExportError: fewer groups than subsets with a share.
     """
     wanted = {name: float(shares.get(name, 0.0)) for name in SUBSETS}
@@ -100,7 +100,7 @@ def deal(
             + ("Use more videos." if rule == "video" else "Use more videos, or fewer subsets.")
         )
     order = sorted(range(len(weights)), key=lambda g: _hash(seed, min(members[g])))
-    # What shares a frame with no sign is there to be learned from.
+    # Rejected tracks that share no frame with a sign are for training.
     sides: dict[tuple[str, str], str] = dict.fromkeys(alone, next(iter(wanted)))
     subsets = _cut([weights[g] for g in order], wanted)
     if balance:
@@ -111,11 +111,11 @@ def deal(
 
 
 def lacking(dataset: Dataset, split: Mapping[tuple[str, str], str]) -> dict[str, list[str]]:
-    """Names of the labels that others have signs of and a subset has not, by subset; subsets that lack none left out.
+    """Labels that other subsets have signs of, by the subset that has none; subsets that lack no label are left out.
 
     Args:
         dataset: its tracks are read once.
-        split: of it.
+        split: the split of its tracks.
     """
     there: dict[str, set[int]] = {side: set() for side in SUBSETS if side in set(split.values())}
     for video in dataset.videos:
@@ -129,12 +129,12 @@ def lacking(dataset: Dataset, split: Mapping[tuple[str, str], str]) -> dict[str,
 
 
 def check_leaks(dataset: Dataset, split: Mapping[tuple[str, str], str], *, whole_frames: bool) -> None:
-    """Prove that no sign, and with ``whole_frames`` no picture, is on two sides.
+    """Check that no sign, and with ``whole_frames`` no picture, is in two subsets.
 
-    A mapping cannot hold one sign twice; what can leak is a frame whose signs are on different sides.
+    A mapping cannot hold one sign twice, but signs of one frame can be in different subsets.
 
     Raises:
-        ExportError: something is on two sides; names it.
+        ExportError: something is in two subsets; names it.
     """
     if not split or not whole_frames:
         return
@@ -161,10 +161,10 @@ def check_leaks(dataset: Dataset, split: Mapping[tuple[str, str], str], *, whole
 def subsets_of_frames(video: DatasetVideo, split: Mapping[tuple[str, str], str]) -> tuple[list[str], NDArray[np.int8]]:
     """Subset of every frame of a video, for formats that put pictures into subsets.
 
-    A frame without signs goes with the nearest frame that has one: neighbours are near copies too.
+    A frame without signs follows the nearest frame with one, because neighbours are near copies too.
 
     Returns:
-        names of the subsets, and the number of the subset of each frame, shape (frames,); without signs all are 0.
+        Names of the subsets, and the index of the subset of each frame, shape (frames,); without signs all are 0.
     """
     if not split:
         return [WHOLE], np.zeros(video.frames, dtype=np.int8)
@@ -200,7 +200,7 @@ def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], l
 
     for video in dataset.videos:
         name = video_key(video)
-        # Number of a track that shows in each frame: enough to join all tracks of the frame.
+        # Index of one track per frame is enough to join all tracks of the frame.
         shown = shown_in.setdefault(name, np.full(video.frames, -1, dtype=np.int64))
         for track in video.tracks():
             key = (name, track.uid)
@@ -210,7 +210,7 @@ def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], l
                 parent.append(number)
                 boxes.append(0)
                 labels.append(NO_CLASS if track.state == REJECTED else track.label)
-            # What is no sign goes where the signs of its frames go, and does not count for the shares.
+            # Rejected tracks follow the signs of their frames, and do not count for the shares.
             boxes[number] += 0 if track.state == REJECTED else len(track.frames)
             if rule == "sign":
                 for other in np.unique(shown[track.frames]).tolist():
@@ -231,9 +231,9 @@ def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], l
 
 
 def _balance(sides: list[str], kinds: list[set[int]], weights: list[int], names: list[str]) -> None:
-    """Move groups, few and small ones, until each side has every label that enough groups have; changes ``sides``.
+    """Move few and small groups until each subset has every label that has enough groups; changes ``sides``.
 
-    Labels that the fewest groups have come first. A group leaves a side only if that keeps what it has been given for.
+    Labels with the fewest groups come first. A group is not moved if its subset would lose a label that it was given.
     """
     holders: dict[int, list[int]] = {}
     for group, own in enumerate(kinds):
@@ -263,7 +263,7 @@ def _balance(sides: list[str], kinds: list[set[int]], weights: list[int], names:
 
 
 def _cut(weights: list[int], wanted: Mapping[str, float]) -> list[str]:
-    """Side of each group in order: the cuts lie where the sum of the weights comes nearest to the shares."""
+    """Subset of each group in order; cuts lie where the cumulated weight is nearest to the shares."""
     sums = np.concatenate(([0], np.cumsum(weights)))
     out: list[str] = []
     share, left = 0.0, len(wanted)

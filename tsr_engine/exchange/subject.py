@@ -1,9 +1,8 @@
-"""Finds the video that a file of another tool is about, by the names and addresses in it, and chooses among several.
+"""Finds the video that another tool's file is about by names and addresses in it, and chooses among several.
 
-Label Studio has addresses (``/data/upload/3/1a2b3c4d-drive.mp4``, ``/data/local-files/?d=dir/drive.mp4``, signed ones
-of a cloud), CVAT has the name of the file, and tables have a column with either. Uploads to Label Studio get eight
-hexadecimal digits of a UUID and a dash before their name, and lose what Django's ``get_valid_filename`` takes out of
-names.
+Label Studio has addresses (``/data/upload/3/1a2b3c4d-drive.mp4``, ``/data/local-files/?d=dir/drive.mp4``, signed
+cloud addresses), CVAT has the file's name, and tables have a column with either. Label Studio's uploads get a prefix
+of eight hexadecimal UUID digits and a dash, and lose the characters that Django's ``get_valid_filename`` removes.
 """
 
 from __future__ import annotations
@@ -28,13 +27,13 @@ __all__ = ["TASK_SWITCH", "Part", "choose", "is_video", "name_in", "name_similar
 TASK_SWITCH = Switch(
     "task",
     ("auto",),
-    "The task to take of a file with several, by its id or the name of its video; auto: the one that names this video.",
+    "Task of a file with several, by its id or the name of its video; auto: the one that names this video.",
     free=True,
 )
 SAME = 2
-"""The name of the file is the video's own."""
+"""The name is the video's."""
 ALIKE = 1
-"""It is the video's name as a tool may have changed it: another suffix, special characters, digits before it."""
+"""The name may be a tool's version of the video's: another suffix, special characters, or digits before it."""
 
 _SUFFIXES = "mp4|m4v|mov|avi|mkv|webm|ts|mts|m2ts|mpe?g|flv|wmv|3gp|ogv|h26[45]|hevc|gif|apng|webp"
 _MEDIA = re.compile(rf"\.(?:{_SUFFIXES})\Z", re.I)
@@ -50,10 +49,10 @@ class Part(Generic[Content]):
     """A part of a file that is about one video.
 
     Attributes:
-        content: what the reader takes of it.
-        addresses: names and addresses of its video, as the file has them; the first is reported.
-        ids: other names that a person can choose it by.
-        known: the file tells in another way whether it is about the video, such as by a hash; unset: it does not.
+        content: for the reader.
+        addresses: names and addresses of its video in the file; the first is reported.
+        ids: other names by which a person can choose it.
+        known: whether it is about the video, if the file says so in another way, such as by a hash; unset: it does not.
     """
 
     content: Content
@@ -63,19 +62,19 @@ class Part(Generic[Content]):
 
     @property
     def name(self) -> str:
-        """The name of its video, for messages; empty: none."""
+        """The name of its video, for messages; may be empty."""
         return next((name_in(address) for address in self.addresses if address), "")
 
 
 def name_similarity(address: str, video: DatasetVideo) -> int:
-    """How well an address fits a video: ``SAME``, ``ALIKE``, or 0 where it is another's."""
+    """How well an address fits a video: ``SAME``, ``ALIKE``, or 0 for another video."""
     own = _plain(video.name)
     best = 0
     for name, uploaded in _names(address):
         if _plain(name) == own:
             return SAME
         bare = _UPLOAD.match(name)
-        # Eight digits before a name without folder may as well be a date.
+        # Eight digits before a name without folder may be a date.
         sent = bare is not None and (uploaded or not bare[0][:-1].isdigit())
         for each in (name, name[9:]) if sent else (name,):
             stem = _stem(each)
@@ -86,14 +85,14 @@ def name_similarity(address: str, video: DatasetVideo) -> int:
 
 
 def is_video(name: str) -> bool:
-    """Whether a name ends as those of videos do."""
+    """Whether a name has a video suffix."""
     return _MEDIA.search(name.strip()) is not None
 
 
 def name_in(address: str) -> str:
-    """The name of the file that an address is about, without the digits of an upload."""
+    """The file name in an address, without the digits of an upload."""
     names = list(_names(address))
-    # what is escaped, or has a query before it, is longer than the name
+    # An escaped name, or one with a query before it, is longer than the video's.
     name, uploaded = min(
         (each for each in names if _MEDIA.search(each[0])), key=lambda each: len(each[0]), default=names[0]
     )
@@ -103,19 +102,19 @@ def name_in(address: str) -> str:
 def choose(
     parts: Sequence[Part[Content]], validator: ImportValidator, file: str, kind: str, *, merge: bool = False
 ) -> list[Part[Content]]:
-    """The parts of a file that are about the video of the import; what is left out is reported.
+    """The parts of a file that are about the import's video; the others are reported.
 
-    A single part that names another video, or one that a person chose, is taken with a sentence.
+    A single part that names another video, or one chosen by a person, is taken and reported.
 
     Args:
         parts: of the file.
-        validator: takes the reports, and has the video and the switch ``task``.
+        validator: takes the reports; has the video and the switch ``task``.
         file: for messages.
-        kind: what a part is called: ``task``.
-        merge: several parts may be about one video.
+        kind: the word for a part: ``task``.
+        merge: whether several parts may be about one video.
 
     Raises:
-        ImportFormatError: no part is about the video, or it is not clear which.
+        ImportFormatError: no part is about the video, or the choice is ambiguous.
     """
     video = validator.target.video
     said = validator.target.switches.get("task", "auto")
@@ -152,10 +151,10 @@ def choose(
     for part in found:
         if part.known is False and name_similarity(part.name, video):
             validator.repair(
-                f"{file}: speaks of another file called {part.name[:80]}, by its hash. It was taken anyway."
+                f"{file}: names another file called {part.name[:80]}, by its hash. It was imported anyway."
             )
         elif part.name and not _degree(part, video):
-            validator.repair(f"{file}: speaks of {part.name[:80]}. It was taken to be about {video.name}.")
+            validator.repair(f"{file}: names {part.name[:80]}. It was imported onto {video.name}.")
     return found
 
 
@@ -184,7 +183,7 @@ def _is_called(address: str, said: str) -> bool:
 
 
 def _names(address: str) -> Iterator[tuple[str, bool]]:
-    """Names of files that an address may mean, and whether it is that of an upload. Never empty."""
+    """File names that an address may mean, and whether each is that of an upload; at least one."""
     whole = address.strip().replace("\\", "/")
     uploaded = "/upload/" in whole
     tail = whole.rstrip("/").rsplit("/", 1)[-1]
@@ -201,7 +200,7 @@ def _names(address: str) -> Iterator[tuple[str, bool]]:
         yield path, uploaded
     if _MEDIA.search(path):
         return
-    # A number sign belongs to a name that nobody has escaped.
+    # An unescaped number sign is part of the name.
     for part in whole.partition("?")[2].split("&"):
         key, _, value = part.partition("=")
         for plain in dict.fromkeys((unquote_plus(value), unquote(value), value)):
@@ -214,7 +213,7 @@ def _names(address: str) -> Iterator[tuple[str, bool]]:
 
 
 def _decoded(value: str) -> str:
-    """The address that Label Studio's ``/presign/?fileuri=`` has in base 64; ``value`` where it is none."""
+    """The base-64 address in Label Studio's ``/presign/?fileuri=``; ``value`` if it is not base 64."""
     try:
         return base64.urlsafe_b64decode(value + "=" * (-len(value) % 4)).decode()
     except (binascii.Error, ValueError):
@@ -230,7 +229,7 @@ def _stem(name: str) -> str:
 
 
 def _forms(stem: str, *norms: Literal["NFC", "NFD"]) -> set[str]:
-    """A name as it is and as an upload leaves it: spaces become ``_``, what is no letter, digit or ``-_.`` is gone.
+    """A name and its form after an upload: spaces become ``_``; only letters, digits and ``-_.`` remain.
 
     Accents of a decomposed name (``NFD``, as macOS sends it) are no letters.
     """

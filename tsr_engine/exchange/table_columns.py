@@ -1,6 +1,6 @@
-"""The names that other tools give to the columns of their tables and the keys of their JSON rows.
+"""Lists the column names in other tools' tables and the keys of their JSON rows.
 
-The table has the names of supervision's ``CSVSink`` and ``JSONSink``, Ultralytics' ``to_csv``, ``to_json`` and
+The list has the names of supervision's ``CSVSink`` and ``JSONSink``, Ultralytics' ``to_csv``, ``to_json`` and
 ``to_df``, MOTChallenge's, and names that people write. Names are compared without case, with ``_`` for spaces, dots and
 dashes.
 """
@@ -59,15 +59,15 @@ NAMES: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 CLASSES = ("label", "class_name", "classname", "class", "category", "category_name", "label_name", "name",
            "class_id", "classid", "category_id", "label_id", "cls", "cls_id")  # fmt: skip
-"""Where a class may stand; of several, a text goes before a number, then the order counts."""
+"""Columns of classes; a text goes before a number, then the order decides."""
 _IDS = frozenset({"class_id", "classid", "category_id", "label_id", "cls", "cls_id"})
-"""Of these, the columns of numbers; a number in another one may be a name, such as a speed limit."""
+"""Class columns of numbers; a number in another class column may be a name, such as a speed limit."""
 PICTURES = ("filename", "file_name", "image", "image_name", "image_path", "image_id", "imageid", "img", "path")
-"""Where other tables name pictures instead of frames."""
+"""Columns in which other tables name pictures instead of frames."""
 EMPTY = frozenset({"", "nan", "none", "null"})
-"""As tables write that there is nothing."""
+"""Cells that mean a missing value."""
 MOT = ("bb_left", "bb_top", "bb_width", "bb_height")
-"""As MOTChallenge calls them; its ``x,y,z`` beside them are positions in space."""
+"""MOTChallenge's names; its ``x,y,z`` beside them are positions in space."""
 _SIZED = (
     ("x", "y", "w", "h"),
     ("left", "top", "width", "height"),
@@ -90,10 +90,10 @@ class Columns:
     Attributes:
         named: meaning -> column. A box has ``x1`` to ``y2``, or ``x``, ``y``, ``w``, ``h``, with ``cx``, ``cy`` for the
             centre, or all in ``box`` or ``bbox``.
-        classes: columns that may hold a class, in the order in which they count.
+        classes: columns that may hold a class, in order of preference.
         frames: further columns of frames.
-        mot: the names are MOTChallenge's, whose frames count from 1.
-        own: the table is one of ours: classes are numbers of the tool, frames count from 0.
+        mot: whether the names are MOTChallenge's, whose frames count from 1.
+        own: whether this tool wrote the table: classes are its numbers, frames count from 0.
     """
 
     named: Mapping[str, str]
@@ -104,26 +104,26 @@ class Columns:
 
     @property
     def box(self) -> bool:
-        """Whether the columns hold a box."""
+        """Whether the columns include a box."""
         return bool({"x1", "x", "cx", "box", "bbox"} & set(self.named))
 
 
 @lru_cache(maxsize=4096)
 def normal(name: str) -> str:
-    """A name as names are compared."""
+    """A name in the form used for comparison."""
     return _OTHER.sub("_", name.strip().lower()).strip("_")
 
 
 def is_id_column(name: str) -> bool:
-    """Whether a column of classes holds their numbers, by what it is called."""
+    """Whether a class column holds numbers, by its name."""
     return normal(name) in _IDS
 
 
 def columns_of(names: Iterable[str]) -> Columns:
-    """Find what is known.
+    """Find the meaning of column names.
 
     Raises:
-        ValueError: there is more than one set of box columns; says which.
+        ValueError: there is more than one set of box columns; names them.
     """
     have = {normal(name): name for name in reversed(list(names))}
     found = {
@@ -150,13 +150,13 @@ def columns_of(names: Iterable[str]) -> Columns:
 
 
 def with_video(columns: Columns, cells: Mapping[str, str]) -> Columns:
-    """The columns with that of the video, where one that may name pictures names one in a first row."""
+    """The columns with that of the video, if a column that may name pictures names a video in the given row."""
     found = next((name for name in cells if normal(name) in (*PICTURES, "source") and is_video(cells[name])), None)
     return columns if found is None else replace(columns, named={**columns.named, "video": found})
 
 
 def _sized(have: Mapping[str, str]) -> tuple[str, ...] | None:
-    """The columns of a corner or centre, a width and a height that belong together; None: there are none."""
+    """Columns of a corner or centre with a width and a height; None: there are none."""
     alike = [names for names in _SIZED if have.keys() >= set(names)]
     pairs = [(*corner, *size) for corner in _CORNERS for size in _SIZES]
     centred = [(*centre, *size) for centre in _CENTRES for size in _SIZES]
@@ -167,18 +167,18 @@ def _sized(have: Mapping[str, str]) -> tuple[str, ...] | None:
 
 
 def class_in(values: Iterable[str]) -> str:
-    """Of what the class columns of a row hold the one that counts: the first text, else the first number."""
+    """The class of a row: the first text in its class columns, else the first number."""
     given = [value for value in values if value.strip().lower() not in EMPTY]
     return next((value for value in given if not _is_number(value)), given[0] if given else "")
 
 
 def edges_of(value: object, *, sized: bool) -> tuple[float, float, float, float] | None:
-    """The edges of a box that is a list or object, or the text of one; None: it is no box.
+    """The edges of a box given as a list, an object or their text; None: it is not a box.
 
     Args:
-        value: ``[x1, y1, x2, y2]``, or with ``sized`` ``[x, y, w, h]``; an object has names as columns have. Corners
-            ``x3, y3, x4, y4`` of a turned box count as well.
-        sized: what four numbers without names mean.
+        value: ``[x1, y1, x2, y2]``, or with ``sized`` ``[x, y, w, h]``; an object has the names of columns. Corners
+            ``x3, y3, x4, y4`` of a rotated box are used too.
+        sized: whether four numbers without names are a corner and a size.
     """
     if isinstance(value, str):
         value = _parsed(value)
@@ -215,7 +215,7 @@ def _edges(numbers: Mapping[str, float], value: Mapping[str, float]) -> tuple[fl
 
 
 def _parsed(text: str) -> object:
-    """The list or object that a cell holds: of JSON, Python, or four numbers in any brackets."""
+    """The list or object in a cell: JSON, Python, or four numbers in any brackets."""
     text = text.strip()
     if ":" not in text:
         text = "[" + ",".join(text.strip("[](){}").replace(",", " ").split()) + "]"

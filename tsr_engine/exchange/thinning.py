@@ -1,7 +1,7 @@
 """Reduces dense tracks to key frames, and restores them by linear interpolation.
 
-Labelling tools interpolate linearly between key frames. ``key_frames`` picks the fewest frames of a track between
-which a straight line stays close to every edge of every box; ``between`` draws that line.
+Labelling tools interpolate linearly between key frames. ``key_frames`` finds the fewest frames of a track between
+which straight lines stay close to every edge of every box; ``between`` draws those lines.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from tsr_engine.exchange.dataset import Track
 __all__ = ["SPAN", "between", "key_frames", "runs_of"]
 
 SPAN = 1000
-"""Key frames lie at most this many frames apart: keeps the search linear in the length of the track."""
+"""Largest distance between key frames, in frames; keeps the search linear in the length of the track."""
 
 
 def runs_of(frames: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Bounds of the runs of consecutive frames: places ``[0, ..., n]``, shape (runs + 1,); a gap lies between runs."""
+    """Bounds of the runs of consecutive frames: indices ``[0, ..., n]``, shape (runs + 1,)."""
     if not len(frames):
         return np.zeros(1, dtype=np.int64)
     breaks = np.flatnonzero(np.diff(frames) != 1) + 1
@@ -26,20 +26,20 @@ def runs_of(frames: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArray[np.bool_]:
-    """Which frames of a track to write so that interpolation gives the others back.
+    """Choose the frames of a track to write, so that interpolation restores the others.
 
-    The function always keeps key frames of the track, the first and last frame of each run without gap, and frames in
-    which label, attributes, occlusion or ignoring change, since tools hold these until the next key frame. Between
-    those it keeps the fewest frames such that each edge of each box is met within ``thin_px``, at most ``SPAN`` frames
+    Always kept are key frames of the track, the first and last frame of each run, and frames in which label,
+    attributes, occlusion or ignoring change, since tools hold these until the next key frame. Between them it keeps the
+    fewest frames such that each edge of each box is within ``thin_px`` of the line, at most ``SPAN`` frames
     apart.
 
     Args:
-        track: dense or not.
-        thin_px: largest distance of an interpolated edge from the true one in px; 0 or less: every frame is kept.
-        rounding: by how much the writer rounds coordinates at most, px; taken off ``thin_px``.
+        track: may have gaps.
+        thin_px: largest distance of an interpolated edge from the true one, px; 0 or less: keep every frame.
+        rounding: largest rounding error of the writer, px; subtracted from ``thin_px``.
 
     Returns:
-        shape (n,), True where a frame is to be written as key frame.
+        Shape (n,), True for frames to write as key frames.
     """
     count = len(track.frames)
     allowed = thin_px - rounding
@@ -54,7 +54,7 @@ def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArra
             forced[1:] |= held[1:] != held[:-1]
     if forced.all():
         return forced
-    # loads the compiler, which takes a second and 54 MB: not before a track is thinned
+    # This import takes a second and 54 MB for the compiler, so it waits until a track is thinned.
     from tsr_engine.exchange.fewest_keys import fewest_keys
 
     chosen: NDArray[np.bool_] = fewest_keys(
@@ -64,7 +64,7 @@ def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArra
 
 
 def between(frames: NDArray[np.int64], boxes: NDArray[np.float64], wanted: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Boxes on the straight lines between key frames; before the first and after the last the box stands still.
+    """Boxes on the straight lines between key frames; before the first and after the last, the box stands still.
 
     Args:
         frames: key frames, strictly ascending, shape (k,), k >= 1.
@@ -72,7 +72,7 @@ def between(frames: NDArray[np.int64], boxes: NDArray[np.float64], wanted: NDArr
         wanted: shape (m,).
 
     Returns:
-        shape (m, 4), px.
+        Shape (m, 4), px.
     """
     out = np.empty((len(wanted), 4))
     for edge in range(4):

@@ -17,14 +17,14 @@ from tsr_engine.track_table import NO_CLASS, BoolArray, IntArray
 __all__ = ["BOX", "END", "TrackRows", "common_label", "dense"]
 
 BOX = 0
-"""A row that is a box."""
+"""A row with a box."""
 END = 1
-"""A row that says that from this frame on the track is not shown."""
+"""A row from whose frame on the track is hidden."""
 
 
 @dataclass(slots=True)
 class TrackRows:
-    """The rows of one track as they come; flat arrays, since there can be hundreds of thousands."""
+    """The rows of one track in the file's order, in flat arrays, because there can be hundreds of thousands."""
 
     frame: array[int] = field(default_factory=lambda: array("q"))
     kind: array[int] = field(default_factory=lambda: array("b"))
@@ -38,9 +38,9 @@ class TrackRows:
     notes: list[tuple[int, str]] = field(default_factory=list)
     until: int = -1
     said: dict[int, Mapping[str, object]] = field(default_factory=dict)
-    """What rows say beside their box, by place."""
+    """Attributes of rows, by index of the row."""
     always: dict[str, object] = field(default_factory=dict)
-    """What is said of the whole track."""
+    """Attributes of the whole track."""
 
 
 def dense(
@@ -52,13 +52,13 @@ def dense(
     score: FloatArray,
     until: int,
 ) -> tuple[IntArray, FloatArray, IntArray, NDArray[np.int8], FloatArray]:
-    """Every shown frame of a track from its key rows and ends."""
+    """Interpolate every visible frame of a track from its key rows and ends."""
     keys = np.flatnonzero(is_box)
-    # How many frames each key row is shown: up to the next row of either kind.
+    # Number of frames for which each key row is shown: up to the next row of either kind.
     following = np.append(frames[1:], max(int(frames[-1]), until) + 1)
     lengths = (following - frames)[keys]
     total = int(lengths.sum())
-    # Place of the key row that each dense frame belongs to.
+    # Index of the key row of each dense frame.
     owner = np.repeat(keys, lengths)
     starts = np.cumsum(lengths) - lengths
     step = np.arange(total) - np.repeat(starts, lengths)
@@ -74,8 +74,8 @@ def dense(
 
 
 def common_label(label: IntArray) -> int:
-    """The label that most frames have, as far as the file says one; of equals the smallest class, ``NO_CLASS`` last."""
-    if (label == label[0]).all():  # as of most tracks
+    """The most frequent label among stated ones; on a tie the smallest id, with ``NO_CLASS`` last."""
+    if (label == label[0]).all():  # most tracks
         return NO_CLASS if label[0] == UNSAID else int(label[0])
     values, counts = np.unique(label[label != UNSAID], return_counts=True)
     if not len(values):

@@ -1,4 +1,4 @@
-"""Converts boxes that are rotated about their centre to upright ones."""
+"""Converts rotated boxes to upright ones."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ Edges = tuple[float, float, float, float]
 
 
 def upright(edges: Edges, degrees: float, validator: ImportValidator, file: str, line: int | str | None) -> Edges:
-    """The upright box around a turned one, with a sentence; a box that is not turned, or has no area, as it is.
+    """The upright box around a rotated one, which is reported; a box without rotation or area is returned unchanged.
 
     Args:
-        edges: of the box before it is turned, px.
-        degrees: clockwise, about its centre.
+        edges: of the box before its rotation, px.
+        degrees: rotation about the centre, clockwise.
         validator: takes the reports.
         file: for messages.
         line: place in the file.
 
     Raises:
-        ImportFormatError: the turn is not finite.
+        ImportFormatError: the rotation is not finite.
     """
     if not math.isfinite(degrees):
-        raise refuse(file, line, f"rotation must be finite degrees. Got {degrees}.")
+        raise refuse(file, line, f"rotation must be a finite number of degrees. Got {degrees}.")
     x1, y1, x2, y2 = edges
     if not degrees % 360 or not (x1 < x2 and y1 < y2):
         return edges
@@ -34,5 +34,5 @@ def upright(edges: Edges, degrees: float, validator: ImportValidator, file: str,
     half_w = ((x2 - x1) * cos + (y2 - y1) * sin) / 2
     half_h = ((x2 - x1) * sin + (y2 - y1) * cos) / 2
     cx, cy = (x1 + x2) / 2, (y1 + y2) / 2
-    validator.count("Turned boxes were replaced by the upright boxes around them", file, line)
+    validator.count("Rotated boxes were replaced by the upright boxes around them", file, line)
     return cx - half_w, cy - half_h, cx + half_w, cy + half_h

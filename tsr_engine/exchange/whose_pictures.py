@@ -1,8 +1,8 @@
-"""Finds the pictures of an import that belong to the video at hand, and the frame that each one shows.
+"""Finds the pictures of an import that belong to its video, and the frame of each.
 
-The names are judged together. Pictures fall into rows: those with the same folder, and the same text before the number.
-Rows that name the video are its own; the others are left out and reported. If no row names it, a single row is taken,
-with a sentence if it names another video, and several are refused. Each row counts from 0 or from 1 as a whole.
+The names are judged together. Pictures form rows with the same folder and the same text before the number. Rows that
+name the video are taken; the others are left out and reported. If no row names it, a single row is taken, and
+reported if it names another video; several are refused. Each row counts from 0 or from 1 as a whole.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from tsr_engine.exchange.spellings import plain_name
 __all__ = ["frames_of_pictures"]
 
 _NAMED = 5
-"""Videos that a message names."""
+"""Largest number of videos that a message names."""
 
 
 def frames_of_pictures(
     listed: Sequence[Listed], validator: ImportValidator, folder: Path, more: Iterable[str] = ()
 ) -> list[int | None]:
-    """The ordinal of each picture; None: it is of another video, which is reported.
+    """Return the ordinal of each picture; None: it is of another video, which is reported.
 
     Args:
         listed: all pictures of the import.
-        validator: takes the reports, and has the video and the switches.
-        folder: of the import; a manifest of ours beside it settles what names are about.
-        more: names of pictures without boxes that a list beside the boxes has; they help to tell where numbers begin.
+        validator: takes the reports; has the video and the switches.
+        folder: the import's folder; a manifest of ours beside it decides which video names mean.
+        more: names of pictures without boxes, from a list beside the boxes; they help to find where numbers begin.
 
     Raises:
         ImportFormatError: names without number, numbers beyond the video, a count that may begin at 0 or at 1, several
-            videos of which none is this one, two pictures of one frame, or pictures that Roboflow has changed.
+            videos and none is this one, two pictures of one frame, or pictures that Roboflow has changed.
     """
     refuse_changed_pictures(folder, validator.target.video)
     out: list[int | None] = [None] * len(listed)
@@ -63,7 +63,7 @@ def frames_of_pictures(
 def _chosen(
     rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed], validator: ImportValidator
 ) -> list[Row]:
-    """The rows of the video, or the only ones that can be."""
+    """The rows of the video, or the only possible ones."""
     video, said = validator.target.video.name, validator.target.switches.get("video", "auto")
     if said != "auto":
         found = [row for row in rows if plain_name(said) in row.called]
@@ -71,7 +71,7 @@ def _chosen(
             raise _several(rows, listed, f"none is called {said[:80]!r}, as video={said[:80]} asks for")
     else:
         found = [row for row in rows if row.own]
-        # Where the file states the video of some pictures, a folder of that name says nothing of the others.
+        # If the file states the video of some pictures, a folder of that name says nothing about the others.
         if any(row.stated for row in found):
             found = [row for row in found if row.stated or not row.first.video]
     bad = next((each for each in nameless if each.own or not found), None)
@@ -79,7 +79,7 @@ def _chosen(
         raise _no_number(listed[bad.place], bad.why)
     if not found and rows and not any(row.settled for row in rows):
         found = rows
-        # Pictures of one name can fall into several rows; of no name, each row can be another video.
+        # Pictures of one name can be in several rows; without a name, each row can be another video.
         kinds = {(row.label.casefold() or row.name.pattern, row.folder) for row in rows}
         if len(kinds) > 1 or any(row.other for row in rows):
             raise _several(rows, listed, f"nothing says which are of {video}")
@@ -87,7 +87,7 @@ def _chosen(
         raise _several(found, listed, f"nothing says which are of {video}", by_folder=True)
     for name in dict.fromkeys(row.other_name for row in found if row.other_name):
         validator.repair(
-            f"{listed[found[0].places[0]].file}: speaks of {name[:80]!r}, not of {video}. Its pictures were taken as "
+            f"{listed[found[0].places[0]].file}: names {name[:80]!r}, not {video}. Its pictures were taken as "
             f"frames of {video}; check that it is the right video."
         )
     return found
@@ -99,9 +99,7 @@ def _take(row: Row, listed: Sequence[Listed], validator: ImportValidator, out: l
     if row.seconds:
         for place, seconds in zip(row.places, row.seconds, strict=True):
             out[place] = _frame_at(seconds, listed[place], video)
-        validator.repair(
-            f"{listed[row.places[0]].file}: the times in names of pictures were taken as the nearest frames."
-        )
+        validator.repair(f"{listed[row.places[0]].file}: times in picture names were taken as the nearest frames.")
         return
     if row.frames:
         for place, frame in zip(row.places, row.frames, strict=True):
@@ -133,18 +131,18 @@ def _take(row: Row, listed: Sequence[Listed], validator: ImportValidator, out: l
 
 
 def _frame_at(seconds: float, picture: Listed, video: DatasetVideo) -> int:
-    """The frame nearest to a time that counts from the first one."""
+    """The frame nearest to a time, counted from the first frame."""
     times = video.times
     if times is None or not len(times):
         raise refuse(
             picture.file,
             picture.line,
-            f"{picture.name[:80]!r} has a time, and the times of {video.name} are not known. Call it frame_000010.",
+            f"{picture.name[:80]!r} has a time, but the times of {video.name} are not known. Call it frame_000010.",
         )
     wanted = seconds + float(times[0])
     frame = int(np.argmin(np.abs(times - wanted)))
     beside = [abs(float(times[k] - times[frame])) for k in (frame - 1, frame + 1) if 0 <= k < len(times)]
-    # Names have rounded times.
+    # Times in names are rounded.
     if abs(float(times[frame]) - wanted) > min(beside, default=0.0) / 2 + 0.0005:
         raise refuse(
             picture.file,
@@ -156,7 +154,7 @@ def _frame_at(seconds: float, picture: Listed, video: DatasetVideo) -> int:
 
 
 def _refuse_twins(listed: Sequence[Listed], out: list[int | None], validator: ImportValidator) -> None:
-    """Two pictures of one frame are of two videos, or one is a changed copy."""
+    """Refuse two pictures of one frame: they are of two videos, or one is a changed copy."""
     seen: dict[int, int] = {}
     again = 0
     for place, frame in enumerate(out):

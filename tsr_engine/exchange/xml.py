@@ -1,4 +1,4 @@
-"""Reads and writes XML as a stream, with line numbers, without document types, entities or external references."""
+"""Reads and writes XML as a stream, with line numbers; refuses document types, entities and external references."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["DEPTH", "Node", "attribute", "elements", "number", "quoted", "text"]
 
 _CHUNK = 1 << 16
 DEPTH = 32
-"""Most elements inside each other."""
+"""Largest depth of nested elements."""
 _INVALID = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -27,11 +27,11 @@ class Node:
     """An element with its place in the file.
 
     Attributes:
-        tag: its name.
+        tag: name.
         attrib: attributes.
         children: elements directly inside.
         line: where it begins, from 1.
-        parts: text directly inside, in pieces; joined only when it is asked for, as a hostile file has many.
+        parts: pieces of the text directly inside; joined only on request, because a hostile file has many.
     """
 
     __slots__ = ("attrib", "children", "line", "parts", "tag")
@@ -45,30 +45,30 @@ class Node:
 
     @property
     def raw(self) -> str:
-        """Text directly inside, joined, with its white space."""
+        """Joined text directly inside, with its white space."""
         return "".join(self.parts)
 
     @property
     def text(self) -> str:
-        """Text directly inside, joined and stripped."""
+        """Joined, stripped text directly inside."""
         return self.raw.strip()
 
     def child(self, tag: str) -> Node | None:
-        """The first element of that name directly inside."""
+        """The first child element with that name."""
         for node in self.children:
             if node.tag == tag:
                 return node
         return None
 
     def value(self, path: str) -> str:
-        """Text of the element at ``a/b/c`` below; empty where there is none."""
+        """Text of the element at ``a/b/c`` below; empty if there is none."""
         node: Node | None = self
         for tag in path.split("/"):
             node = None if node is None else node.child(tag)
         return "" if node is None else node.text
 
     def table(self, row: str, key: str, value: str) -> dict[str, str]:
-        """The text of one element inside each row, by that of another; the value with its white space."""
+        """Map the text of one element inside each row to that of another; the value keeps its white space."""
         out: dict[str, str] = {}
         for entry in self.all(row):
             name, reported = entry.child(key), entry.child(value)
@@ -77,12 +77,12 @@ class Node:
         return out
 
     def all(self, tag: str) -> Iterable[Node]:
-        """The elements of that name directly inside."""
+        """The child elements with that name."""
         return (node for node in self.children if node.tag == tag)
 
 
 class _Builder:
-    """Keeps the wanted elements whole; of the others it only knows whether they are open."""
+    """Keeps wanted elements whole; of all others it only knows whether they are open."""
 
     def __init__(self, wanted: frozenset[str], bare: frozenset[str], file: str) -> None:
         self._wanted = wanted
@@ -93,9 +93,9 @@ class _Builder:
         self.expat: XMLParserType
 
     def take_over(self, expat: XMLParserType) -> None:
-        """Be called by the parser itself: the layer of ElementTree in between doubles the time.
+        """Register as the parser's handlers directly: ElementTree's layer in between doubles the time.
 
-        The three functions see names, not attributes: an export of an hour's drive has six million elements.
+        The handlers use plain names instead of attributes: an export of an hour's drive has six million elements.
         """
         self.expat = expat
         wanted, bare, done = self._wanted, self._bare, self.done
@@ -136,20 +136,20 @@ class _Builder:
         expat.StartElementHandler, expat.EndElementHandler, expat.CharacterDataHandler = start, end, data
 
     def close(self) -> None:
-        """Nothing to hand over."""
+        """Return nothing."""
 
 
 def elements(
     path: Path, root: str, wanted: Iterable[str], *, bare: Iterable[str] = (), name: str | None = None
 ) -> Iterator[Node]:
-    """The wanted elements of a file, whole, one after the other; what was given out is not kept.
+    """Yield the wanted elements of a file whole, one after the other; earlier ones are not kept.
 
     Args:
         path: the file.
-        root: what the outermost element must be called.
+        root: required name of the outermost element.
         wanted: names of elements; one inside another wanted one is its child.
-        bare: names of elements that are wanted without what is inside them.
-        name: of the file, for messages; unset: that of ``path``.
+        bare: names of elements to yield without their content.
+        name: the file's name for messages; unset: that of ``path``.
 
     Raises:
         ImportFormatError: not well-formed, a DOCTYPE or an entity, another root; names file and line.
@@ -181,10 +181,10 @@ def elements(
 
 
 def attribute(node: Node, name: str, file: str) -> str:
-    """An attribute that must be there.
+    """A required attribute.
 
     Raises:
-        ImportFormatError: it is not.
+        ImportFormatError: it is missing.
     """
     try:
         return node.attrib[name]
@@ -193,10 +193,10 @@ def attribute(node: Node, name: str, file: str) -> str:
 
 
 def number(node: Node, name: str, file: str) -> float:
-    """A number attribute that must be there; may be NaN or infinite.
+    """A required number attribute; may be NaN or infinite.
 
     Raises:
-        ImportFormatError: it is not there, or no number.
+        ImportFormatError: it is missing, or not a number.
     """
     value = attribute(node, name, file)
     try:
@@ -206,10 +206,10 @@ def number(node: Node, name: str, file: str) -> float:
 
 
 def text(value: str) -> str:
-    """Text for between tags: escaped; what XML 1.0 cannot hold becomes U+FFFD."""
+    """Escape text between tags; characters that XML 1.0 cannot hold become U+FFFD."""
     return escape(_INVALID.sub("\ufffd", value))
 
 
 def quoted(value: str) -> str:
-    """A value for an attribute, with its quotes."""
+    """Escape and quote an attribute's value."""
     return quoteattr(_INVALID.sub("\ufffd", value))

@@ -1,4 +1,4 @@
-"""Writes ZIP archives with fixed dates and permissions, so that the same files give the same bytes."""
+"""Writes ZIP archives with fixed dates and permissions, so that equal files give equal bytes."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ __all__ = ["ZipWriter", "is_stored"]
 _CHUNK: Final = 1 << 20
 _STORED: Final = SUFFIXES - {".ppm", ".pgm", ".bmp"}
 _TINY: Final = 256
-"""Bytes of a file that is not worth compressing."""
+"""Files up to this many bytes are not compressed."""
 _DATE: Final = (1980, 1, 1, 0, 0, 0)
-"""The first day that a ZIP archive knows."""
+"""The earliest date that a ZIP archive can store."""
 _UNIX: Final = 3
-"""The system on which permissions count."""
+"""Code of Unix, whose permissions count."""
 _MODE: Final = 0o100644 << 16
 
 
 def is_stored(name: str, size: int) -> bool:
-    """Whether a file goes in as it is: tiny files and compressed pictures."""
+    """Whether a file is stored uncompressed: tiny files and compressed pictures."""
     return size < _TINY or name[name.rfind(".") :].lower() in _STORED
 
 
 class ZipWriter:
-    """Writes one archive; a context manager, after whose end the archive is whole."""
+    """Writes one archive; a context manager that completes the archive at its end."""
 
     def __init__(self, target: BinaryIO, pulse: Callable[[], None] = lambda: None) -> None:
         """Take an empty file.
 
         Args:
             target: seekable.
-            pulse: called after each megabyte that was packed; raises to stop.
+            pulse: called after each packed megabyte; may raise to stop.
         """
         self._tail = _Tail(target)
         self._archive = zipfile.ZipFile(self._tail, "w")
@@ -47,22 +47,22 @@ class ZipWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Write the list of entries; after an exception the archive is worth nothing, and no other one is raised."""
+        """Write the list of entries; after an exception the archive is unusable, and no other exception is raised."""
         if kind is None:
             self._archive.close()
             self._tail.flush_all()
             return
-        # Left open, it would try again when it is collected.
+        # An open archive would try again when it is collected.
         with suppress(OSError, ValueError):
             self._archive.close()
 
     def put(self, name: str, content: bytes) -> None:
-        """A whole file."""
+        """Write a whole file."""
         self._archive.writestr(_entry(name, len(content)), content)
         self._count(len(content))
 
     def take(self, name: str, source: IO[bytes], size: int) -> None:
-        """A file of any size, read from where it stands."""
+        """Write a file of any size from its current position."""
         with self._archive.open(_entry(name, size), "w") as stream:
             while chunk := source.read(_CHUNK):
                 stream.write(chunk)
@@ -76,10 +76,10 @@ class ZipWriter:
 
 
 class _Tail(io.RawIOBase):
-    """The last megabyte of a file, in memory.
+    """Keeps the last megabyte of a file in memory.
 
     The archive returns to the head of every entry to write its size. In a file this takes two system calls and empties
-    the buffer; with 100,000 small entries it is a tenth of all the time.
+    the buffer, a tenth of the total time with 100,000 small entries.
     """
 
     def __init__(self, target: BinaryIO) -> None:
@@ -113,7 +113,7 @@ class _Tail(io.RawIOBase):
         return done
 
     def flush_all(self) -> None:
-        """Write what is held into the file, and go on where the cursor stands."""
+        """Write the buffer to the file, and continue at the current position."""
         at = self.tell()
         self._target.write(self._held.getbuffer())
         if self._target.tell() != at:

@@ -25,13 +25,13 @@ __all__ = [
 
 @contextmanager
 def atomic_text(path: Path) -> Iterator[TextIO]:
-    """A UTF-8 text file that takes its name, safe on the disk, only when the block ends without an exception.
+    """A UTF-8 text file that gets its name only when the block ends without an exception and the data is on the disk.
 
-    Missing parent folders are made. After an exception nothing is left behind and an older file of that
-    name is untouched. Of two that write one file at a time, the last to end stays.
+    Missing parent folders are created. After an exception nothing is left behind, and an older file of that name is
+    unchanged. If two writers work on one file at a time, the last to end wins.
 
     Raises:
-        StorageError: the folder cannot be written or the disk is full.
+        StorageError: the folder is not writable, or the disk is full.
     """
     with _atomic(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
         yield stream
@@ -39,10 +39,10 @@ def atomic_text(path: Path) -> Iterator[TextIO]:
 
 @contextmanager
 def atomic_bytes(path: Path) -> Iterator[BinaryIO]:
-    """The same for bytes.
+    """As ``atomic_text``, for bytes.
 
     Raises:
-        StorageError: the folder cannot be written or the disk is full.
+        StorageError: the folder is not writable, or the disk is full.
     """
     with _atomic(path) as part, part.open("wb") as stream:
         yield stream
@@ -63,12 +63,12 @@ def _atomic(path: Path) -> Iterator[Path]:
 
 
 def output_place(path: Path) -> Path:
-    """Where an output's file really goes: a link stays a link, and what it points to is written.
+    """The path to which an output is written: a link is kept, and its target is written.
 
-    Missing parent folders are made.
+    Missing parent folders are created.
 
     Raises:
-        StorageError: a folder, a device or a pipe stands there, or the parent folder cannot be made.
+        StorageError: the path is a folder, a device or a pipe, or the parent folder cannot be created.
     """
     try:
         path = path.resolve() if path.is_symlink() else path
@@ -85,13 +85,13 @@ def output_place(path: Path) -> Path:
 
 
 def refuse_unwritable(folder: Path) -> None:
-    """Refuse a folder of outputs before long work, not after it. Nothing is made and nothing is left.
+    """Refuse a folder of outputs before long work instead of after it. Creates nothing.
 
     Args:
-        folder: where outputs will go; it may be missing, and those above it.
+        folder: the folder for outputs; it and its parents may be missing.
 
     Raises:
-        StorageError: it cannot be written, or cannot be made.
+        StorageError: it is not writable, or cannot be created.
     """
     place = folder
     try:
@@ -105,7 +105,7 @@ def refuse_unwritable(folder: Path) -> None:
 
 
 def storage_error(path: Path, error: OSError) -> StorageError:
-    """An operating system's refusal to write, as a sentence that says what to do."""
+    """Convert a failed write to an error that says what to do."""
     reason = error.strerror or str(error)
     kind = storage_problem(error)
     if kind == "full":
@@ -122,9 +122,9 @@ def refuse_inputs(outputs: Iterable[Path | None], inputs: Iterable[Path], named:
     """Refuse an output that is one of the inputs, also through links.
 
     Args:
-        outputs: to be written.
-        inputs: what must stay.
-        named: what the sentence calls them.
+        outputs: files to be written.
+        inputs: files to keep.
+        named: what the message calls the inputs.
 
     Raises:
         UsageError: an output names an input.

@@ -1,7 +1,7 @@
-"""Frames of a video in both directions: forwards as they are decoded, backwards by whole groups of pictures.
+"""Gives frames of a video in both directions: forwards as they are decoded, backwards by groups of pictures.
 
-Stepping back frame by frame would decode a group of pictures from its key frame for each of them. This module decodes
-the frames before the requested one together and caches them up to a limit that does not depend on the video.
+Stepping back frame by frame would decode a group of pictures from its key frame for each frame. This module decodes
+the frames before the requested one together, and caches them up to a limit that does not depend on the video.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from tsr_engine.io.video import Frame, Video
 __all__ = ["ROOM", "BothWays"]
 
 ROOM: Final = 128 * 2**20
-"""Bytes of pictures that are kept for going back."""
+"""Size of the cache for going back, bytes."""
 _LEAST: Final = 4
-"""Frames that are kept even if they need more."""
+"""Least number of cached frames, whatever their size."""
 _FIRST: Final = 8
-"""Frames that are decoded together at first, so that the first comes soon; then twice as many each time."""
+"""Number of frames that are decoded together at first, so that the first one comes soon; it doubles each time."""
 _NEAR: Final = 24
-"""A frame so little beyond the last one is reached by decoding on."""
+"""Largest distance to a later frame that is reached by decoding on."""
 _RECENT: Final = 3
-"""Frames given last that are kept besides: an anchor is asked for by each direction."""
+"""Number of recent frames that are cached too: each direction asks for the frame where it starts."""
 _AHEAD: Final = 3
-"""Frames that are decoded in the background."""
+"""Number of frames that are decoded in the background."""
 
 
 class BothWays:
-    """Gives frames by ordinal; cheap for consecutive ordinals in either direction. A context manager.
+    """Gives frames by ordinal, cheaply for consecutive ordinals in either direction. A context manager.
 
     Args:
-        video: an open video; it stays open.
-        room: bytes of pictures to keep for going back.
+        video: an open video, which stays open.
+        room: size of the cache for going back, bytes.
     """
 
     def __init__(self, video: Video, room: int = ROOM) -> None:
@@ -58,16 +58,16 @@ class BothWays:
         self.close()
 
     def close(self) -> None:
-        """Let go of all frames and of the decoder."""
+        """Release all frames and the decoder."""
         self._leave()
         self._block.clear()
         self._recent.clear()
 
     def __call__(self, ordinal: int) -> Frame | None:
-        """Frame ``ordinal``; None: the video has none of that number.
+        """Frame ``ordinal``; None: the video ends before it.
 
         Raises:
-            VideoError: the frame cannot be decoded, or is not that of the video's table.
+            VideoError: the frame cannot be decoded, or differs from the video's table.
         """
         if ordinal < 0:
             return None
@@ -83,11 +83,11 @@ class BothWays:
         return frame
 
     def get_ready(self, ordinal: int) -> None:
-        """Decode what going from a frame in either direction asks for first.
+        """Decode the first frames that both directions from ``ordinal`` will need.
 
         Raises:
-            UsageError: there is no such frame.
-            VideoError: as for a frame.
+            UsageError: the frame does not exist.
+            VideoError: as for reading a frame.
         """
         if ordinal not in self._recent and ordinal not in self._block:
             self._leave()
@@ -111,12 +111,12 @@ class BothWays:
         return None
 
     def _before(self, ordinal: int) -> Frame | None:
-        """Frame ``ordinal``, decoded together with those before it."""
+        """Frame ``ordinal``, decoded together with the frames before it."""
         start = max(0, ordinal + 1 - self._together)
         self._together = min(2 * self._together, self._most)
         if self._keys is None:
             self._keys = self._video.table.key
-        # Begin with a whole group: what lies between a key frame and the first wanted frame is decoded for nothing.
+        # Start at a key frame: frames between it and the first wanted one have to be decoded anyway.
         keys = np.flatnonzero(self._keys[start : ordinal + 1])
         if len(keys):
             start += int(keys[0])

@@ -9,10 +9,10 @@ __all__ = ["file_sha256"]
 
 
 def file_sha256(path: Path) -> str:
-    """SHA-256 of a file's bytes, hex; a piece of it in memory at a time.
+    """SHA-256 of a file's bytes, hex; the file is read piece by piece.
 
     Raises:
-        OSError: it is missing or cannot be read.
+        OSError: the file is missing or cannot be read.
     """
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

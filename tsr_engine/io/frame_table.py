@@ -20,7 +20,7 @@ from tsr_engine.errors import InputError
 
 FORMAT = 1
 APART = 32
-"""Frames of a joined file that share a stamp are of different parts where they are so far from each other, or more."""
+"""Least distance between frames of a joined file that share a stamp and belong to different parts."""
 _KEY, _CORRUPT = 1, 2
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
@@ -33,12 +33,12 @@ class FrameTable:
     Attributes:
         time_base: seconds per tick of ``pts``, exact.
         pts: shape (n,), int64, presentation time stamp in ticks.
-        stamps: shape (n,), int64, what the decoder hands back with the frame. It equals ``pts`` except in files
-            without presentation times (AVI), where it is the byte position of the frame's own packet.
-        key: shape (n,), decoding can start here.
-        corrupt: shape (n,), the decoder concealed damage in this picture or in one it may be predicted from.
+        stamps: shape (n,), int64, the decoder's stamp of the frame: ``pts``, or in files
+            without presentation times (AVI) the byte position of the frame's packet.
+        key: shape (n,), True: decoding can start here.
+        corrupt: shape (n,), True: the decoder concealed damage in this picture or in one it may be predicted from.
         confirmed: number of leading rows that the decoder has produced.
-        complete: the decoder has reached the end of the file; then ``confirmed == n``.
+        complete: whether the decoder has reached the end of the file; then ``confirmed == n``.
     """
 
     time_base: Fraction
@@ -92,7 +92,7 @@ class FrameTable:
         return int(keys[-1]) if len(keys) else None
 
     def to_arrays(self) -> dict[str, NDArray[np.generic]]:
-        """The table as plain arrays, for a NumPy archive; ``from_arrays`` reads them back."""
+        """The table as plain arrays for a NumPy archive; ``from_arrays`` reads them."""
         header = [FORMAT, self.time_base.numerator, self.time_base.denominator, self.confirmed, int(self.complete)]
         return {
             "header": np.array(header, dtype=np.int64),
@@ -104,10 +104,10 @@ class FrameTable:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]]) -> FrameTable:
-        """The inverse of ``to_arrays``.
+        """Invert ``to_arrays``.
 
         Raises:
-            InputError: arrays are missing, contradict each other or are of another format.
+            InputError: arrays are missing, contradict each other or have another format.
         """
         try:
             version, numerator, denominator, confirmed, complete = (int(value) for value in arrays["header"])
@@ -127,13 +127,13 @@ class FrameTable:
 
 
 class FrameLedger:
-    """A frame table in the making: rows are appended as the decoder produces them.
+    """A frame table under construction: rows are appended as the decoder produces frames.
 
     Attributes:
         time_base: seconds per tick.
-        complete: the file has no frame more.
-        damaged: one of the frames is corrupt.
-        joined: times of the file begin anew, so that frames of several parts share their stamps.
+        complete: whether the end of the file is known.
+        damaged: whether a frame is corrupt.
+        joined: whether times in the file restart, so that frames of several parts share stamps.
     """
 
     def __init__(self, time_base: Fraction, head: FrameTable | None = None) -> None:
@@ -156,7 +156,7 @@ class FrameLedger:
         """Take over the rows that an earlier pass has confirmed.
 
         Returns:
-            Whether they agree with the rows that are already there; if not, nothing is taken over.
+            Whether they agree with existing rows; if not, nothing is taken over.
         """
         n = head.confirmed
         flags = (_KEY * head.key[:n] | _CORRUPT * head.corrupt[:n]).astype(np.uint8).tobytes()
@@ -175,7 +175,7 @@ class FrameLedger:
             return True
 
     def record(self, k: int, stamp: int, key: bool, corrupt: bool) -> bool:
-        """Enter frame k, or compare it with its row where there is one already.
+        """Add frame k, or compare it with its row if there is one.
 
         Returns:
             Whether the row agrees; always true for a new row.
@@ -194,7 +194,7 @@ class FrameLedger:
             return True
 
     def finish(self, count: int) -> bool:
-        """Note that the file ends after ``count`` frames.
+        """Record that the file ends after ``count`` frames.
 
         Returns:
             Whether that agrees with the rows.
@@ -205,7 +205,7 @@ class FrameLedger:
             return self.complete and count == len(self)
 
     def stamp(self, k: int) -> int:
-        """What the decoder handed back with frame k."""
+        """The decoder's stamp of frame k."""
         return self._stamps[k]
 
     def confirmed_stamps(self) -> IntArray:
@@ -213,15 +213,15 @@ class FrameLedger:
         return np.array(self._stamps, dtype=np.int64)
 
     def key_at_or_before(self, k: int) -> int | None:
-        """The last key frame at or before frame k, of the confirmed ones."""
+        """The last confirmed key frame at or before frame k; None: there is none."""
         found = max(self._flags.rfind(flags, 0, k + 1) for flags in (_KEY, _KEY | _CORRUPT))
         return found if found >= 0 else None
 
     def start_at_or_before(self, k: int) -> int | None:
-        """The last key frame at or before frame k that no other frame can be mistaken for: none near has its stamp.
+        """The last key frame at or before frame k with a unique stamp: no frame near it has the same one.
 
-        Frames share a stamp where a file's clock is too coarse for its rate. The one after the last row may share the
-        stamp of that, as long as it is not known. Frames of other parts of a joined file lie far from it.
+        Frames share a stamp if a file's clock is too coarse for its rate. The frame after the last row is unknown and
+        may share that row's stamp. Frames of other parts of a joined file lie far away.
         """
         with self._lock:
             state = (len(self._stamps), self.complete, self.joined)
@@ -244,12 +244,12 @@ class FrameLedger:
         return any(self._flags.find(flags, start, stop) >= 0 for flags in (_CORRUPT, _KEY | _CORRUPT))
 
     def table(self, ahead: IntArray, key_ahead: BoolArray, times: IntArray | None) -> FrameTable:
-        """The confirmed rows, followed by those that the packets promise.
+        """The confirmed rows, followed by the rows predicted from packets.
 
         Args:
-            ahead: sorted stamps of the packets that have not been confirmed.
+            ahead: sorted stamps of the unconfirmed packets.
             key_ahead: their key flags.
-            times: presentation times of all rows, where stamps are byte positions; unset: times are the stamps.
+            times: presentation times of all rows if stamps are byte positions; unset: stamps are the times.
         """
         with self._lock:
             confirmed = np.array(self._stamps, dtype=np.int64)

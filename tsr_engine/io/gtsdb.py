@@ -35,7 +35,7 @@ class Scene:
         path: the picture.
         boxes: shape (n, 4), float64, pixel edges; n may be 0.
         class_ids: shape (n,), int64, in 0..42.
-        ignored: shape (m, 4): places of which nobody has said what they show; training takes nothing from there.
+        ignored: shape (m, 4), px: regions without annotation, which training leaves alone.
     """
 
     name: str
@@ -46,24 +46,24 @@ class Scene:
 
     @property
     def taken(self) -> FloatArray:
-        """Everything that is no background: signs and ignored places, shape (n + m, 4)."""
+        """All regions that are not background: signs and ignored regions, shape (n + m, 4)."""
         return np.concatenate([self.boxes, self.ignored]) if len(self.ignored) else self.boxes
 
 
 def read_gtsdb(folder: Path, *, allow_missing: bool = False) -> list[Scene]:
-    """All scenes of a GTSDB folder in the order of their names, those without signs included.
+    """Read all scenes of a GTSDB folder, sorted by name, including scenes without signs.
 
-    A row's picture is found by its stem, so that the original ``gt.txt``, which names ``.ppm`` files, also
-    fits a folder of converted pictures.
+    A row's picture is found by its stem, so the original ``gt.txt``, which names ``.ppm`` files, also fits a folder of
+    converted pictures.
 
     Args:
         folder: the folder with the pictures and ``gt.txt``.
-        allow_missing: leave out the rows of pictures that are not there, instead of raising. For subsets that
-            keep the whole ``gt.txt``.
+        allow_missing: skip rows of missing pictures instead of raising, for subsets that keep the whole
+            ``gt.txt``.
 
     Raises:
-        InputError: no such folder, no ``gt.txt``, no pictures, a row that cannot be read (its line number is
-            given), or a row whose picture is missing.
+        InputError: a missing folder, no ``gt.txt``, no pictures, an invalid row (with its line number),
+            or a row whose picture is missing.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -91,7 +91,7 @@ def _scene(path: Path, rows: list[tuple[int, ...]]) -> Scene:
 def _read_rows(
     lines: Iterable[str], truth: Path, pictures: dict[str, Path], allow_missing: bool
 ) -> dict[str, list[tuple[int, ...]]]:
-    """Rows ``left, top, right, bottom, class`` by the stem of their picture."""
+    """Parse rows ``left, top, right, bottom, class``, by the stem of their picture."""
     rows: dict[str, list[tuple[int, ...]]] = {}
     for number, line in enumerate(lines, start=1):
         if not line.strip():

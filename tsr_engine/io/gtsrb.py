@@ -7,8 +7,8 @@
     TEST/GT-final_test.csv         the same columns, ClassId optional; the pictures lie beside the table
     ROOT/Train.csv                 Width,Height,Roi.X1,...,ClassId,Path (Kaggle); the paths begin beside the table
 
-Columns may stand in any order, between semicolons, commas or tabs, and be written ``RoiX1`` or ``Roi_X1``. A row may
-end with one more mark.
+Columns may have any order, be separated by semicolons, commas or tabs, and be written ``RoiX1`` or ``Roi_X1``. A row
+may end with one more separator.
 
 ROI corners are read as pixel edges, ``X2, Y2`` exclusive. Source: Readme of the benchmark (Stallkamp et al. 2012).
 """
@@ -39,14 +39,14 @@ _TRACK_NAME = re.compile(r"^(?:\d{5}_)?(\d{5})_(\d{5})$")
 
 @dataclass(frozen=True, slots=True)
 class CropItem:
-    """One picture of a sign and what is known about it."""
+    """A picture of a sign with its annotation."""
 
     path: Path
     roi: tuple[int, int, int, int] | None = None
     """The sign's box ``x1, y1, x2, y2`` in px; None: not given."""
     class_id: int | None = None
     track: tuple[int, int] | None = None
-    """``(class folder, track number)``: all pictures of one physical sign; None: not known."""
+    """``(class folder, track number)``, shared by all pictures of one physical sign; None: not known."""
     frame: int | None = None
     """Running number within the track, far to near."""
 
@@ -57,7 +57,7 @@ class CropItem:
 
 
 def read_items(source: Path) -> list[CropItem]:
-    """The crops of a class-folder tree, of one class folder, of a table, or of a folder of loose pictures.
+    """Read the crops of a tree of class folders, one class folder, a table, or a folder of loose pictures.
 
     Args:
         source: a folder or a ``.csv`` file.
@@ -66,7 +66,7 @@ def read_items(source: Path) -> list[CropItem]:
         Items in the order of the tables; loose pictures by name, without ROI.
 
     Raises:
-        InputError: nothing readable there, or a damaged table.
+        InputError: nothing readable is there, or a table is damaged.
     """
     if source.is_file():
         return read_table(source)
@@ -87,10 +87,10 @@ def read_items(source: Path) -> list[CropItem]:
 
 
 def read_table(table: Path) -> list[CropItem]:
-    """The crops that one table lists.
+    """Read the crops listed by one table.
 
     Raises:
-        InputError: unreadable, wrong columns, or a bad value; names file and line.
+        InputError: the table is unreadable, has wrong columns, or a bad value; names file and line.
     """
     try:
         text = table.read_text(encoding="utf-8-sig")
@@ -111,14 +111,14 @@ def read_table(table: Path) -> list[CropItem]:
 
 
 def table_rows(text: str, refusal: Callable[[int, str], Exception]) -> Iterator[tuple[int, dict[str, str]]]:
-    """The rows of a table by the benchmark's names of its columns, with their lines.
+    """Yield line number and cells of a table's rows, under the benchmark's column names.
 
     Args:
-        text: of the table.
-        refusal: makes the error of a line and a rule.
+        text: the table.
+        refusal: makes an error from a line and a rule.
 
     Yields:
-        Line and cells; ``Path`` where the table has it, ``ClassId`` only where it does.
+        Line and cells; ``Path`` and ``ClassId`` only if the table has them.
     """
     head = text.split("\n", 1)[0]
     mark = max(";,\t", key=head.count)
@@ -190,10 +190,10 @@ def _integer(where: str, column: str, value: str | None) -> int:
 
 
 def read_picture(item: CropItem) -> Picture:
-    """Decode one item's picture as BGR.
+    """Decode a crop's picture as BGR, uint8, shape (h, w, 3).
 
     Raises:
-        InputError: missing, not a picture, or smaller than its ROI.
+        InputError: the file is missing, not a picture, or smaller than its ROI.
     """
     try:
         content = np.frombuffer(item.path.read_bytes(), dtype=np.uint8)
@@ -211,14 +211,14 @@ def read_picture(item: CropItem) -> Picture:
 def split_by_track(items: Sequence[CropItem], share: float, seed: int) -> tuple[list[CropItem], list[CropItem]]:
     """Split into training and held-out items so that no track is on both sides.
 
-    Stratified by class: of each class with at least two tracks, at least one track is held out and one kept.
-    scikit-learn's ``StratifiedGroupKFold`` promises neither, and would draw other tracks than those that the shipped
-    models were judged on.
+    Stratified by class: of each class with at least two tracks, at least one track is held out and one is kept.
+    scikit-learn's ``StratifiedGroupKFold`` guarantees neither, and would choose other tracks than those on which the
+    shipped models were evaluated.
 
     Args:
         items: items with a known track.
         share: share of each class's tracks to hold out, in (0, 1).
-        seed: of the draw.
+        seed: random seed.
 
     Returns:
         ``(training, held out)``, each in the order of ``items``.
@@ -244,14 +244,14 @@ def split_by_track(items: Sequence[CropItem], share: float, seed: int) -> tuple[
 
 
 def folds_by_track(items: Sequence[CropItem], count: int, seed: int) -> list[list[CropItem]]:
-    """Parts of about equal size, stratified by class, with each track in one of them.
+    """Split items into parts of about equal size, stratified by class, with each track in one part.
 
-    The first part is what :func:`split_by_track` holds out at a share of ``1 / count``.
+    The first part equals the held-out part of :func:`split_by_track` at a share of ``1 / count``.
 
     Args:
         items: items with a known track.
         count: number of parts, >= 2.
-        seed: of the draw.
+        seed: random seed.
 
     Raises:
         ValueError: fewer than two parts.

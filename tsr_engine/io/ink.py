@@ -24,7 +24,7 @@ class Ink:
     """Draws on one picture.
 
     Attributes:
-        picture: what is drawn on.
+        picture: the picture, changed in place.
         scale: 1.0 for a picture 720 px high; text and lines grow with it.
     """
 
@@ -35,26 +35,26 @@ class Ink:
         self._occupied: list[Rectangle] = []
 
     def px(self, length: float) -> int:
-        """A length of the 720 px picture in this picture's pixels, at least 1."""
+        """Convert a length at 720 px height to px of this picture, at least 1."""
         return max(1, round(length * self.scale))
 
     def box(self, box: FloatArray, colour: Colour, weight: int) -> None:
-        """A box's outline, ``weight`` px thick at 720 px, over a dark edge that keeps it visible on bright sky."""
+        """Draw a box's outline, ``weight`` px thick at 720 px, over a dark edge that keeps it visible on bright sky."""
         thickness = self.px(weight)
         x1, y1, x2, y2 = (round(float(v)) for v in box)
-        # Whole pixels and no anti-aliasing: upright lines come out crisp.
+        # Whole pixels without anti-aliasing keep upright lines sharp.
         if weight > 1:
             cv2.rectangle(self.picture, (x1, y1), (x2 - 1, y2 - 1), _PAPER, thickness + 2)
         cv2.rectangle(self.picture, (x1, y1), (x2 - 1, y2 - 1), colour, thickness)
 
     def dashes(self, box: FloatArray, colour: Colour, dash: float, gap: float) -> None:
-        """A box's outline in dashes of ``dash`` px, ``gap`` px apart (at 720 px)."""
+        """Draw a box's outline in dashes of ``dash`` px, ``gap`` px apart (at 720 px)."""
         x1, y1, x2, y2 = (round(float(v)) for v in box)
         for start, end in pairwise([(x1, y1), (x2, y1), (x2, y2), (x1, y2), (x1, y1)]):
             self.dashed_line((*start, *end), colour, dash, gap)
 
     def dashed_line(self, ends: tuple[int, int, int, int], colour: Colour, dash: float, gap: float) -> None:
-        """A line from ``(x1, y1)`` to ``(x2, y2)`` in dashes."""
+        """Draw a dashed line from ``(x1, y1)`` to ``(x2, y2)``."""
         start, end = np.array(ends[:2], dtype=float), np.array(ends[2:], dtype=float)
         length = float(np.hypot(*(end - start)))
         if not length:
@@ -72,7 +72,7 @@ class Ink:
             )
 
     def panel(self, area: Rectangle, opacity: float = 0.72) -> None:
-        """A dark translucent rectangle, clipped to the picture, for text to stand on; labels keep clear of it."""
+        """Draw a dark translucent rectangle behind text, clipped to the picture; labels avoid it."""
         height, width = self.picture.shape[:2]
         x1, y1, x2, y2 = (round(v) for v in area)
         x1, y1, x2, y2 = max(0, x1), max(0, y1), min(width, x2), min(height, y2)
@@ -87,27 +87,27 @@ class Ink:
         return int(width), round(0.72 * self.px(size))
 
     def text(self, text: str, origin: tuple[int, int], size: float, colour: Colour, weight: int = _REGULAR) -> None:
-        """A line of text; ``origin`` is the left end of its base line."""
+        """Draw a line of text; ``origin`` is the left end of its base line."""
         cv2.putText(self.picture, text, origin, colour, self._font, self.px(size), weight)
 
     def note(self, box: FloatArray, text: str, colour: Colour) -> None:
-        """A small figure under a box."""
+        """Draw a small figure under a box."""
         x, y = round(float(box[0])), round(float(box[3])) + self.px(12)
         if self._inside((x, y - self.px(12), x + self.text_size(text, 11)[0], y)):
             self.text(text, (x, y), 11, colour)
 
     def reserve(self, areas: Sequence[Rectangle]) -> None:
-        """Areas that labels shall not cover."""
+        """Set areas that labels must not cover."""
         self._occupied.extend(areas)
 
     def label(self, box: FloatArray, lines: tuple[str, str], colour: Colour, face: Picture | None = None) -> None:
-        """A headline and a smaller second line on a panel beside a box, clear of other boxes and labels.
+        """Draw a headline and a smaller second line on a panel beside a box, clear of other boxes and labels.
 
         Args:
-            box: what the label belongs to.
+            box: the labelled box.
             lines: headline and second line.
-            colour: of the bar that ties the label to its box.
-            face: a picture to show enlarged at the panel's left end, such as the sign.
+            colour: colour of the bar that connects label and box.
+            face: picture to enlarge at the panel's left end, such as the sign.
         """
         head, body = self.text_size(lines[0], 15, _SEMIBOLD), self.text_size(lines[1], 12)
         pad, bar, leading = self.px(6), self.px(4), self.px(7)
@@ -119,7 +119,7 @@ class Ink:
         cv2.rectangle(self.picture, (x, y), (x + bar - 1, y + height - 1), colour, cv2.FILLED)
         left = x + bar + inset + pad
         if face is not None and inset:
-            edge = self.px(3)  # the panel frames the enlarged picture, which would else look like part of the scene
+            edge = self.px(3)  # a margin, so that the enlarged picture does not look like part of the scene
             side = inset - 2 * edge
             room = self.picture[y + edge : y + edge + side, x + bar + edge : x + bar + edge + side]
             if room.size:
@@ -129,7 +129,7 @@ class Ink:
         self._occupied.append((x, y, x + width, y + height))
 
     def _place(self, box: FloatArray, width: int, height: int) -> tuple[int, int]:
-        """The first free place around the box; the one above, pushed into the picture, where none is free."""
+        """The first free place around the box; if none is free, the place above it, moved into the picture."""
         for x, y in self._places(box, width, height):
             area = (x, y, x + width, y + height)
             if self._inside(area) and not any(_overlap(area, other) for other in self._occupied):

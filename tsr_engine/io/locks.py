@@ -1,4 +1,4 @@
-"""Locks on files, which the kernel frees when their process ends, however it ends."""
+"""Checks file locks, which the kernel releases when their process ends in any way."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ __all__ = ["is_locked", "is_named"]
 
 
 def is_locked(path: Path) -> bool:
-    """Whether some process of this machine holds an exclusive lock on the file; no file is no lock.
+    """Whether a process of this machine holds an exclusive lock on the file; False if the file is missing.
 
-    The test takes a shared lock for a moment: any number of processes may ask at the same time.
+    The test takes a shared lock for a moment, so any number of processes can test at the same time.
     """
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
@@ -30,8 +30,8 @@ def is_locked(path: Path) -> bool:
 def is_named(handle: int, path: Path) -> bool:
     """Whether an open file still has that name.
 
-    To be asked after a lock was taken: between opening and locking, who held the file before may have removed its name,
-    and the next one would lock another file of that name.
+    Check this after taking a lock: the earlier holder may have removed the name between opening and locking, and the
+    next process would lock another file of that name.
     """
     try:
         return os.fstat(handle).st_ino == path.stat().st_ino

@@ -7,8 +7,8 @@
       detector-35901bd4c0de.npz      plain arrays
       ...
 
-A component of the manifest holds ``file``, ``sha256``, ``params`` (what inference needs besides the arrays),
-``data`` (what it was trained on), ``figures`` (held-out results) and ``seed``.
+A component of the manifest has ``file``, ``sha256``, ``params`` (values that inference needs besides the arrays),
+``data`` (its training data), ``figures`` (held-out results) and ``seed``.
 
 An array file is named after its content and never overwritten. The manifest is replaced in one step and names the old
 files until then. Shipped files have other names; the manifest decides.
@@ -42,12 +42,12 @@ from tsr_engine.version import __version__
 FORMAT = 2
 MANIFEST = "manifest.json"
 MOST_BYTES = 1 << 30
-"""What one component may unfold to, in memory too; the largest that ships holds 13 MB."""
+"""Largest unpacked size of a component in bytes; the largest shipped one has 13 MB."""
 UNREADABLE = (
     *(ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error, OSError),
     *(SyntaxError, tokenize.TokenError, RecursionError),
 )
-"""What ``zipfile`` and NumPy raise on bytes that are no archive of arrays; an array's header is text of Python."""
+"""Exceptions of ``zipfile`` and NumPy for bytes that are not an archive of arrays; an array's header is Python text."""
 SHIPPED = Path(__file__).resolve().parent.parent / "models"
 
 
@@ -106,10 +106,10 @@ def load_component(name: str, folder: Path | None = None) -> Component:
 
 
 def _arrays(content: bytes) -> dict[str, NDArray[np.generic]]:
-    """The arrays of a NumPy archive, none of objects.
+    """Read the arrays of a NumPy archive; object arrays are refused.
 
     Raises:
-        Exception: what ``zipfile`` and NumPy raise; ``ValueError`` as well where the arrays unfold to too much.
+        Exception: those of ``zipfile`` and NumPy; also ``ValueError`` if the arrays unfold to too much.
     """
     with np.load(io.BytesIO(content), allow_pickle=False) as archive:
         unfolded = sum(member.file_size for member in archive.zip.infolist())
@@ -119,10 +119,10 @@ def _arrays(content: bytes) -> dict[str, NDArray[np.generic]]:
 
 
 def component_path(name: str, folder: Path | None = None) -> Path:
-    """Where the arrays of a component lie; the file itself is not looked at.
+    """The path of a component's array file; the file itself is not read.
 
     Args:
-        name: of the component.
+        name: name of the component.
         folder: a model folder; unset: the models shipped with the package.
 
     Raises:
@@ -132,7 +132,7 @@ def component_path(name: str, folder: Path | None = None) -> Path:
 
 
 def _entry(name: str, folder: Path) -> tuple[JsonMapping, Path]:
-    """A component's part of the manifest, and its file."""
+    """A component's entry in the manifest, and its file."""
     entry = read_manifest(folder)["components"].get(name)
     if entry is None:
         raise ModelError(f"The models in {folder} have no component '{name}'. Train one with `tsr train`.")
@@ -143,7 +143,7 @@ def _entry(name: str, folder: Path) -> tuple[JsonMapping, Path]:
 
 
 def read_manifest(folder: Path) -> JsonObject:
-    """The manifest of a model folder.
+    """Read the manifest of a model folder.
 
     Raises:
         ModelError: missing, unreadable, or of another format.
@@ -173,16 +173,16 @@ def read_manifest(folder: Path) -> JsonObject:
 
 
 def save_component(component: Component, folder: Path) -> str:
-    """Write one component and enter it into the folder's manifest; other components stay.
+    """Write one component and add it to the folder's manifest; other components stay.
 
-    Whenever this stops, the folder holds the component that it held before, or the new one. Files of the component
-    that the manifest does not name any more are removed at the end.
+    If this stops at any point, the folder holds the old or the new component. Files of the component that the manifest
+    no longer names are removed at the end.
 
     Returns:
         The sha256 of the written file.
 
     Raises:
-        ModelError: the manifest that is there cannot be read, or a number of the component is not finite.
+        ModelError: the existing manifest cannot be read, or a number of the component is not finite.
         StorageError: the folder cannot be written.
     """
     arrays = io.BytesIO()
@@ -223,7 +223,7 @@ def _manifest_text(manifest: JsonMapping, component: Component) -> str:
 
 
 def _numbers(value: object, place: str) -> Iterator[tuple[str, float]]:
-    """Every float of nested JSON values, with its place: ``figures.size.small``."""
+    """Yield every float in nested JSON values with its place: ``figures.size.small``."""
     if isinstance(value, float):
         yield place, value
     elif isinstance(value, Mapping):
@@ -235,7 +235,7 @@ def _numbers(value: object, place: str) -> Iterator[tuple[str, float]]:
 
 
 def _remove_unnamed(name: str, before: str | None, folder: Path, named: set[str]) -> None:
-    """Remove a component's earlier file, and what killed writers have left of it; a rest does no harm."""
+    """Remove a component's earlier file and leftovers of killed writers; a leftover does no harm."""
     own = rf"{re.escape(name)}-[0-9a-f]{{12}}\.npz"
     with suppress(OSError):
         for path in list(folder.iterdir()):
@@ -246,7 +246,7 @@ def _remove_unnamed(name: str, before: str | None, folder: Path, named: set[str]
 
 
 def _write_npz(stream: IO[bytes], arrays: Mapping[str, NDArray[np.generic]]) -> None:
-    """An ``.npz`` whose bytes depend on the arrays alone: sorted names and no time stamps."""
+    """Write an ``.npz`` whose bytes depend only on the arrays: sorted names and no time stamps."""
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for key in sorted(arrays):
             info = zipfile.ZipInfo(f"{key}.npy", date_time=(1980, 1, 1, 0, 0, 0))

@@ -1,6 +1,6 @@
-"""A file that is opened once: type, size, hash and bytes come from the descriptor, never from the name again.
+"""Opens a file once: type, size, hash and bytes come from the descriptor, never again from the name.
 
-Somebody may put another file at a name between two accesses. An open file stays the same.
+The file at a name can be replaced between two accesses. An open file stays the same.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tsr_engine.errors import VideoError
 __all__ = ["FileSource", "OpenedFile", "Stamp", "VideoSource", "named", "open_source", "stamp_of", "unreadable"]
 
 Stamp: TypeAlias = tuple[int, int, int, int]
-"""Inode, bytes, time of change of the bytes and of the file's data, both in ns: what tells an untouched file."""
+"""Inode, size in bytes, and modification and change time in ns; an untouched file keeps them."""
 
 
 class FileSource(Protocol):
@@ -24,46 +24,46 @@ class FileSource(Protocol):
 
     @property
     def path(self) -> Path:
-        """What people call it."""
+        """The name that people see."""
 
     def open(self) -> OpenedFile:
-        """Open it; the caller closes it.
+        """Open the file; the caller closes it.
 
         Raises:
-            VideoError: it is missing, cannot be read, or is another file by now.
+            VideoError: it is missing, cannot be read, or has been replaced by another file.
         """
 
 
 VideoSource: TypeAlias = Path | FileSource
-"""A file by its name, or by whoever opens it."""
+"""A path, or an object that opens a file."""
 
 
 class OpenedFile:
     """An open file; a context manager.
 
     Attributes:
-        path: what people call it.
+        path: the name that people see.
     """
 
     def __init__(self, descriptor: int, path: Path) -> None:
-        """Take a descriptor over.
+        """Take over a descriptor.
 
         Args:
             descriptor: open for reading; closed with the object.
-            path: what people call the file.
+            path: the name that people see.
         """
         self.path = path
         self._descriptor = descriptor
 
     @classmethod
     def by_name(cls, path: Path) -> OpenedFile:
-        """Open a file by its name, through links.
+        """Open a file by its name, following links.
 
         Raises:
             VideoError: it is missing or cannot be read.
         """
         try:
-            # a pipe without a writer must not hold anybody up
+            # Without O_NONBLOCK, a pipe without a writer would block.
             return cls(os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY), path)
         except ValueError:
             raise VideoError(f"{str(path)!r} is no file name. Check it.") from None
@@ -80,47 +80,47 @@ class OpenedFile:
         return str(self.path)
 
     def close(self) -> None:
-        """Close it; closing twice is harmless."""
+        """Close the file; closing twice is harmless."""
         descriptor, self._descriptor = self._descriptor, -1
         if descriptor >= 0:
             os.close(descriptor)
 
     @property
     def status(self) -> os.stat_result:
-        """What the file is.
+        """The file's status.
 
         Raises:
-            VideoError: it is closed.
+            VideoError: the file is closed.
         """
         return os.fstat(self._open())
 
     @property
     def stamp(self) -> Stamp:
-        """How the file stands: another stamp means that somebody has touched it."""
+        """The file's stamp; it differs if somebody has touched the file."""
         return stamp_of(self.status)
 
     @property
     def name_again(self) -> str:
-        """A name for libraries, that opens this very file once more, with a position of its own.
+        """A path under which libraries can open this very file again, with a separate position.
 
         Raises:
-            VideoError: it is closed.
+            VideoError: the file is closed.
         """
         return f"/proc/self/fd/{self._open()}"
 
     def stream(self) -> io.BufferedReader:
-        """The bytes from the beginning, as a stream of its own.
+        """The bytes from the beginning, as a separate stream.
 
         Raises:
-            OSError: it cannot be read.
+            OSError: the file cannot be read.
         """
         return open(self.name_again, "rb")  # noqa: PTH123 - a name of the kernel's
 
     def sha256(self) -> str:
-        """SHA-256 of the bytes, hex; a piece of them in memory at a time.
+        """SHA-256 of the bytes, hex; the file is read piece by piece.
 
         Raises:
-            VideoError: they cannot be read.
+            VideoError: the file cannot be read.
         """
         try:
             with self.stream() as stream:
@@ -135,15 +135,15 @@ class OpenedFile:
 
 
 def stamp_of(status: os.stat_result) -> Stamp:
-    """The stamp of a file by what the kernel says of it.
+    """The stamp of a file by its status.
 
-    The second time changes whatever is written to the file, and cannot be set.
+    The second time changes with every write to the file, and cannot be set.
     """
     return status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def named(source: VideoSource) -> Path:
-    """What people call a source."""
+    """The name of a source that people see."""
     return source if isinstance(source, Path) else source.path
 
 
@@ -151,13 +151,13 @@ def open_source(source: VideoSource | str) -> OpenedFile:
     """Open a source; the caller closes it.
 
     Raises:
-        VideoError: it is missing, cannot be read, or is another file by now.
+        VideoError: it is missing, cannot be read, or has been replaced by another file.
     """
     return OpenedFile.by_name(Path(source)) if isinstance(source, str | Path) else source.open()
 
 
 def unreadable(path: Path, error: OSError) -> str:
-    """One sentence on a file that cannot be read."""
+    """One sentence about a file that cannot be read."""
     if isinstance(error, FileNotFoundError):
         return f"There is no video at {path}. Check the path."
     return f"Cannot read the video {path}: {error.strerror}. Check the file and its permissions."

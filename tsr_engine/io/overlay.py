@@ -1,7 +1,7 @@
-"""The annotated frame: every stage's boxes over the picture, each in its own line style.
+"""Draws the annotated frame: the boxes of every stage over the picture, each with its own line style.
 
 Detections are thin and pale, Kalman predictions dashed, search regions of relocalisations dotted, and results thick
-boxes coloured by their source. Colours are Okabe and Ito's, which colour-blind people can tell apart.
+boxes coloured by their source. The colours are Okabe and Ito's, which colour-blind people can distinguish.
 """
 
 from __future__ import annotations

@@ -20,11 +20,11 @@ __all__ = ["MAX_PIXELS", "SUFFIXES", "find_pictures", "read_picture"]
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".pgm", ".webp", ".tif", ".tiff"})
 MAX_PIXELS = 100_000_000
 _MAX_BYTES = 4 * MAX_PIXELS
-"""No file of so many pixels is larger than this."""
+"""Files up to this size cannot have too many pixels."""
 
 
 def find_pictures(sources: Iterable[Path]) -> Iterator[Path]:
-    """The pictures named, and those directly inside the folders named, in order.
+    """Yield the pictures among the sources, and those directly inside folders among them, in order.
 
     Raises:
         InputError: a source does not exist, or a folder has no pictures.
@@ -42,7 +42,7 @@ def find_pictures(sources: Iterable[Path]) -> Iterator[Path]:
 
 
 def read_picture(path: Path) -> Picture:
-    """Decode one picture as BGR, uint8, turned upright as its EXIF data says.
+    """Decode one picture as BGR, uint8, shape (h, w, 3), turned upright by its EXIF data.
 
     Raises:
         InputError: missing, empty, not a picture, damaged, or over 100 million pixels.
@@ -71,7 +71,7 @@ def read_picture(path: Path) -> Picture:
 
 
 def _announced_pixels(content: bytes) -> int:
-    """Width times height from a picture's header, before anything is unfolded; 0: no picture that is known."""
+    """Width times height from a picture's header, before it is decompressed; 0: not a known picture."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of pictures that are large, or odd in a way that does not matter here

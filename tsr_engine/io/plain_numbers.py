@@ -1,6 +1,6 @@
 """Parses numbers of tables and attributes.
 
-Python accepts more: ``1_0`` as ten, and digits of other scripts. In a file these are mistakes, and other tools read
+Python accepts more: ``1_0`` as ten, and digits of other scripts. In files these are mistakes, and other tools read
 them differently or not at all.
 """
 
@@ -10,25 +10,25 @@ __all__ = ["real_number", "whole_number"]
 
 
 def real_number(text: str) -> float:
-    """A number with or without sign, decimals and exponent. ``nan`` and ``inf`` are left for the caller to judge.
+    """Parse a number with or without sign, decimals and exponent; ``nan`` and ``inf`` are accepted.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the text is not a number.
     """
     return float(_plain(text))
 
 
 def whole_number(text: str) -> int:
-    """Digits with or without a sign.
+    """Parse digits with or without a sign.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the text is not a whole number.
     """
     return int(_plain(text))
 
 
 def _plain(text: str) -> str:
-    # without these two, what Python reads is what the file says
+    # without these two checks, Python reads what the file says
     if "_" in text or not text.isascii():
         raise ValueError(f"{text[:40]!r} is no number")
     return text

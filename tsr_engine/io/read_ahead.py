@@ -11,14 +11,14 @@ from typing import TypeVar
 T = TypeVar("T")
 
 _PATIENCE = 5.0
-"""Seconds that the end of the process waits for each thread."""
+"""Seconds to wait for each thread at the end of the process."""
 _running: dict[threading.Thread, threading.Event] = {}
-"""Threads that read ahead, and what asks each to stop."""
+"""Threads that read ahead, and the event that stops each."""
 
 
 @atexit.register
 def _end_all() -> None:
-    """End threads whose consumer was torn away: one that is in a library at the end of the process aborts it."""
+    """Stop threads without a consumer: a thread inside a library at the end of the process aborts it."""
     for stop in list(_running.values()):
         stop.set()
     for thread in list(_running):
@@ -26,14 +26,14 @@ def _end_all() -> None:
 
 
 def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
-    """Yield what ``make()`` yields, in order, up to ``depth`` items ahead of the consumer.
+    """Yield the items of ``make()`` in order, up to ``depth`` items ahead of the consumer.
 
-    The iterator is made, advanced and closed in the background thread. Its exception, also that of its making, reaches
-    the consumer after the items before it. Leaving early (``close()``, ``break``, an error) stops the thread.
+    The iterator is created, advanced and closed in the background thread. Its exceptions, including those of ``make``,
+    reach the consumer after the items before them. Leaving early (``close()``, ``break``, an error) stops the thread.
 
     Args:
         make: makes the iterator.
-        depth: items that may wait, >= 1.
+        depth: largest number of waiting items, >= 1.
     """
     if depth < 1:
         raise ValueError(f"The depth of reading ahead must be at least 1. Got {depth}.")

@@ -1,4 +1,4 @@
-"""Reasons why a write fails: no space, a limit on the file's size, or a failing disk."""
+"""Names the reason why a write failed: no space, a limit on the file's size, or a failing disk."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ TOO_LARGE: Final = (
     "the file would be larger than this process (ulimit -f) or the file system allows; raise the limit or choose "
     "another folder"
 )
-"""The end of a sentence about a file that may not grow."""
+"""End of a sentence about a file that is too large."""
 
 
 def storage_problem(error: BaseException) -> StorageProblem:
-    """What kind of problem an operating system's refusal to write is."""
+    """The reason for an operating system's error on writing."""
     number = getattr(error, "errno", None)
     if number in (errno.ENOSPC, errno.EDQUOT):
         return "full"
@@ -28,7 +28,7 @@ def storage_problem(error: BaseException) -> StorageProblem:
 
 
 def database_problem(error: sqlite3.Error) -> StorageProblem:
-    """The same of SQLite, which does not say why a write failed: a limit on this process counts as the reason."""
+    """The same for SQLite, which does not state why a write failed; a limit on this process counts as the cause."""
     code = getattr(error, "sqlite_errorcode", 0)
     if code == sqlite3.SQLITE_FULL:
         return "full"
@@ -37,6 +37,6 @@ def database_problem(error: sqlite3.Error) -> StorageProblem:
 
 
 def full_because(error: BaseException) -> str:
-    """Whose room is used up: that of the disk, or what a person may use of it."""
+    """Whether the disk is full or the disk quota is used up, in words."""
     quota = getattr(error, "errno", None) == errno.EDQUOT
     return "the disk quota is used up" if quota else "the disk is full"

@@ -1,7 +1,7 @@
-"""The temporary file of an output: a hidden sibling with a random name, locked by its writer.
+"""Creates the temporary file of an output: a hidden sibling with a random name, locked by its writer.
 
 Two processes that make the same output use different names, and the last one to finish wins. The kernel releases the
-lock of a dead process, so the next writer of the same output can tell leftovers from work in progress.
+lock of a dead process, so the next writer of the output can distinguish leftovers from work in progress.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ __all__ = ["UnfinishedFile", "claim_folder", "fsync_path", "sweep"]
 
 _SUFFIX: Final = ".part"
 _NO_FOLDERS: Final = (errno.EACCES, errno.EPERM, errno.EINVAL, errno.ENOTSUP)
-"""What systems answer that cannot bring a folder's names to the disk, or must not read the folder."""
+"""Errors of systems that cannot flush a folder's names to the disk, or must not read the folder."""
 
 
 class UnfinishedFile:
-    """A new, empty file beside its target; ended by :meth:`settle` or :meth:`drop`.
+    """A new, empty file beside its target; finish it with :meth:`settle` or :meth:`drop`.
 
     Args:
-        out: the file's place, in a folder that is there. Removes first what dead makers of it have left.
+        out: the target, in an existing folder. Leftovers of dead writers of it are removed first.
 
     Raises:
-        OSError: the folder cannot be written.
+        OSError: the folder is not writable.
     """
 
     def __init__(self, out: Path) -> None:
@@ -45,10 +45,10 @@ class UnfinishedFile:
             self._handle = _held(handle, self.path)
 
     def settle(self) -> None:
-        """Bring what was written to the disk and give it its name; an older file of that name goes.
+        """Flush the content to the disk and rename the file to its target, replacing an older file.
 
         Raises:
-            OSError: the disk is full, or the name cannot be given.
+            OSError: the disk is full, or the file cannot be renamed.
         """
         if self._handle is None:
             raise ValueError(f"An unfinished file is settled once. {self._out} was settled or dropped before.")
@@ -58,7 +58,7 @@ class UnfinishedFile:
         fsync_path(self._out.parent)
 
     def drop(self) -> None:
-        """Remove what was not settled; harmless after :meth:`settle` and a second time."""
+        """Remove an unsettled file; harmless after :meth:`settle` and a second time."""
         if self._handle is None:
             return
         handle, self._handle = self._handle, None
@@ -71,19 +71,19 @@ def claim_folder(out: Path) -> tuple[Path, int]:
     """A new, empty folder beside ``out``, and the descriptor that holds its lock until it is closed.
 
     Raises:
-        OSError: the folder of ``out`` cannot be written.
+        OSError: the folder of ``out`` is not writable.
     """
     while True:
         folder = _fresh(out)
         folder.mkdir(mode=0o755)
-        with suppress(FileNotFoundError):  # swept between the two steps
+        with suppress(FileNotFoundError):  # another process removed it between the two steps
             lock = _held(os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC), folder)
             if lock is not None:
                 return folder, lock
 
 
 def sweep(out: Path) -> list[Path]:
-    """Remove what dead makers of ``out`` left beside it; what a living one holds stays. Returns what was removed."""
+    """Remove leftovers of dead writers of ``out``; those of living ones stay. Returns the removed paths."""
     removed: list[Path] = []
     for rest in _siblings(out):
         lock = _lock_of_dead(rest)
@@ -100,9 +100,9 @@ def sweep(out: Path) -> list[Path]:
 
 
 def fsync_path(path: Path) -> None:
-    """Have a file's content, or the names in a folder, on the disk.
+    """Flush a file's content, or the names in a folder, to the disk.
 
-    Folders are passed over where the system brings none to the disk.
+    Folders are skipped on systems that cannot flush them.
 
     Raises:
         OSError: the disk is full or broken.
@@ -130,19 +130,19 @@ def _siblings(out: Path) -> list[Path]:
 
 
 def _held(handle: int, path: Path) -> int | None:
-    """The descriptor with the lock of what has just been made; None, and closed: a sweep took that for rubbish."""
+    """The descriptor with the lock of a new file; None, and closed: a sweep has removed the file."""
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(handle)
         return None
     except OSError:
-        return handle  # a file system without locks; no sweep gets one there either
+        return handle  # a file system without locks, where a sweep gets none either
     return _still_named(handle, path)
 
 
 def _lock_of_dead(path: Path) -> int | None:
-    """A descriptor that holds the lock of what its maker left; None: the maker lives, or it is gone."""
+    """A descriptor that holds the lock of a leftover; None: its writer lives, or it is gone."""
     try:
         handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
     except OSError:

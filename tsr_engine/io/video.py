@@ -41,9 +41,9 @@ class Frame:
         ordinal: 0-based position in presentation order.
         time: presentation time in seconds, exact.
         picture: BGR, uint8, shape (height, width, 3), contiguous, upright.
-        key: decoding can start here.
-        corrupt: the decoder concealed damage in this picture or in one it may be predicted from; only pictures without
-            the flag are the same in every run.
+        key: whether decoding can start here.
+        corrupt: whether the decoder concealed damage in this picture or in one it may be predicted from; only pictures
+            without the flag are the same in every run.
     """
 
     ordinal: int
@@ -62,10 +62,10 @@ def open_video(path: VideoSource | str, *, limits: VideoLimits | None = None, ta
     """Open a video file. Only its header and first picture are read.
 
     Args:
-        path: a local file of one of the kinds in ``video_kinds.KINDS``, or whoever opens it. It is opened once: a file
-            that takes its name later is never read.
-        limits: what the file may demand; unset: ``VideoLimits()``.
-        table: the file's frame table from an earlier pass, whole or in part: makes random access fast at once.
+        path: a local file of one of the kinds in ``video_kinds.KINDS``, or an object that opens it. It is opened once:
+            a file that replaces it later is never read.
+        limits: limits on the file; unset: ``VideoLimits()``.
+        table: the file's frame table from an earlier pass, whole or in part; makes random access fast from the start.
 
     Raises:
         VideoError: missing, not a video, without pictures, over the limits, or not the file of ``table``.
@@ -74,20 +74,20 @@ def open_video(path: VideoSource | str, *, limits: VideoLimits | None = None, ta
 
 
 class Video:
-    """An open video file; a context manager. Made by ``open_video``.
+    """An open video file; a context manager. Created by ``open_video``.
 
     ``frames`` passes are independent of each other and of ``read``, which may be called from any thread.
 
     Attributes:
         file: the open file; closed with the video.
-        path: what people call it.
-        width: of the upright picture, px.
-        height: of the upright picture, px.
-        rotation: the clockwise turn that stands stored pictures upright: 0, 90, 180 or 270 degrees.
+        path: the name that people see.
+        width: px of the upright picture.
+        height: px of the upright picture.
+        rotation: clockwise rotation that makes stored pictures upright: 0, 90, 180 or 270 degrees.
         codec: name of the codec, such as ``h264``.
-        rate: frames per second as announced, for writing output; never used to find a frame.
-        pixel_ratio: width of an upright pixel by its height. Other than 1, the picture is shown ``width`` times this
-            wide; all coordinates are those of the stored pixels.
+        rate: announced frames per second, for writing output; never used to find a frame.
+        pixel_ratio: width of a pixel divided by its height, upright. If it is not 1, the picture is shown ``width``
+            times this wide; coordinates are always in stored pixels.
     """
 
     def __init__(self, file: OpenedFile, limits: VideoLimits, table: FrameTable | None = None) -> None:
@@ -141,7 +141,7 @@ class Video:
 
     @property
     def table(self) -> FrameTable:
-        """The frame table as far as it is known: confirmed rows, then those that a scan of the packets promises.
+        """The known frame table: confirmed rows, then rows predicted from a scan of the packets.
 
         The scan reads the file once without decoding (132,400 frames in about a second); ``confirm`` decodes.
         """
@@ -155,9 +155,9 @@ class Video:
             return self._ledger.table(ahead, key, self._timeline.ticks(ahead))
 
     def _is_ahead(self, shown: Scan, confirmed: IntArray) -> BoolArray:
-        """Which packets are expected to be shown after the frames that are known, of which there is one at least."""
+        """Which packets are expected after the known frames; at least one frame is known."""
         if self._cursor.decoder.kind.address == "time":
-            # frames may share a stamp: the last one is the n-th with its own, and what comes behind that is ahead
+            # Frames may share a stamp: the last one is the n-th with its stamp, and later packets are ahead.
             place = np.flatnonzero(shown.stamps == confirmed[-1])
             nth = min(int(np.count_nonzero(confirmed == confirmed[-1])), len(place))
             if not nth:
@@ -168,20 +168,20 @@ class Video:
 
     @property
     def timed(self) -> bool:
-        """The file stores presentation times: a frame's stamp in its table is its time."""
+        """Whether the file stores presentation times, so that a frame's stamp is its time."""
         return self._timeline.plain
 
     def adopt(self, table: FrameTable) -> bool:
-        """Take over what an earlier pass over the same bytes has confirmed, as if the file had been opened with it.
+        """Take over confirmed rows from an earlier pass over the same bytes, as if the file had been opened with them.
 
         Returns:
-            Whether the table agrees with what is known of this file; if not, nothing is taken over.
+            Whether the table agrees with the known rows; if not, nothing is taken over.
         """
         return table.time_base == self._ledger.time_base and self._ledger.adopt(table)
 
     @property
     def position(self) -> int:
-        """Ordinal of the frame that ``read`` gave last, from where decoding on is cheap; 0 at first."""
+        """Ordinal of the last frame that ``read`` returned, from which decoding on is cheap; 0 at first."""
         return self._cursor.position
 
     @property
@@ -193,9 +193,9 @@ class Video:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """One sentence for each thing that is wrong with the file, as far as it has been read.
+        """One sentence for each problem of the file, as far as it has been read.
 
-        Complete after ``confirm`` or after a pass of ``frames`` to the end; empty before the first look at ``table``.
+        Complete after ``confirm`` or a pass of ``frames`` to the end; empty before ``table`` is first read.
         """
         with self._lock:
             if self._ledger.complete and self._found is None:
@@ -235,20 +235,20 @@ class Video:
     def frames(
         self, start: int = 0, stop: int | None = None, *, ahead: int = 0, width: int | None = None
     ) -> Iterator[Frame]:
-        """Frames ``start`` to ``stop - 1`` in presentation order.
+        """Yield frames ``start`` to ``stop - 1`` in presentation order.
 
-        A start beyond the confirmed rows is reached by decoding up to it, since only that shows which picture it is.
+        A start beyond the confirmed rows is reached by decoding, because only that shows which picture it is.
 
         Args:
             start: first ordinal, >= 0.
             stop: end, exclusive; unset or beyond the end: to the last frame.
-            ahead: frames decoded in a background thread ahead of the consumer; 0: none.
-            width: px, >= 1; pictures that are wider are shrunk to it while they are converted, which is cheaper than
-                to do it afterwards and not what ``read`` gives. Unset: never.
+            ahead: number of frames decoded in a background thread ahead of the consumer; 0: no thread.
+            width: px, >= 1; wider pictures are shrunk to it during conversion, which is cheaper than shrinking them
+                later, but gives other pixels than ``read``. Unset: full size.
 
         Raises:
             UsageError: the range is negative or starts beyond the end, or the width is not positive.
-            VideoError: the file cannot be decoded, or is not that of its table.
+            VideoError: the file cannot be decoded, or differs from its table.
         """
         if start < 0 or (stop is not None and stop < start):
             raise UsageError(f"A range of frames must be 0 <= start <= stop. Got {start}:{stop}.")
@@ -259,13 +259,13 @@ class Video:
         return self._pictures(start, stop, width)
 
     def read(self, ordinal: int) -> Frame:
-        """Frame ``ordinal``, by going back to a key frame and decoding until the table's stamp comes.
+        """Read frame ``ordinal``: seek to a key frame and decode until the stamp of the table appears.
 
-        Beyond the confirmed rows everything in between is decoded once. Safe to call from several threads.
+        Frames between the confirmed rows and a later frame are decoded once. Safe to call from several threads.
 
         Raises:
-            UsageError: there is no such frame.
-            VideoError: the frame cannot be reached, or the file is not that of its table.
+            UsageError: the frame does not exist.
+            VideoError: the frame cannot be reached, or the file differs from its table.
         """
         with self._lock:
             inside = ordinal >= 0 and not (self._ledger.complete and ordinal >= len(self._ledger))
@@ -283,7 +283,7 @@ class Video:
             yield self._frame(decoder, k, decoded, size)
 
     def _walk(self, start: int, stop: int | None) -> Iterator[tuple[Decoder, int, Decoded]]:
-        """Decoded but unconverted frames of a range, from a decoder of their own."""
+        """Yield decoded but unconverted frames of a range, with a separate decoder."""
         if start == stop:
             return
         cursor = Cursor(self.file, self.limits, self._ledger, self._search, Decoder(self.file, self.limits))
@@ -308,17 +308,17 @@ class Video:
 
     def _goto(self, cursor: Cursor, k: int) -> Decoded | None:
         if k < len(self._ledger):
-            self._timeline.tick(k)  # which tells whether times begin anew before that
+            self._timeline.tick(k)  # finds whether times restart before frame k
         return cursor.goto(k)
 
     def _search(self, decoder: Decoder, k: int) -> bool:
-        """Send a decoder to the key frame k."""
+        """Seek a decoder to the key frame k."""
         stamp = self._ledger.stamp(k)
         if decoder.kind.address == "count":
             return decoder.seek_packet(stamp, self._packet_scan())
         if decoder.kind.address == "position":
             return decoder.seek(self._timeline.tick(k))
-        # A search for a time may lead to another part of a file whose times begin anew; an MP4 has one index.
+        # A seek by time may end in another part of a file whose times restart; an MP4 has one index.
         if not self._ledger.joined and (self._ledger.complete or decoder.kind.demuxer == "mov" or self._timeline.plain):
             return decoder.seek(stamp)
         earlier = int(np.count_nonzero(self._ledger.confirmed_stamps()[:k] == stamp))

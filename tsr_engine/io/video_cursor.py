@@ -1,4 +1,4 @@
-"""A position in a video: steps forward, and seeks to any ordinal by key frame and time stamp."""
+"""Moves through a video: steps forward, and seeks to any ordinal by key frame and time stamp."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from tsr_engine.io.opened_file import OpenedFile
 from tsr_engine.io.video_decoder import Decoded, Decoder
 from tsr_engine.io.video_limits import VideoLimits
 
-# Decoding on beats seeking while the wanted frame is this near.
+# Up to this distance, decoding on is faster than seeking.
 _NEAR = 24
-# How many key frames further back a jump tries before it counts from the first frame.
+# Number of earlier key frames that a jump tries before it counts from the first frame.
 _STEPS_BACK = 6
-# Pictures that can come before a key frame which they follow in the file.
+# Largest number of pictures that are shown before a key frame but follow it in the file.
 _LEADING = 16
 
 
@@ -23,11 +23,11 @@ class _MismatchError(Exception):
 
 
 class Cursor:
-    """Moves one decoder over a video; checks every frame against a shared ledger, or adds it there.
+    """Moves one decoder over a video; compares every frame with a shared ledger, or adds it there.
 
     Attributes:
         position: ordinal of the current frame; -1 before the first.
-        from_start: the decoder has run from the first packet without a jump, so that its counts cover the file.
+        from_start: whether the decoder has run from the first packet without a jump, so that its counts cover the file.
     """
 
     def __init__(
@@ -42,9 +42,9 @@ class Cursor:
 
         Args:
             file: the open file.
-            limits: what it may demand, should it be opened again.
+            limits: limits on the file if it is opened again.
             ledger: the confirmed frames.
-            search: sends a decoder to a key frame by its ordinal, or says that it cannot.
+            search: seeks a decoder to a key frame by its ordinal; returns False if it cannot.
             decoder: a decoder at the start of the file; the cursor closes it.
         """
         self.decoder = decoder
@@ -64,10 +64,10 @@ class Cursor:
         self.decoder.close()
 
     def advance(self) -> Decoded | None:
-        """The next frame, or None at the end of the file.
+        """The next frame; None: end of file.
 
         Raises:
-            VideoError: the frame is not the one in the ledger.
+            VideoError: the frame differs from the ledger.
         """
         try:
             return self.step()
@@ -75,12 +75,12 @@ class Cursor:
             raise self._other_file() from None
 
     def goto(self, k: int) -> Decoded | None:
-        """Frame k, or None where the video ends before it.
+        """Frame k; None: the video ends before it.
 
         A frame beyond the ledger is reached by decoding on from the ledger's end.
 
         Raises:
-            VideoError: the frames on the way are not those in the ledger.
+            VideoError: a frame on the way differs from the ledger.
         """
         known = min(k, len(self._ledger) - 1)
         if not self._is_ahead(k, known):
@@ -95,7 +95,7 @@ class Cursor:
         return self._current
 
     def step(self) -> Decoded | None:
-        """Decode the next picture; None: there is none."""
+        """Decode the next picture; None: end of file."""
         decoded = next(self._pictures, None)
         if decoded is None:
             if not self._ledger.finish(self.position + 1):
@@ -108,7 +108,7 @@ class Cursor:
         return decoded
 
     def _is_ahead(self, k: int, known: int) -> bool:
-        """Whether decoding on is the way to frame k."""
+        """Whether frame k is reached by decoding on."""
         if self.position == k:
             return self._current is not None
         if not -1 <= self.position < k:
@@ -117,11 +117,11 @@ class Cursor:
         return k - self.position <= _NEAR or start is None or start <= self.position
 
     def _starts(self, k: int) -> Iterator[int]:
-        """Key frames from which frame k decodes as it does in sequence, nearest first.
+        """Key frames from which frame k decodes as in sequence, nearest first.
 
-        A search finds a stamp, so a key frame that shares its own with a neighbour is none: the search may lead to
-        either. Concealment leaves marks in the decoder beyond the next key frame, so the pictures from the start to
-        the key frame after it, and from the key frame before it, must be whole.
+        A seek finds a stamp, so a key frame that shares its stamp with a neighbour is left out: the seek may find
+        either. Concealment affects the decoder beyond the next key frame, so the pictures from the start to
+        the key frame after it, and from the key frame before it, must be undamaged.
         """
         last = k
         for _ in range(_STEPS_BACK):
@@ -134,7 +134,7 @@ class Cursor:
             last = start - 1
 
     def _jump(self, start: int, k: int) -> bool:
-        """Seek to key frame ``start`` and decode to frame k; false where the decoder arrives elsewhere."""
+        """Seek to key frame ``start`` and decode to frame k; False if the decoder arrives elsewhere."""
         stamp = self._ledger.stamp(start)
         if self.decoder.tainted or self._ledger.damaged:
             self._restart()
@@ -143,8 +143,8 @@ class Cursor:
             return False
         self._pictures = iter(self.decoder)
         self._current = None
-        # Pictures before a key frame in presentation may lack their references; later ones are past the place. Numbers
-        # of packets do not tell them apart: there are no more of them than a decoder holds back.
+        # Pictures shown before a key frame may lack their references; later ones are past it. Packet numbers do not
+        # separate them: there are at most as many as a decoder holds back.
         counted = self.decoder.kind.address == "count"
         for seen, decoded in enumerate(self._pictures):
             if decoded.stamp == stamp and decoded.key:

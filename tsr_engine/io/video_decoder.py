@@ -1,4 +1,4 @@
-"""The pinned decoder: one pass over one file with PyAV, with errors as counts and sentences."""
+"""Decodes one file in one pass with the pinned PyAV; errors become counts and sentences."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from tsr_engine.io.video_probe import open_container, reason
 from tsr_engine.io.video_times import LEAP, NO_TIME, Scan
 from tsr_engine.records import Picture
 
-# A demuxer that fails this often in a row will not find its way back into the file.
+# Number of consecutive demuxer failures after which reading stops.
 _PATIENCE = 8
 _BIDIRECTIONAL = int(PictureType.B)
-# H.264 allows 16 reference pictures; encoders that code everything bidirectionally would never stop waiting.
+# H.264 allows 16 reference pictures; without this limit, a stream of only bidirectional pictures waits for ever.
 _LONGEST_RUN = 16
-# Packets that bytes may be missing from where the demuxer marks the first of them.
+# Number of packets that may lack bytes after the first one that the demuxer marks.
 _REACH = 3
-# Packets with a place of their own that a search by bytes goes back where it does not arrive otherwise.
+# Numbers of packets with positions by which a search by bytes goes back if it does not arrive otherwise.
 _ANCHORS = 6
 
 
 @dataclass(frozen=True, slots=True)
 class Orientation:
-    """How stored pictures are turned upright: a transposition, then mirrorings."""
+    """The transposition and mirroring that make stored pictures upright."""
 
     transpose: bool = False
     flip_x: bool = False
@@ -45,7 +45,7 @@ class Orientation:
 
     @classmethod
     def of(cls, frame: av.VideoFrame) -> Orientation:
-        """The orientation that a frame's display matrix names, to the nearest quarter turn.
+        """The orientation in a frame's display matrix, to the nearest quarter turn.
 
         The matrix maps stored to displayed pixels, ``x' = a x + c y + tx``, ``y' = b x + d y + ty``, in rows
         ``(a, b, u), (c, d, v), (tx, ty, w)`` of 16.16 numbers (ISO/IEC 14496-12, 6.2.2).
@@ -68,7 +68,7 @@ class Orientation:
 
     @property
     def degrees(self) -> int:
-        """The clockwise turn, 0, 90, 180 or 270; mirrorings aside."""
+        """The clockwise rotation, 0, 90, 180 or 270, without mirroring."""
         if self.transpose:
             return 90 if self.flip_x else 270
         return 180 if self.flip_x and self.flip_y else 0
@@ -76,7 +76,7 @@ class Orientation:
 
 @dataclass(frozen=True, slots=True)
 class Decoded:
-    """One decoded picture that has not been converted to BGR yet."""
+    """A decoded picture before its conversion to BGR."""
 
     stamp: int
     key: bool
@@ -85,11 +85,11 @@ class Decoded:
 
 
 def mark_damage(pictures: Iterator[Decoded]) -> Iterator[Decoded]:
-    """Extend the corrupt flag to the pictures that are predicted from a damaged one.
+    """Extend the corrupt flag to pictures that are predicted from a damaged one.
 
-    Those are all up to the next key frame, and the bidirectional pictures shown with it, which is why these wait for
-    the next picture of another type. Concealment reads stale memory, so only pictures without the flag are the same
-    in every run.
+    These are all pictures up to the next key frame, and the bidirectional pictures shown with it, which therefore wait
+    for the next picture of another type. Concealment reads stale memory, so only pictures without the flag are the
+    same in every run.
     """
     waiting: list[Decoded] = []
     tainted = False
@@ -104,36 +104,36 @@ def mark_damage(pictures: Iterator[Decoded]) -> Iterator[Decoded]:
 
 
 def _shared(group: list[Decoded]) -> list[Decoded]:
-    """Pictures that may be predicted from each other: one that is damaged taints all but a key frame."""
+    """Pictures that may be predicted from each other: a damaged one marks all but a key frame."""
     if not any(picture.corrupt for picture in group):
         return group
     return [picture if picture.key else replace(picture, corrupt=True) for picture in group]
 
 
 def _stays_for_no_time(packet: av.Packet, kind: Kind) -> bool:
-    """Whether an animation says that a picture is shown for no time; players then show it for a while of their own."""
+    """Whether an animation shows a picture for no time; players then show it for a default time."""
     if not kind.layered or not packet.size:
         return False
     if kind.demuxer == "webp":
         return bool(packet.is_untimed)
     data = bytes(packet)
-    if kind.demuxer == "apng":  # the control chunk of a picture comes first
+    if kind.demuxer == "apng":  # a picture's control chunk comes first
         return data[4:8] == b"fcTL" and data[28:30] == b"\0\0"
     control = data.find(b"\x21\xf9\x04")  # the graphic control extension comes before the picture
     return 0 <= control <= len(data) - 6 and int.from_bytes(data[control + 4 : control + 6], "little") < 2
 
 
 class Decoder:
-    """Pictures of one file in the decoder's output order, from the start or from a key frame.
+    """Yields pictures of one file in the decoder's output order, from the start or from a key frame.
 
     Attributes:
-        kind: what kind of file it is, and how its pictures are known again.
-        packets: packets read since the start or the last search.
-        discarded: those of them whose pictures an edit list hides.
-        untimed: those of them that stay for no time at all, as the file says.
-        failed: packets that could not be read or decoded, without those before the first key frame.
-        sizes: width and height of the pictures decoded so far, each with the stamp of the first of that size.
-        tainted: damage has been met; it can leave marks in the decoder that outlive a search.
+        kind: kind of the file, and how its pictures are identified.
+        packets: number of packets read since the start or the last seek.
+        discarded: number of those whose pictures an edit list hides.
+        untimed: number of those that the file shows for no time.
+        failed: number of packets that could not be read or decoded, without those before the first key frame.
+        sizes: width and height of the pictures decoded so far, with the stamp of the first picture of each size.
+        tainted: whether damage was met, which can affect the decoder beyond a seek.
     """
 
     def __init__(self, file: OpenedFile, limits: VideoLimits) -> None:
@@ -162,7 +162,7 @@ class Decoder:
         self._stack.close()
 
     def seek(self, ticks: int) -> bool:
-        """Go to the last place at or before ``ticks`` where decoding can start; false where that is impossible."""
+        """Seek to the last place at or before ``ticks`` where decoding can start; False if that is impossible."""
         self._begin()
         try:
             self.container.seek(ticks, stream=self.stream, backward=True)
@@ -171,7 +171,7 @@ class Decoder:
         return True
 
     def skip(self, number: int) -> bool:
-        """Go to a packet by its place in the scan, without decoding those before; false where there are not so many."""
+        """Go to a packet by its index in the scan, without decoding earlier ones; False if there are fewer packets."""
         self.close()
         self._open()
         for packet in self._packets():
@@ -183,11 +183,11 @@ class Decoder:
         return False
 
     def seek_packet(self, number: int, scan: Scan) -> bool:
-        """Go to a packet by its number; false where the packets from there on are not those of the scan.
+        """Go to a packet by its number; False if the packets from there on differ from the scan.
 
-        Which packet comes first after a search by bytes depends on how packets lie in the file, so the search goes
-        some packets further back, and counts from the first one that is known by its position and its size. The file's
-        first packet is always known.
+        Which packet comes first after a seek by bytes depends on the layout of packets in the file. So the seek goes
+        some packets further back, and counts from the first one identified by its position and size. The file's
+        first packet is always identified.
         """
         last = int(np.searchsorted(scan.stamps, number, side="right"))
         anchors = np.flatnonzero(scan.positions[:last] >= 0)
@@ -212,7 +212,7 @@ class Decoder:
         return False
 
     def scan(self) -> Iterator[tuple[int, int, bool, int, int]]:
-        """One row for every packet whose picture is to be shown; see ``Scan.of``."""
+        """Yield one row for every packet whose picture is shown; see ``Scan.of``."""
         for packet in self._packets():
             if packet.size and not packet.is_discard:
                 stamp = self._stamp(packet)
@@ -223,7 +223,7 @@ class Decoder:
                     yield stamp, ticks, bool(packet.is_keyframe), position, int(packet.size)
 
     def _stamp(self, packet: av.Packet) -> int | None:
-        """What a picture is known by; of a packet that has just been read."""
+        """The stamp that identifies the picture of a packet that has just been read."""
         if self.kind.address == "count":
             return self.packets - 1
         if self.kind.address == "position" and packet.pos is not None:
@@ -255,12 +255,12 @@ class Decoder:
                     yield Decoded(raw.pts, key, corrupt, raw)
 
     def _stamped(self) -> Iterator[av.Packet]:
-        """The packets with their stamps. Those of a transport stream that miss bytes by its counters are noted.
+        """Yield packets with their stamps, and record those of a transport stream that lack bytes by its counters.
 
-        What the demuxer says of one packet is about the next few too. It says so of whole ones where files were joined.
+        The demuxer's flag on one packet is about the next few too. It also flags undamaged ones where files are joined.
         """
         counted = self.kind.demuxer == "mpegts"
-        waiting: deque[Any] = deque()  # None behind the last packet
+        waiting: deque[Any] = deque()  # None follows the last packet
         holed = excused = 0
         for packet in chain(self._packets(), [None] * _REACH):
             if packet is not None:
@@ -279,7 +279,7 @@ class Decoder:
             yield first
 
     def _begins_anew(self, last: av.Packet, packet: av.Packet) -> bool:
-        """Whether decoding times run back from one packet to the next by more than damage would explain."""
+        """Whether decoding times go back from one packet to the next by more than damage explains."""
         if last.dts is None or packet.dts is None:
             return False
         return bool((last.dts - packet.dts) * self.time_base > LEAP)
@@ -305,7 +305,7 @@ class Decoder:
         yield av.Packet()
 
     def decode(self, packet: av.Packet) -> list[av.VideoFrame]:
-        """Pictures that a packet completes; an empty packet asks for the last ones."""
+        """Pictures that a packet completes; an empty packet flushes the last ones."""
         try:
             return list(self.stream.codec_context.decode(packet if packet.size else None))
         except EOFError:
@@ -315,18 +315,18 @@ class Decoder:
                 f"There is not enough memory to decode {self.path}. Close other programs or scale the video down."
             ) from None
         except (av.FFmpegError, OSError, ValueError):
-            if self._begun:  # what comes before the first key frame cannot be decoded, whole as it is
+            if self._begun:  # pictures before the first key frame cannot be decoded, even if undamaged
                 self.failed += 1
                 self.tainted = self._lost = True
             return []
 
     def picture(self, decoded: Decoded, size: tuple[int, int], orientation: Orientation) -> Picture:
-        """The upright BGR picture.
+        """Convert a picture to upright BGR, uint8, shape (h, w, 3).
 
         Args:
             decoded: a picture of this decoder.
-            size: (width, height) before the turn; a picture of another size is scaled to it.
-            orientation: the turn to apply.
+            size: (width, height) before the rotation; a picture of another size is scaled to it.
+            orientation: the rotation to apply.
 
         Raises:
             VideoError: the pixel format cannot be converted.

@@ -1,6 +1,6 @@
 """The kinds of video files, recognised by their first bytes.
 
-The kind decides the demuxer, so no demuxer opens other files on behalf of a file: a text playlist named ``x.mp4`` is
+The kind decides the demuxer, so that no demuxer opens other files for a file: a text playlist named ``x.mp4`` is
 refused here.
 """
 
@@ -24,13 +24,13 @@ class Kind:
     """One kind of file.
 
     Attributes:
-        name: what people call it.
-        demuxer: FFmpeg's name of what takes it apart.
-        address: how a picture is known again after a search. ``time``: by its own presentation time. ``position``: by
-            the byte position of its packet. ``count``: by the number of its packet, because not every packet has a time
-            or a position of its own.
-        announces: the header says how long the video is, so that one that ends earlier is cut short.
-        layered: each picture is merged into the one before, so that decoding can start at the first one only.
+        name: the name that people see.
+        demuxer: FFmpeg's name of the demuxer.
+        address: how a picture is identified after a seek. ``time``: by its presentation time. ``position``: by
+            the byte position of its packet. ``count``: by the number of its packet, because some packets have neither
+            time nor position.
+        announces: whether the header states the video's length, so that one that ends earlier is cut short.
+        layered: whether each picture is merged into the one before, so that decoding can start only at the first.
     """
 
     name: str
@@ -41,8 +41,8 @@ class Kind:
 
 
 _MP4 = Kind("MP4", "mov")
-# AVI stores no presentation times, its demuxer guesses them, and without an index it counts decoding times anew after
-# each search.
+# AVI stores no presentation times, so its demuxer guesses them. Without an index, it restarts decoding times after
+# each seek.
 _AVI = Kind("AVI", "avi", "position")
 _MATROSKA = Kind("Matroska", "matroska")
 _TS = Kind("MPEG-TS", "mpegts", "count", announces=False)
@@ -56,33 +56,33 @@ _APNG = Kind("APNG", "apng", announces=False, layered=True)
 _WEBP = Kind("WebP", "webp", announces=False, layered=True)
 
 DEMUXERS: Final = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm,mpegts,mpeg,h264,hevc,flv,asf,gif,apng"
-"""What FFmpeg may use; none of these opens another file."""
+"""Demuxers that FFmpeg may use; none of them opens another file."""
 KINDS: Final = "MP4, MOV, AVI, MKV, WebM, MPEG-TS, MTS, MPEG-PS, FLV, WMV, raw H.264 or HEVC, animated GIF, PNG or WebP"
 SUFFIXES: Final = (
     *(".mp4", ".mov", ".m4v", ".3gp", ".mkv", ".webm", ".avi", ".ts", ".m2ts", ".mts", ".m2t", ".mpg", ".mpeg", ".vob"),
     *(".flv", ".wmv", ".asf", ".h264", ".264", ".avc", ".h265", ".265", ".hevc", ".gif", ".apng"),
 )
-"""Endings of the names of such files."""
+"""Suffixes of such files."""
 PICTURE_SUFFIXES: Final = (".png", ".webp")
-"""Endings of files that mostly are single pictures and may be animated ones."""
+"""Suffixes of files that are mostly single pictures and may be animated."""
 HEAD: Final = 2**18
-"""Leading bytes that tell the kind of any file."""
+"""Number of leading bytes that identify the kind of any file."""
 LEAST_HEAD: Final = 4096
-"""Leading bytes that are enough to tell most kinds; a raw stream may need ``HEAD``."""
+"""Number of leading bytes that identify most kinds; a raw stream may need ``HEAD``."""
 
 _ISO_BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot", b"styp", b"uuid")
 ASF_HEADER = bytes.fromhex("3026b2758e66cf11a6d900aa0062ce6c")
 _PNG = b"\x89PNG\r\n\x1a\n"
 _TS_PACKETS = (188, 192, 204)
-"""Bytes from one sync byte to the next: plain, with a time code before (MTS) and with check bytes behind."""
+"""Bytes between two sync bytes: plain, with a preceding time code (MTS), and with trailing check bytes."""
 _FEWEST, _MOST = 5, 24
-"""Packets of a transport stream that are looked at."""
+"""Number of packets of a transport stream that are checked."""
 _FEWEST_UNITS = 3
-"""Units of a raw stream without parameters that must look right: it was cut out of a longer one."""
+"""Number of valid units that a raw stream without parameters needs: it was cut out of a longer one."""
 
 
 def kind_of(head: bytes) -> Kind | None:
-    """The kind of a file that begins with these bytes; None for one that is not read as a video.
+    """The kind of a file that begins with these bytes; None: it is not read as a video.
 
     Args:
         head: the first ``HEAD`` bytes, or all of a shorter file.
@@ -116,20 +116,20 @@ def cannot_be_video(start: bytes) -> bool:
 
 
 def no_video(name: object, head: bytes) -> str:
-    """The sentence that refuses a file of no kind that is read.
+    """The error sentence for a file of no known kind.
 
     Args:
-        name: what the file is called.
+        name: the file's name.
         head: its first bytes.
     """
     still = _still_of(head)
     if still is not None:
         return f"{name} is not a video but a single picture ({still}). Use `tsr detect` for pictures."
-    return f"{name} is not a video: its first bytes are those of none of {KINDS}. Convert it to MP4 first."
+    return f"{name} is not a video: its first bytes match none of {KINDS}. Convert it to MP4 first."
 
 
 def _still_of(head: bytes) -> str | None:
-    """What a file of one picture is called; None where it is none that is known."""
+    """The kind of a file with one picture; None: not known."""
     if head.startswith(_PNG):
         return "PNG"
     if head.startswith(b"\xff\xd8\xff"):
@@ -138,7 +138,7 @@ def _still_of(head: bytes) -> str | None:
 
 
 def _has_animation(png: bytes) -> bool:
-    """Whether a PNG has its ``acTL`` chunk, which must come before the pixels."""
+    """Whether a PNG has an ``acTL`` chunk, which must precede the pixels."""
     at = len(_PNG)
     while at + 8 <= len(png):
         size, name = struct.unpack_from(">I4s", png, at)
@@ -149,7 +149,7 @@ def _has_animation(png: bytes) -> bool:
 
 
 def _is_transport_stream(head: bytes) -> bool:
-    """Whether sync bytes stand at equal distances before headers that may be some; the first packet may be cut."""
+    """Whether sync bytes precede possible headers at equal distances; the first packet may be cut."""
     for step in _TS_PACKETS:
         for first in range(min(step, len(head))):
             places = range(first, len(head) - 3, step)[:_MOST]
@@ -159,12 +159,12 @@ def _is_transport_stream(head: bytes) -> bool:
 
 
 def _is_packet(head: bytes, at: int) -> bool:
-    # sync byte, and something follows the header: an adaptation field, a payload or both
+    # sync byte, and an adaptation field, a payload or both after the header
     return head[at] == 0x47 and head[at + 3] & 0x30 != 0
 
 
 def _raw_kind(head: bytes) -> Kind | None:
-    """H.264 or HEVC by the headers of the units behind the start codes: all of them must be possible."""
+    """H.264 or HEVC by the unit headers after the start codes: all of them must be possible."""
     if not head.startswith((b"\0\0\1", b"\0\0\0\1")):
         return None
     units = list(_units(head))
@@ -176,7 +176,7 @@ def _raw_kind(head: bytes) -> Kind | None:
 
 
 def _units(head: bytes) -> Iterator[tuple[int, int]]:
-    """The first two bytes behind each start code."""
+    """Yield the first two bytes after each start code."""
     at = head.find(b"\0\0\1")
     while 0 <= at < len(head) - 4:
         yield head[at + 3], head[at + 4]
@@ -187,17 +187,17 @@ _H264_PARAMETERS, _HEVC_PARAMETERS = {7}, {32, 33}
 
 
 def _is_h264(first: int, _: int) -> int | None:
-    """The type of a unit (H.264, 7.3.1 and table 7-1), or None where it cannot be one."""
+    """The type of a unit (H.264, 7.3.1 and table 7-1); None: it is impossible."""
     importance, number = first >> 5, first & 31
     if importance > 3 or not 1 <= number <= 20 or number in (16, 17, 18):
         return None
-    # pictures to start from and parameters are referred to; marks and messages are not
+    # start pictures and parameters may be references; marks and messages are not
     wrong = importance == 0 if number in (5, 7, 8) else importance > 0 and number in (6, 9, 10, 11, 12)
     return None if wrong else number
 
 
 def _is_hevc(first: int, second: int) -> int | None:
-    """The type of a unit (HEVC, 7.3.1.2 and table 7-1), or None where it cannot be one."""
+    """The type of a unit (HEVC, 7.3.1.2 and table 7-1); None: it is impossible."""
     number, layer, temporal = first >> 1, (first & 1) << 5 | second >> 3, second & 7
     possible = number <= 9 or 16 <= number <= 21 or 32 <= number <= 40
     return number if possible and layer < 63 and temporal > 0 else None

@@ -8,12 +8,12 @@ from typing import Final
 __all__ = ["MOST_PIXELS", "VideoLimits"]
 
 MOST_PIXELS: Final = 50_000_000
-"""Largest picture that is decoded unless stated otherwise, px: 8K (7680x4320) and somewhat more."""
+"""Default limit on decoded pictures in px: a little more than 8K (7680x4320)."""
 
 
 @dataclass(frozen=True, slots=True)
 class VideoLimits:
-    """Limits on what a video may need of this machine.
+    """Limits on the resources that a video may need.
 
     Attributes:
         max_pixels: largest picture, width times height.

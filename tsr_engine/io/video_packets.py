@@ -1,4 +1,4 @@
-"""Copies packets of a part of a video into a new file, without decoding and encoding."""
+"""Copies packets of a part of a video into a new file without decoding and encoding them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ IntArray = NDArray[np.int64]
 
 
 class UnfitPackets(Exception):
-    """The packets cannot be copied; the message says why."""
+    """Raised if packets cannot be copied; the message is the reason."""
 
 
 def check_kind(kind: Kind) -> None:
@@ -29,10 +29,10 @@ def check_kind(kind: Kind) -> None:
 
 
 def timed_packets(container: InputContainer, stream: av.VideoStream) -> Iterator[av.Packet]:
-    """The packets that hold something, in decoding order.
+    """The packets with content, in decoding order.
 
     Raises:
-        UnfitPackets: one has no presentation time.
+        UnfitPackets: a packet has no presentation time.
     """
     for packet in container.demux(stream):
         if packet.size:
@@ -42,7 +42,7 @@ def timed_packets(container: InputContainer, stream: av.VideoStream) -> Iterator
 
 
 def incomplete(missing: int) -> UnfitPackets:
-    """The error for frames that no packet shows."""
+    """The error for frames without a packet."""
     return UnfitPackets(f"{missing} of its frames have no packet of their own")
 
 
@@ -50,7 +50,7 @@ def times_of(packets: Sequence[av.Packet]) -> IntArray:
     """Presentation times of packets, ascending, in ticks of their stream, shape (n,).
 
     Raises:
-        UnfitPackets: two have the same one.
+        UnfitPackets: two packets have the same time.
     """
     pts = np.sort(np.array([packet.pts for packet in packets], np.int64))
     if (np.diff(pts) <= 0).any():
@@ -66,15 +66,15 @@ def copy_packets(
     form: Literal["mp4", "matroska"],
     options: Mapping[str, str] | None = None,
 ) -> None:
-    """Write packets as a file without an edit list; decoding times are made anew, so that none is missing.
+    """Write packets as a file without an edit list; decoding times are computed, so that none is missing.
 
     Args:
-        target: where to.
-        stream: the stream that they come from.
+        target: the new file.
+        stream: the stream of the packets.
         packets: in decoding order, from a key frame on; their times are changed.
         pts: see ``times_of``.
-        form: of the file.
-        options: further options of the writer.
+        form: container of the file.
+        options: further options of the muxer.
     """
     delay = int(max(int(p) - packet.pts for p, packet in zip(pts, packets, strict=True)))
     whole = {**(options or {}), **({"use_editlist": "0"} if form == "mp4" else {})}

@@ -1,4 +1,4 @@
-"""Reads the outermost boxes of a file: is it complete, and does it join several videos?"""
+"""Reads the outermost boxes of a file to find whether it is complete and whether it joins several videos."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tsr_engine.io.video_kinds import ASF_HEADER, Kind
 __all__ = ["Parts"]
 
 Boxes: TypeAlias = Iterator[tuple[bytes, int | None]]
-"""Name and end of each box, in bytes from the start of the file; None: the file does not say where it ends."""
+"""Name and end of each box, in bytes from the start of the file; None: the file does not state its end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +22,8 @@ class Parts:
     """Facts from the outermost boxes of a file.
 
     Attributes:
-        starts: where each of the videos begins that lie one behind the other, in bytes; the first one at 0.
-        whole: the boxes end within the file; None where the container has none, or does not say their sizes.
+        starts: byte positions of the joined videos; the first is 0.
+        whole: whether the boxes end within the file; None: the container has no boxes, or does not state their sizes.
     """
 
     starts: tuple[int, ...] = (0,)
@@ -31,7 +31,7 @@ class Parts:
 
     @classmethod
     def of(cls, path: Path, kind: Kind) -> Parts:
-        """Walk over the boxes of a file; only their headers are read."""
+        """Read the headers of a file's boxes."""
         if kind.demuxer not in _WALKS:
             return cls()
         walk, head, tail = _WALKS[kind.demuxer]
@@ -73,7 +73,7 @@ def _ebml_elements(file: BinaryIO, end: int) -> Boxes:
         if len(name) > 4 or length > 8:
             return
         size = int.from_bytes(head[len(name) : len(name) + length], "big") - (1 << 7 * length)
-        known = size < (1 << 7 * length) - 1  # others stand in recordings that were never finished
+        known = size < (1 << 7 * length) - 1  # unfinished recordings have other sizes
         at += len(name) + length + size
         yield name, at if known else None
         if not known:
@@ -88,7 +88,7 @@ def _riff_boxes(file: BinaryIO, end: int) -> Boxes:
         name, size, form = struct.unpack("<4sI4s", file.read(12))
         if name != b"RIFF":
             return
-        known = 0 < size < 2**32 - 1  # others stand in the header of a recording that was never finished
+        known = 0 < size < 2**32 - 1  # headers of unfinished recordings have other sizes
         yield form, at + 8 + size if known else None
         if not known:
             return
@@ -118,7 +118,7 @@ def _asf_objects(file: BinaryIO, end: int) -> Boxes:
         file.seek(at)
         name, size = struct.unpack("<16sQ", file.read(24))
         yield name, at + size if size >= 24 else None
-        if size < 24:  # a live recording that was never finished
+        if size < 24:  # an unfinished live recording
             return
         at += size
 
@@ -136,7 +136,7 @@ def _png_chunks(file: BinaryIO, end: int) -> Boxes:
 
 
 def _gif_end(file: BinaryIO, end: int) -> Boxes:
-    """The trailer, behind which some programs write zeros (GIF89a, 27)."""
+    """The trailer, after which some programs write zeros (GIF89a, 27)."""
     file.seek(max(0, end - 256))
     yield b"trailer" if file.read().rstrip(b"\0").endswith(b";") else b"", end
 
@@ -150,4 +150,4 @@ _WALKS: Final[dict[str, tuple[Callable[[BinaryIO, int], Boxes], bytes | None, by
     "apng": (_png_chunks, None, b"IEND"),
     "gif": (_gif_end, None, b"trailer"),
 }
-"""By demuxer: what walks over the boxes, the box that each video has once, and the one that a whole file ends with."""
+"""By demuxer: the function that reads the boxes, the box that occurs once a video, and the last box of a whole file."""

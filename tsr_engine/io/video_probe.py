@@ -1,4 +1,4 @@
-"""Checks video files and refuses bad ones, with the reason, before a picture is allocated."""
+"""Checks video files and refuses bad ones with the reason, before memory for a picture is allocated."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tsr_engine.io.video_webp import WebpFile
 
 
 def video_sha256(source: VideoSource | str) -> str:
-    """The identity of a video: SHA-256 of the file's bytes, hex, a piece of them in memory at a time.
+    """The identity of a video: SHA-256 of the file's bytes, hex; the file is read piece by piece.
 
     Raises:
         VideoError: the file is missing or cannot be read, or the source refuses it.
@@ -30,12 +30,12 @@ def video_sha256(source: VideoSource | str) -> str:
 
 
 def check_file(file: Path | OpenedFile) -> Kind:
-    """Refuse what is not a video file by its own first bytes, before a demuxer sees it.
+    """Refuse a file that is not a video by its first bytes, before a demuxer reads it.
 
-    Demuxers choose by content: a text playlist named ``x.mp4`` would be followed to other files.
+    Demuxers choose by content: they would follow a text playlist named ``x.mp4`` to other files.
 
     Returns:
-        What kind of video file it is.
+        The kind of the video file.
 
     Raises:
         VideoError: missing, not a regular file, unreadable, empty, or of no known video container.
@@ -63,13 +63,13 @@ def check_file(file: Path | OpenedFile) -> Kind:
 
 @contextmanager
 def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[InputContainer, av.VideoStream, Kind]]:
-    """Check an open file, open it for demuxing with a position of its own, and find its video stream.
+    """Check an open file, open it for demuxing at a separate position, and find its video stream.
 
-    The demuxer is the one of the file's kind and confined to local files. The pixel limit also reaches the decoders
-    that the demuxer runs while it looks for stream parameters: a huge picture is refused before it is allocated.
+    The demuxer is that of the file's kind and restricted to local files. The pixel limit also applies to the decoders
+    that the demuxer runs to find stream parameters: a huge picture is refused before it is allocated.
 
     Yields:
-        The PyAV container, its video stream and the kind of file; decoding runs on one thread, because concealment of
+        The PyAV container, its video stream and the kind of file. Decoding uses one thread, because concealment of
         damaged pictures would otherwise depend on thread timing.
 
     Raises:
@@ -105,7 +105,7 @@ def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Inpu
         stream = _video_stream(container, path)
         context = stream.codec_context
         width, height = int(context.width), int(context.height)
-        # A decoder that refuses a size leaves none behind.
+        # A decoder that refuses a size leaves no size.
         if not width or not height:
             raise VideoError(
                 f"{path} has pictures of no readable size, or of more than the limit of {limits.max_pixels} pixels. "
@@ -122,7 +122,7 @@ def check_size(path: Path, width: int, height: int, limits: VideoLimits) -> None
     """Refuse pictures over the limits.
 
     Raises:
-        VideoError: too many pixels or too long a side.
+        VideoError: a picture has too many pixels, or a side is too long.
     """
     if width * height > limits.max_pixels or max(width, height) > limits.max_side:
         raise VideoError(
@@ -132,14 +132,14 @@ def check_size(path: Path, width: int, height: int, limits: VideoLimits) -> None
 
 
 def _decoder_limit(limits: VideoLimits) -> str:
-    """What the decoders are held to: they count the padding of their buffers too."""
+    """The decoders' pixel limit, which includes the padding of their buffers."""
     return str(2 * limits.max_pixels + 2**16)
 
 
 def video_streams(container: InputContainer) -> list[av.VideoStream]:
-    """The video streams of an open file, the one that is read first.
+    """The video streams of an open file; the first is the one that is read.
 
-    That is the first one that can be decoded. Cover art, a stream of one attached picture, is none.
+    It is the first stream that can be decoded. Cover art, a stream of one attached picture, does not count.
     """
     streams = [s for s in container.streams.video if not s.disposition & s.disposition.__class__.attached_pic]
     return sorted(streams, key=lambda stream: stream.codec_context is None)

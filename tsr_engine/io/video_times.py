@@ -1,4 +1,4 @@
-"""Presentation times of frames, also if the file lacks or contradicts them."""
+"""Finds presentation times of frames, also if the file lacks or contradicts them."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from tsr_engine.io.frame_table import BoolArray, FrameLedger, IntArray
 __all__ = ["LEAP", "NO_TIME", "Scan", "Timeline"]
 
 NO_TIME = -(2**62)
-"""Stands for a time that a packet does not have. A stamp in a file of timed packets is, for a packet without a time,
-its byte position above this."""
+"""Time of a packet without one. In a file of timed packets, the stamp of a packet without a time is this number plus
+its byte position."""
 _REORDERED = 16
-"""Pictures that can follow another one in the file and be shown before it, at most."""
+"""Largest number of pictures that follow another one in the file and are shown before it."""
 LEAP = 1
-"""Seconds: times that run back by more begin anew. Damage puts single pictures out of order by less."""
+"""Seconds by which times must go back to count as a restart. Damage puts single pictures out of order by less."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """All packets whose pictures are to be shown, in the file's order; arrays of shape (n,).
+    """All packets with visible pictures, in the file's order; arrays of shape (n,).
 
     Attributes:
-        stamps: what the decoder hands back with the picture.
-        ticks: presentation times, or decoding times in files without those; ``NO_TIME`` where there is none.
-        keys: decoding can start here.
-        positions: byte positions, -1 where the packet has none of its own.
-        sizes: bytes.
+        stamps: the decoder's stamp of the picture.
+        ticks: presentation times, or decoding times in files without those; ``NO_TIME``: none.
+        keys: whether decoding can start here.
+        positions: byte positions; -1: the packet has none.
+        sizes: sizes in bytes.
     """
 
     stamps: IntArray
@@ -43,8 +43,8 @@ class Scan:
 
     @classmethod
     def of(cls, rows: Iterable[tuple[int, int, bool, int, int]]) -> Scan:
-        """From one tuple a packet, in the order of the attributes."""
-        flat = array("q")  # an hour of video has too many frames for objects
+        """Build a scan from one tuple per packet, in the order of the attributes."""
+        flat = array("q")  # an hour of video has too many frames for Python objects
         for row in rows:
             flat.extend(row)
         columns = np.array(flat, dtype=np.int64).reshape(-1, 5).T
@@ -52,23 +52,23 @@ class Scan:
 
     @property
     def early(self) -> int:
-        """Packets without a time, where all of them are at the start: they are shown before the others."""
+        """Number of packets without a time, if all of them are at the start: they are shown before the others."""
         known, missing = np.flatnonzero(self.ticks != NO_TIME), np.flatnonzero(self.ticks == NO_TIME)
         if not len(known) or not len(missing) or missing[0] > 0 or missing[-1] >= known[0] + _REORDERED:
             return 0
         return len(missing)
 
     def shown_order(self, leap: int) -> Scan:
-        """Sorted by time, as far as the packets tell it; each part of a file whose times begin anew by itself.
+        """Sort by time as far as the packets state it, separately for each part of a file whose times restart.
 
         Args:
-            leap: ticks by which times must run back to begin anew.
+            leap: ticks by which times must go back to count as a restart.
         """
         ticks = self.ticks.copy()
         known = ticks != NO_TIME
         if known.any() and self.early:
             ticks[~known] = ticks[known].min() - 1
-        elif known.any():  # a packet without a time stays behind the one before it
+        elif known.any():  # a packet without a time stays after the one before it
             before = np.maximum.accumulate(np.where(known, np.arange(len(ticks)), -1))
             ticks = np.where(before < 0, ticks[known].min() - 1, ticks[before])
         highest = np.maximum.accumulate(ticks) if len(ticks) else ticks
@@ -92,15 +92,15 @@ class _State:
     last: int | Fraction = 0
     """Time of the last frame, ticks."""
     start: int | None = None
-    """Time at which the present part of the file begins, as the file says."""
+    """Start time of the current part of the file, as in the file."""
     offset: int = 0
-    """What is added to the file's times in this part."""
+    """Offset that is added to the file's times in this part."""
 
 
 class Timeline:
-    """The presentation time of every frame that a ledger knows, by ordinal.
+    """The presentation times of all frames in a ledger, by ordinal.
 
-    A frame has the time that the file gives it. One without a time follows the frame before it at the video's rate;
+    A frame has the time that the file states. A frame without one follows the frame before it at the video's rate;
     such frames at the start precede the first frame with a time. Times that restart, as in joined files, continue from
     the frame before. All of this depends only on earlier frames and the packets, so a frame's time does not depend on
     the order of queries. In files with decoding times only (AVI), frame k is shown at the k-th of them.
@@ -108,10 +108,10 @@ class Timeline:
     Safe to use from any thread.
 
     Attributes:
-        address: how packets are known, see ``Kind``.
+        address: how packets are identified, see ``Kind``.
         rate: frames per second for frames without a time.
-        filled: frames seen so far whose times are reckoned.
-        turns: for each place where times begin anew: ordinal, time before and time there as the file says, in s.
+        filled: number of frames so far with a computed time.
+        turns: for each restart: ordinal, time before and time there as in the file, s.
     """
 
     def __init__(
@@ -122,9 +122,9 @@ class Timeline:
         Args:
             base: seconds per tick.
             rate: frames per second, > 0.
-            address: how packets are known, see ``Kind``.
+            address: how packets are identified, see ``Kind``.
             ledger: the frames in presentation order.
-            scan: gives the packets of the file; called only where stamps are no times.
+            scan: returns the packets of the file; called only if stamps are not times.
         """
         self.rate = rate
         self.filled = 0
@@ -141,7 +141,7 @@ class Timeline:
         self._lock = threading.RLock()
 
     def tick(self, k: int) -> int:
-        """The time of frame k, which the ledger knows, in ticks."""
+        """The time of frame k of the ledger, in ticks."""
         if self.address == "position":
             return int(self._rank(k + 1)[k])
         with self._lock:
@@ -150,10 +150,10 @@ class Timeline:
             return self._ticks[k]
 
     def ticks(self, ahead: IntArray) -> IntArray:
-        """The times of all frames of the ledger, then of those that are expected after them.
+        """The times of all frames of the ledger, then of the frames expected after them.
 
         Args:
-            ahead: the stamps of the latter.
+            ahead: stamps of the expected frames.
         """
         known = len(self._ledger)
         if self.address == "position":
@@ -167,18 +167,18 @@ class Timeline:
 
     @property
     def plain(self) -> bool:
-        """Every stamp is the time of its frame, as far as the packets tell it. Reads all of them."""
+        """Whether every stamp is the time of its frame, as far as the packets state it. Reads all of them."""
         if self.address != "time" or self.filled or self.turns:
             return False
         ticks = self._scan().ticks
         return bool((ticks != NO_TIME).all() and (ticks >= np.maximum.accumulate(ticks) - self._leap).all())
 
     def shown_order(self) -> Scan:
-        """The packets of the file in the order in which they are expected to be shown."""
+        """The packets of the file in the expected order of display."""
         return self._scan().shown_order(self._leap)
 
     def _own(self, stamp: int) -> int:
-        """The time that the file gives a frame, or ``NO_TIME``."""
+        """The time that the file states for a frame, or ``NO_TIME``."""
         if self.address == "time":
             return stamp if stamp > NO_TIME // 2 else NO_TIME
         scan = self._scan()
@@ -192,10 +192,10 @@ class Timeline:
             self._ledger.joined |= self.address == "time"
 
     def _next(self, state: _State, stamp: int, tell: Callable[[int, float, float | None], None]) -> int:
-        """The time of the frame after those of ``state``, which goes on to it."""
+        """The time of the frame after ``state``, which is advanced to it."""
         own = self._own(stamp)
         last, shown = state.last, own + state.offset
-        # Where a packet holds the ends of several pictures, the demuxer gives the time of one to the others too.
+        # If a packet holds the ends of several pictures, the demuxer gives all of them the time of one.
         again = self.address == "count" and state.count and last - self._leap <= shown <= last
         if own == NO_TIME or again:
             state.last = last + self._step if state.count else self._lead()
@@ -211,13 +211,13 @@ class Timeline:
         return round(state.last)
 
     def _lead(self) -> Fraction:
-        """The time of the first frame where it has none: as many steps before the first time as packets lack one."""
+        """The time of a first frame without one: as many steps before the first time as packets lack a time."""
         scan = self._scan()
         known = np.flatnonzero(scan.ticks != NO_TIME)
         return int(scan.ticks[known].min()) - (scan.early or int(known[0])) * self._step if len(known) else Fraction(0)
 
     def _rank(self, count: int) -> IntArray:
-        """The first ``count`` of the decoding times, in order; beyond the last one, a tick apart."""
+        """The first ``count`` decoding times in order; beyond the last, one tick apart."""
         if self._ranked is None:
             self._ranked = np.sort(self._scan().ticks)
         missing = count - len(self._ranked)

@@ -17,24 +17,24 @@ from tsr_engine.io.video_parts import Parts
 from tsr_engine.io.video_probe import video_streams
 from tsr_engine.io.video_times import NO_TIME, Scan, Timeline
 
-# Containers without a frame count announce a duration, which muxers round and sound tracks stretch.
+# Containers without a frame count state a duration, which muxers round and sound tracks extend.
 _TOLERANCE = Fraction(1, 2)
 _NAMED = 3
-"""Places of one kind that are named; the others are counted."""
+"""Largest number of places that a warning lists; it counts the others."""
 
 
 @dataclass(frozen=True, slots=True)
 class Announced:
-    """Claims of the header; never trusted, only compared.
+    """Statements of the header; never trusted, only compared.
 
     Attributes:
-        frames: number of coded pictures, None where the container does not say.
-        shown: those of them that the container's index leads to once edit lists have hidden others.
-        seconds: duration of the video stream, None where neither the container says it nor the demuxer estimates it.
+        frames: number of coded pictures; None: the container does not state it.
+        shown: number of pictures in the container's index after edit lists have hidden others.
+        seconds: duration of the video stream; None: neither stated by the container nor estimated by the demuxer.
         rate: average frames per second.
-        rate_said: the rate is the file's, not ours.
-        streams: width, height and codec of each video stream, the one that is read first.
-        says_end: ``seconds`` is a promise of the header, not an estimate.
+        rate_said: whether the file states the rate.
+        streams: width, height and codec of each video stream; the first is the one that is read.
+        says_end: whether the header states ``seconds``; otherwise it is an estimate.
     """
 
     frames: int | None
@@ -47,18 +47,18 @@ class Announced:
 
     @classmethod
     def of(cls, decoder: Decoder) -> Announced:
-        """The promises of an open file's header."""
+        """The statements of an open file's header."""
         stream = decoder.stream
         said = stream.average_rate or stream.guessed_rate
         if stream.average_rate and not stream.duration and decoder.kind.demuxer in ("h264", "hevc"):
-            said = stream.codec_context.framerate  # that of the demuxer is its own default
+            said = stream.codec_context.framerate  # the demuxer's own rate is a default
         seconds: Fraction | None = None
         if stream.duration:
             seconds = stream.duration * decoder.time_base
         elif len(decoder.container.streams) == 1 and decoder.container.duration:
             seconds = Fraction(decoder.container.duration, 1_000_000)
         frames = int(stream.frames) or None
-        # Only the MP4 family has read its whole index by now; it omits groups of pictures that no edit shows.
+        # The MP4 family has read its whole index by now; it omits groups of pictures that no edit shows.
         indexed = frames is not None and decoder.kind.demuxer == "mov"
         return cls(
             frames,
@@ -72,7 +72,7 @@ class Announced:
 
     @property
     def count(self) -> int | None:
-        """The announced number of frames, by duration where it is not said."""
+        """The announced number of frames, by duration if the number is not stated."""
         if self.frames is not None:
             return self.frames
         return None if self.seconds is None else round(self.seconds * self.rate)
@@ -83,11 +83,11 @@ class Found:
     """Results of one pass over the whole file.
 
     Attributes:
-        packets: coded pictures in the file.
-        discarded: those of them that an edit list hides.
-        untimed: those of them that stay for no time at all, as the file says.
-        failed: packets that could not be read or decoded.
-        sizes: widths and heights of the decoded pictures, each with the stamp of the first of that size.
+        packets: number of coded pictures in the file.
+        discarded: number of those that an edit list hides.
+        untimed: number of those that the file shows for no time.
+        failed: number of packets that could not be read or decoded.
+        sizes: widths and heights of the decoded pictures, with the stamp of the first picture of each size.
     """
 
     packets: int
@@ -104,20 +104,20 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """All facts for the sentences about one file.
+    """The facts for all sentences about a file.
 
     Attributes:
         path: the file.
-        kind: what kind of file it is.
-        announced: what its header promises.
-        parts: what its outermost boxes say.
-        found: what a whole pass found.
-        timeline: how its frames got their times.
+        kind: kind of the file.
+        announced: statements of its header.
+        parts: facts from its outermost boxes.
+        found: results of a whole pass.
+        timeline: times of its frames.
         scan: its packets.
         table: its frames.
-        pixel_ratio: width of an upright pixel by its height.
-        width: of the upright picture, px.
-        height: of the upright picture, px.
+        pixel_ratio: width of a pixel divided by its height, upright.
+        width: px of the upright picture.
+        height: px of the upright picture.
     """
 
     path: Path
@@ -133,7 +133,7 @@ class Facts:
     height: int
 
     def sentences(self) -> tuple[str, ...]:
-        """The warnings, what is lost first."""
+        """The warnings, losses first."""
         kinds = (
             self._joined, self._short, self._leading, self._failed, self._damaged, self._repeated, self._streams,
             self._sizes, self._turns, self._untimed, self._shape,
@@ -180,7 +180,7 @@ class Facts:
         return None
 
     def _lead(self) -> int:
-        """Packets at the start whose pictures cannot be decoded, because what they are predicted from is missing."""
+        """Number of packets at the start whose pictures cannot be decoded because their references are missing."""
         scan, number = self.scan, np.arange(len(self.scan.stamps))
         keys = [*np.flatnonzero(scan.keys)[:2].tolist(), len(number)]
         if len(keys) == 1:
@@ -204,9 +204,9 @@ class Facts:
         return f"has {counted(damaged, 'frame')} with damage, or predicted from damage." if damaged else None
 
     def _repeats(self) -> int:
-        """Empty chunks between the pictures of an AVI file, each of which shows the one before it once more.
+        """Number of empty chunks between the pictures of an AVI file; each shows the picture before it again.
 
-        They are counted by the decoding times, which go up by one with each chunk.
+        They are counted by the decoding times, which increase by one per chunk.
         """
         ticks = self.scan.ticks
         if self.kind.address != "position" or not len(ticks):
@@ -234,7 +234,7 @@ class Facts:
 
     def _sizes(self) -> str | None:
         if not self.found.sizes:
-            return None  # nothing was decoded by this pass
+            return None  # this pass decoded nothing
         first, *others = sorted((_frame_of(self.table, stamp), size) for size, stamp in self.found.sizes.items())
         if not others:
             return None

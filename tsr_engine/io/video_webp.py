@@ -1,4 +1,4 @@
-"""Animated WebP behind the interface of a PyAV container, decoded by Pillow because FFmpeg 8 has no decoder for it."""
+"""Reads animated WebP behind the interface of a PyAV container; Pillow decodes it, because FFmpeg 8 cannot."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _UNTIMED = 100
 
 @dataclass(slots=True)
 class _Packet:
-    """One picture of the file, as far as the decoder looks at a packet."""
+    """One picture of the file, with the parts of a packet that the decoder uses."""
 
     pos: int | None
     size: int
@@ -33,19 +33,19 @@ class _Packet:
 
     @property
     def is_keyframe(self) -> bool:
-        """Pictures are merged into each other: decoding starts at the first."""
+        """Pictures are merged into each other, so decoding starts at the first."""
         return self.number == 0
 
 
 class WebpFile:
-    """An open file. It has what the decoder uses of ``av.container.InputContainer`` and of a stream's codec."""
+    """An open file with the parts of ``av.container.InputContainer`` and of a stream's codec that the decoder uses."""
 
     def __init__(self, stream: Callable[[], BinaryIO], check: Callable[[int, int], None]) -> None:
         """Read the list of pictures.
 
         Args:
-            stream: opens the bytes from the beginning, a stream of its own each time.
-            check: called with width and height before a picture is allocated; raises where they are too much.
+            stream: opens a separate stream of the bytes from the beginning.
+            check: called with width and height before a picture is allocated; raises if they are too large.
 
         Raises:
             ValueError: the list is damaged.
@@ -58,7 +58,7 @@ class WebpFile:
             self.width, self.height = (int.from_bytes(head[at : at + 3], "little") + 1 for at in (24, 27))
             check(self.width, self.height)
             self._packets = list(_pictures(file))
-        from PIL import Image  # other files do without
+        from PIL import Image  # other files do not need it
 
         self._bytes = stream()
         try:
@@ -96,19 +96,19 @@ class WebpFile:
         )
 
     def seek(self, offset: int, **_: object) -> None:
-        """There is no place to start from but the first picture, where ``demux`` begins anyway."""
+        """Do nothing: decoding can start only at the first picture, where ``demux`` begins anyway."""
 
     def demux(self, _: object) -> Iterator[_Packet]:
-        """All pictures in order, then an empty packet."""
+        """Yield all pictures in order, then an empty packet."""
         for packet in self._packets:
             yield _Packet(**{name: getattr(packet, name) for name in _Packet.__slots__})
         yield _Packet(None, 0, None, None, len(self._packets))
 
     def decode(self, packet: _Packet | None) -> list[av.VideoFrame]:
-        """The picture of a packet as it looks with those before it.
+        """The picture of a packet, merged with those before it.
 
         Raises:
-            OSError: it is damaged.
+            OSError: the picture is damaged.
         """
         if packet is None:
             return []
@@ -126,7 +126,7 @@ class _Streams(list[SimpleNamespace]):
 
 
 def _pictures(file: BinaryIO) -> Iterator[_Packet]:
-    """The ``ANMF`` chunks (WebP container specification) with the times at which they are shown."""
+    """Yield the ``ANMF`` chunks (WebP container specification) with their display times."""
     file.seek(12)
     time = number = 0
     while len(head := file.read(8)) == 8:

@@ -19,25 +19,25 @@ from tsr_engine.records import Picture
 
 _TICKS = 90_000
 _STORAGE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM)
-# MP4 has 32 bits with sign for how far a picture's time lies behind its place in the file, which is up to four pictures
-# further on where pictures are predicted from later ones.
+# MP4 has 32 signed bits for the distance between a picture's time and its place in the file, which is up to four
+# pictures more if pictures are predicted from later ones.
 LONGEST_GAP = 2**28
 
 
 class VideoWriter:
     """Writes pictures to an MP4 that any player shows (H.264, yuv420p).
 
-    A context manager: the file appears under its name, complete and on disk, when the block ends; a block that
-    ends by an exception leaves nothing behind. Odd sizes grow by one row or column, a copy of the last. Gaps in time
-    are cut to 49 minutes, which is what the clock of an MP4 holds from one picture to the next.
+    A context manager: the file appears under its name, complete and on the disk, when the block ends; an exception
+    leaves nothing behind. Odd sizes grow by one row or column, a copy of the last. Time gaps
+    are cut to 49 minutes, the most that the clock of an MP4 holds between two pictures.
 
     Attributes:
         path: the file.
-        width: of the pictures, px.
-        height: of the pictures, px.
+        width: px of the pictures.
+        height: px of the pictures.
         rate: frames per second.
-        frames: pictures written.
-        shortened: gaps between pictures that are longer than the clock holds.
+        frames: number of pictures written.
+        shortened: number of gaps between pictures that were cut.
     """
 
     def __init__(
@@ -55,14 +55,14 @@ class VideoWriter:
         """Start a video.
 
         Args:
-            path: the file to make; an older one is replaced only at the end.
-            width: of the pictures, px.
-            height: of the pictures, px.
-            rate: frames per second, announced and used where ``write`` gets no time.
+            path: the new file; an older one is replaced only at the end.
+            width: px of the pictures.
+            height: px of the pictures.
+            rate: frames per second, announced and used if ``write`` gets no time.
             crf: H.264 constant rate factor, 0 (lossless) to 51; 20 looks like the original.
-            preset: what x264 may spend on a picture: ``ultrafast`` to ``veryslow``.
-            keys: pictures from one key frame to the next, none of which waits for a later one; unset: as x264 likes.
-            pixel_ratio: width of a pixel by its height, for players.
+            preset: effort of x264 per picture: ``ultrafast`` to ``veryslow``.
+            keys: distance of key frames in pictures, without pictures that wait for later ones; unset: x264 decides.
+            pixel_ratio: width of a pixel divided by its height, for players.
 
         Raises:
             UsageError: an impossible size or rate.
@@ -94,7 +94,7 @@ class VideoWriter:
         self._stream.pix_fmt = "yuv420p"
         self._stream.codec_context.time_base = Fraction(1, _TICKS)
         self._stream.codec_context.sample_aspect_ratio = pixel_ratio
-        # What the conversion from BGR does, said aloud: players take untagged HD for BT.709 and shift its colours.
+        # State the conversion from BGR: players assume BT.709 for untagged HD and shift its colours.
         self._stream.codec_context.colorspace = Colorspace.ITU601.value
         self._stream.codec_context.color_range = ColorRange.MPEG.value
         # The number of threads changes the bytes that x264 writes.
@@ -114,7 +114,7 @@ class VideoWriter:
 
         Args:
             picture: BGR, uint8, of the writer's height and width.
-            time: when it is shown, in seconds; later than the one before. Unset: by the rate.
+            time: display time in s, later than the one before. Unset: by the rate.
 
         Raises:
             UsageError: another shape or type of picture, or a closed writer.
@@ -141,7 +141,7 @@ class VideoWriter:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """One sentence for each thing that the file shows otherwise than it was written."""
+        """One sentence for each difference between the file and the written pictures."""
         if not self.shortened:
             return ()
         gaps = "1 gap" if self.shortened == 1 else f"{self.shortened} gaps"
@@ -149,7 +149,7 @@ class VideoWriter:
         return (f"{self.path.name} has {gaps} in time cut to {most} minutes, which is what an MP4 can hold.",)
 
     def _tick(self, wanted: int) -> int:
-        """When a picture is shown, of one that is wanted at ``wanted``; in ticks after the first picture."""
+        """The display time of a picture wanted at ``wanted``, in ticks after the first picture."""
         tick = max(self._last_tick + 1, wanted - self._left_out)
         over = tick - self._last_tick - LONGEST_GAP
         if self.frames and over > 0:
@@ -159,7 +159,7 @@ class VideoWriter:
         return tick
 
     def close(self) -> None:
-        """Finish the file and give it its name; closing twice is harmless.
+        """Finish and publish the file; closing twice is harmless.
 
         Raises:
             StorageError: the disk is full; nothing is left behind.
@@ -180,7 +180,7 @@ class VideoWriter:
         self._container = None
 
     def abort(self) -> None:
-        """Give up: no file is left; harmless after ``close``."""
+        """Discard the file; harmless after ``close``."""
         if self._container is None:
             return
         container, self._container = self._container, None
@@ -202,7 +202,7 @@ class VideoWriter:
             raise self._fail(error) from None
 
     def _fail(self, error: Exception) -> StorageError | ExportError:
-        """Give up, and say whose fault it was: all that reaches the disk goes through the sink."""
+        """Discard the file and find the cause: all writes to the disk go through the sink."""
         cause = self._sink.error or error
         self.abort()
         if isinstance(cause, av.FFmpegError) and cause.errno not in _STORAGE:
@@ -225,7 +225,7 @@ class VideoWriter:
 
 
 class _Sink:
-    """The file under its temporary name. It remembers the first failure, which libav reports late or never."""
+    """The file under its temporary name. It keeps the first failure, which libav reports late or never."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("wb")
@@ -254,7 +254,7 @@ class _Sink:
         return self._file.tell()
 
     def finish(self) -> None:
-        """Everything handed to the system, or the first failure."""
+        """Flush the file, or raise the first failure."""
         if self.error is not None:
             raise self.error
         self._file.close()
@@ -262,5 +262,5 @@ class _Sink:
     def close(self) -> None:
         try:
             self._file.close()
-        except OSError as error:  # the flush of what the full disk did not take
+        except OSError as error:  # raised by the flush of data for which the disk had no space
             self.error = self.error or error

@@ -21,7 +21,7 @@ class Adopted:
     Attributes:
         changed: the next version, and the sentence about it.
         added: the new labels.
-        known: key in the other set -> the label that it is here.
+        known: key in the other set -> the label in this set.
     """
 
     changed: Changed
@@ -30,14 +30,14 @@ class Adopted:
 
 
 def adopt_labels(labels: LabelSet, other: LabelSet) -> Adopted:
-    """Add what a set lacks of another; a label is known by its key, else by its name, else by an alias.
+    """Add the labels of another set that a set lacks; labels are matched by key, else by name, else by an alias.
 
-    Labels that are merged in the other set come merged, so that their words go on to find what they stand for. A digit
-    that another label has here is left out.
+    Labels that are merged in the other set are added as merged, so that their words still find their targets. A digit
+    that another label has here is dropped.
 
     Args:
         labels: the newest version.
-        other: set whose labels are brought.
+        other: the other set.
 
     Raises:
         ChangeError: the set would become too large.
@@ -75,7 +75,7 @@ def _known(finder: LabelFinder, label: Label) -> Label | None:
 
 
 def _among(fresh: Sequence[Label], label: Label) -> Label | None:
-    """A label that has just been added and has a word of one that is merged."""
+    """A newly added label with a word of a merged one."""
     wanted = {comparable(word) for word in (label.key, label.name, *label.aliases)}
     return next(
         (each for each in fresh if wanted & {comparable(word) for word in (each.key, each.name, *each.aliases)}), None
@@ -83,7 +83,7 @@ def _among(fresh: Sequence[Label], label: Label) -> Label | None:
 
 
 def _with_mirror(label: Label, other: LabelSet, here: dict[int, Label]) -> Label:
-    """The label with the key that its mirror image has in this set."""
+    """The label with its mirror image's key in this set."""
     if label.mirror is None:
         return label
     mirrored = other.by_key(label.mirror)

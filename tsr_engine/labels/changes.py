@@ -43,7 +43,7 @@ UPDATABLE: Final = (
     "mirror",
     "pinned",
 )
-"""Fields that :func:`update_label` changes."""
+"""Fields that :func:`update_label` can change."""
 _MOST_OF_KEY = 80
 _NO_WORD = re.compile(r"[^\w]+|_+")
 
@@ -53,9 +53,9 @@ class Changed:
     """The result of a change.
 
     Attributes:
-        labels: the next version; the version that was there where the change changes nothing.
-        sentence: what was done, for people.
-        label: the label that the change is about, as it is now; None: it is about several, or the label is gone.
+        labels: the next version; the old version if nothing changes.
+        sentence: one sentence about the change, for people.
+        label: the changed label; None: several labels changed, or the label is gone.
     """
 
     labels: LabelSet
@@ -64,11 +64,11 @@ class Changed:
 
 
 def key_of(name: str, taken: Callable[[str], bool] = lambda key: False) -> str:
-    """A key made from a name: lower case, letters and digits of any script, hyphens between words.
+    """Make a key from a name: lower case, letters and digits of any script, hyphens between words.
 
     Args:
-        name: what people read.
-        taken: whether a key cannot be used; a number is appended until one can.
+        name: name for people.
+        taken: whether a key is in use; a number is appended until one is free.
     """
     parts = _NO_WORD.split(unicodedata.normalize("NFKC", name).casefold())
     key = "-".join(part for part in parts if part)[:_MOST_OF_KEY].strip("-") or "label"
@@ -88,13 +88,13 @@ def add_label(labels: LabelSet, facts: JsonMapping) -> Changed:
 
     Raises:
         TakenError: another label has the key, the name, an alias or the digit.
-        ChangeError: a field is wrong, or the set is full.
+        ChangeError: a field is invalid, or the set is full.
     """
     claims = claims_of(labels)
     facts = dict(facts)
     if facts.get("key") is None:
         keys = {label.key.casefold() for label in labels}
-        # the name itself is checked below; here it must not be in the way of a key made from it
+        # The name is checked below; here it must not block a key made from it.
         own = comparable(str(facts.get("name", "")))
         facts["key"] = key_of(
             str(facts.get("name", "")),
@@ -119,7 +119,7 @@ def update_label(labels: LabelSet, label_id: int, facts: JsonMapping) -> Changed
     Raises:
         NoLabelError: there is no such label.
         TakenError: another label has the name, an alias or the digit.
-        ChangeError: a field is wrong, or the label is merged into another.
+        ChangeError: a field is invalid, or the label is merged into another.
     """
     before = _live(labels, label_id)
     wrong = next((name for name in facts if name not in UPDATABLE), None)
@@ -134,7 +134,7 @@ def update_label(labels: LabelSet, label_id: int, facts: JsonMapping) -> Changed
 
 
 def set_picture(labels: LabelSet, label_id: int, pictogram: str) -> Changed:
-    """Give a label another pictogram; see ``Label.pictogram``.
+    """Set another pictogram of a label; see ``Label.pictogram``.
 
     Raises:
         NoLabelError: there is no such label.
@@ -149,10 +149,10 @@ def set_picture(labels: LabelSet, label_id: int, pictogram: str) -> Changed:
 
 
 def merge_labels(labels: LabelSet, label_id: int, into: int) -> Changed:
-    """Let one label stand for another from now on; stored tracks are not rewritten.
+    """Replace one label by another from now on; stored tracks are not rewritten.
 
     Raises:
-        NoLabelError: one of them does not exist.
+        NoLabelError: one of the labels does not exist.
         ChangeError: a label is merged with itself, or is merged already.
     """
     before, target = _live(labels, label_id), _present(labels, into, "into")
@@ -165,7 +165,7 @@ def merge_labels(labels: LabelSet, label_id: int, into: int) -> Changed:
 
 
 def hide_label(labels: LabelSet, label_id: int) -> Changed:
-    """Offer a label no more; tracks that have it keep it.
+    """Stop offering a label; tracks that have it keep it.
 
     Raises:
         NoLabelError: there is no such label.
@@ -199,7 +199,7 @@ def next_version(labels: LabelSet, content: tuple[Label, ...], next_id: int) -> 
         ChangeError: the content breaks a rule of label sets.
     """
     if len(content) > MOST_LABELS:
-        raise ChangeError(f"The set would have {len(content)} labels; {MOST_LABELS} are the most.")
+        raise ChangeError(f"The set would have {len(content)} labels; it can have at most {MOST_LABELS}.")
     try:
         return LabelSet(key=labels.key, name=labels.name, version=labels.version + 1, next_id=next_id, labels=content)
     except ValidationError as error:
@@ -208,7 +208,7 @@ def next_version(labels: LabelSet, content: tuple[Label, ...], next_id: int) -> 
 
 def _require_mirror(labels: LabelSet, label: Label) -> None:
     if label.mirror is not None and label.mirror != label.key and labels.by_key(label.mirror) is None:
-        said = f"The mirror image of '{label.name}' is {label.mirror!r}, which is no key of the set."
+        said = f"The mirror image of '{label.name}' is {label.mirror!r}, which is not a key of the set."
         raise ChangeError(said, "mirror")
 
 
@@ -220,7 +220,7 @@ def _present(labels: LabelSet, label_id: int, field: str = "id") -> Label:
 
 
 def _live(labels: LabelSet, label_id: int) -> Label:
-    """A label that can be changed."""
+    """A label that exists and is not merged."""
     found = _present(labels, label_id)
     if found.merged_into is not None:
         target = _present(labels, labels.resolved(label_id))
@@ -257,6 +257,6 @@ def _reported(before: Label, after: Label) -> str:
 
 
 def listed(words: Collection[str]) -> str:
-    """Words as a part of a sentence: ``a, b and c``."""
+    """Join words for a sentence: ``a, b and c``."""
     *most, last = words
     return f"{', '.join(most)} and {last}" if most else last

@@ -22,22 +22,21 @@ __all__ = [
 
 
 class RunClasses:
-    """Class numbers of one model or run, and the labels of a set that stand for them.
+    """Maps class numbers of a model or run to labels of a set.
 
-    Numbers without a label of the set keep the model's own word. A merged label gives the label that it was merged
-    into.
+    Numbers without a label of the set keep the model's word. A merged label is replaced by its target.
     """
 
     def __init__(
         self, labels: LabelSet, words: Mapping[int, str], ids: Mapping[int, int], nameless: str = "class {}"
     ) -> None:
-        """Take both sides.
+        """Take the set and the model's classes.
 
         Args:
             labels: the set.
-            words: class number -> the model's own word.
-            ids: class number -> id of a label of the set; numbers without one are missing.
-            nameless: word for a number without one.
+            words: class number -> the model's word.
+            ids: class number -> id of a label of the set; numbers without a label are missing.
+            nameless: word for a number without a word.
         """
         self.labels = labels
         self._words = dict(words)
@@ -52,37 +51,37 @@ class RunClasses:
         self._column = np.array([self.to_label(number) for number in range(size)] + [NO_LABEL], np.int64)
 
     def to_label(self, class_number: int) -> int:
-        """The label's id; ``NO_LABEL``: the set has none for that number."""
+        """Id of the label of a class; ``NO_LABEL``: the set has none."""
         return self._ids.get(class_number, NO_LABEL)
 
     def to_class(self, label_id: int) -> int | None:
-        """The lowest class number that a label stands for; None: the model lacks the label, or it is ``NO_LABEL``."""
+        """The lowest class number of a label; None: the model lacks the label, or it is ``NO_LABEL``."""
         return self._back.get(self.labels.resolved(label_id))
 
     def to_labels(self, class_numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-        """A column of class numbers as labels; negative ones (no class) stay as they are."""
+        """Convert an array of class numbers to label ids; negative numbers (no class) are kept."""
         places = np.minimum(class_numbers, len(self._column) - 1)
         return np.where(class_numbers < 0, class_numbers, self._column[places])
 
     def is_unmapped(self, class_number: int) -> bool:
-        """Whether a class is none of the set's labels."""
+        """Whether the set has no label for a class."""
         return class_number >= 0 and class_number not in self._ids
 
     def label(self, class_number: int) -> Label | None:
-        """The label; None: the set has none for that number."""
+        """The label of a class; None: the set has none."""
         return self._labels.get(self._ids.get(class_number, NO_LABEL))
 
     def name(self, class_number: int) -> str:
-        """The model's own word for a class."""
+        """The model's word for a class."""
         return self._words.get(class_number, self._nameless.format(class_number))
 
     def shown(self, class_number: int) -> str:
-        """What people read: the label's name, or the model's own word where the set has no such label."""
+        """The name for people: the label's, or the model's word if the set has no such label."""
         label = self.label(class_number)
         return self.name(class_number) if label is None else label.name
 
     def short(self, class_number: int) -> str:
-        """The same for pictures and narrow tables."""
+        """The short name for pictures and narrow tables."""
         label = self.label(class_number)
         return self.name(class_number)[:12] if label is None else label.shown_short
 
@@ -91,19 +90,19 @@ class RunClasses:
         return sorted(self._words)
 
     def lacking(self) -> list[Label]:
-        """Labels of the set that no class stands for, though they are offered and are signs; in the set's order."""
+        """Labels of the set that are offered signs and have no class, in the set's order."""
         return [label for label in self.labels.offered() if label.teach == "sign" and label.id not in self._back]
 
 
 def resolved_labels(ids: NDArray[np.int64], labels: LabelSet) -> NDArray[np.int64]:
-    """A column of labels with the label that stands for each since labels were merged; all others stay as they are."""
+    """Replace merged labels in an array of ids by their targets."""
     for old, new in labels.merged_ids().items():
         ids = np.where(ids == old, new, ids)
     return ids
 
 
 def class_words(keys: Sequence[str] | None) -> tuple[str, ...]:
-    """What people read for each class of a model without a label set beside it: the name in ``gtsrb-43``, or the key.
+    """Names of a model's classes without a label set: the name in ``gtsrb-43``, or the key.
 
     Args:
         keys: by class number; None: those of ``gtsrb-43``.
@@ -114,15 +113,15 @@ def class_words(keys: Sequence[str] | None) -> tuple[str, ...]:
 
 
 def default_keys() -> tuple[str, ...]:
-    """Keys of the classes of models and runs that name none: those of ``gtsrb-43``, in order."""
+    """Keys of the classes of models and runs without keys: those of ``gtsrb-43``, in order."""
     return tuple(label.key for label in shipped_set(DEFAULT))
 
 
 def classes_of_keys(keys: Sequence[str] | None, labels: LabelSet) -> RunClasses:
-    """Classes whose keys are known by number.
+    """Map classes by their keys.
 
-    A key is looked for among keys, names and aliases of the set; then, where it is one of ``gtsrb-43``, the name and
-    the aliases that it has there.
+    A key is searched among keys, names and aliases of the set. A key of ``gtsrb-43`` is then searched by its name and
+    aliases there.
 
     Args:
         keys: by class number; None: those of ``gtsrb-43``.
@@ -141,11 +140,11 @@ def classes_of_keys(keys: Sequence[str] | None, labels: LabelSet) -> RunClasses:
 
 
 def classes_of_set(key: str, labels: LabelSet) -> RunClasses:
-    """Classes that are ids of a label set already.
+    """Map classes that are already ids of a label set.
 
     Args:
-        key: of that set; ids that ``labels`` has given out mean the same there.
-        labels: the set of the video.
+        key: key of that set; ids that ``labels`` has ever had mean the same there.
+        labels: the label set of the video.
     """
     words = {label.id: label.name for label in labels}
     nameless = f"label {{}} of {key.replace('{', '(').replace('}', ')')}"

@@ -1,4 +1,4 @@
-"""Label sets as files: our own JSON, and the sets that ship with the package."""
+"""Reads and writes label sets as files: our JSON, and the sets that ship with the package."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tsr_engine.labels.wording import first_problem
 __all__ = ["DEFAULT", "SHIPPED", "dump_set", "load_set", "parse_set", "save_set", "shipped_set"]
 
 DEFAULT: Final = "gtsrb-43"
-"""The set of a new library."""
+"""Key of the set of a new library."""
 _MOST_BYTES: Final = 64 << 20
 _SETS = resources.files("tsr_engine.labels") / "sets"
 SHIPPED: Final = tuple(
@@ -31,10 +31,10 @@ SHIPPED: Final = tuple(
 
 @cache
 def shipped_set(key: str) -> LabelSet:
-    """A set that ships with the package.
+    """Load a set that ships with the package.
 
     Raises:
-        KeyError: none has that key.
+        KeyError: no shipped set has that key.
     """
     if key not in SHIPPED:
         raise KeyError(key)
@@ -42,21 +42,21 @@ def shipped_set(key: str) -> LabelSet:
 
 
 def parse_set(text: str | bytes, where: str) -> LabelSet:
-    """A label set from our JSON.
+    """Parse a label set from our JSON.
 
     Args:
         text: content of the file.
-        where: its name, for messages.
+        where: the file's name, for messages.
 
     Raises:
-        InputError: it is none; the message names the first rule that it breaks and where.
+        InputError: it is not a label set; names the first broken rule and its place.
     """
     if isinstance(text, bytes):
         text = text.removeprefix(codecs.BOM_UTF8)
     try:
         content = json.loads(text, object_pairs_hook=_once)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{where} is not a label set: it is no JSON ({error}).") from None
+        raise InputError(f"{where} is not a label set: it is not JSON ({error}).") from None
     version = content.get("schema") if isinstance(content, dict) else None
     if isinstance(version, int) and version > SCHEMA:
         raise InputError(
@@ -73,7 +73,7 @@ def parse_set(text: str | bytes, where: str) -> LabelSet:
 
 
 def _once(pairs: list[tuple[str, object]]) -> JsonObject:
-    """The object of some members; a member that stands there twice would lose one of two values."""
+    """Build a JSON object; a repeated key is refused, because one of its values would be lost."""
     found = dict(pairs)
     if len(found) != len(pairs):
         names = [name for name, _ in pairs]
@@ -82,10 +82,10 @@ def _once(pairs: list[tuple[str, object]]) -> JsonObject:
 
 
 def load_set(path: Path) -> LabelSet:
-    """A label set from a file of ours.
+    """Load a label set from a file in our format.
 
     Raises:
-        InputError: it cannot be read, or is none.
+        InputError: it cannot be read, or is not a label set.
     """
     try:
         if path.stat().st_size > _MOST_BYTES:
@@ -96,7 +96,7 @@ def load_set(path: Path) -> LabelSet:
 
 
 def dump_set(labels: LabelSet) -> str:
-    """A set as our JSON, one label a line; equal sets give equal text."""
+    """A set as our JSON, one label per line; equal sets give equal text."""
     content = labels.model_dump(mode="json", by_alias=True, exclude_defaults=True)
     rows = content.pop("labels", [])
     head = {
@@ -112,7 +112,7 @@ def dump_set(labels: LabelSet) -> str:
 
 
 def save_set(labels: LabelSet, path: Path) -> None:
-    """Write a set as our JSON, whole or not at all.
+    """Write a set as our JSON, atomically.
 
     Raises:
         StorageError: the file cannot be written.

@@ -1,7 +1,7 @@
 """Makes the shipped set ``vienna`` from its table: ``python -m tsr_engine.labels.make_vienna``.
 
-The table, ``sets/vienna.csv``, holds what people know about each sign, one sign a row. Rows of the 43 signs of
-``gtsrb-43`` only add to them: aliases, and mirror images that ``gtsrb-43`` does not have.
+Each row of the table, ``sets/vienna.csv``, describes one sign. Rows of the 43 signs of
+``gtsrb-43`` only extend them: aliases, and mirror images that ``gtsrb-43`` lacks.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ __all__ = ["SETS", "TARGET", "make_vienna"]
 
 SETS = Path(str(resources.files("tsr_engine.labels"))) / "sets"
 TARGET = SETS / "vienna.json"
-"""The file that ships."""
+"""The shipped file."""
 
 TEMPORARY = Attribute(name="temporary", kind="checkbox", default=False)
-"""Stands there for road works alone, on a yellow or orange ground in most countries."""
+"""Marks signs only for road works, with a yellow or orange ground in most countries."""
 MAY_BE_TEMPORARY = frozenset({"danger", "direction", "mandatory", "priority", "prohibitory"})
 """Categories whose signs have the attribute ``temporary``."""
 
 
 def make_vienna() -> LabelSet:
-    """The set, as the table has it now.
+    """Build the set from the current table.
 
     Raises:
-        ValueError: a row breaks a rule of label sets, ids do not count up, or a row of the 43 has another key.
+        ValueError: a row breaks a rule of label sets, ids are not consecutive, or a row of the 43 has another key.
     """
     known = {label.id: label for label in shipped_set("gtsrb-43")}
     labels = []

@@ -1,4 +1,4 @@
-"""Finds the label that a word names: for dialogs, imports, comparisons and the command line."""
+"""Finds the label for a word, for dialogs, imports, comparisons and the command line."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _LIKE = 0.6
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """A label, and the part of it that matched."""
+    """A label, and which of its words matched."""
 
     label: Label
     how: How
 
 
 class LabelFinder:
-    """Finds labels of one set by word; made once, asked often.
+    """Finds labels of one set by word; built once, used often.
 
-    It looks in this order: key; name; alias; short name, unless that is a number; id, such as ``14``, ``00014``,
-    ``class 14``, ``#14``. Spaces, case and punctuation do not matter. A merged label gives the one that it was merged
-    into; hidden labels are found.
+    The order is: key; name; alias; short name, unless it is a number; id, such as ``14``, ``00014``,
+    ``class 14``, ``#14``. Spaces, case and punctuation do not matter. A merged label gives its target; hidden labels
+    are found.
     """
 
     def __init__(self, labels: LabelSet) -> None:
@@ -50,11 +50,11 @@ class LabelFinder:
                         self._words.setdefault(comparable(word), Match(target, how))
 
     def find(self, word: str) -> Match | None:
-        """The label that a word names; None: no label has it."""
+        """The label for a word; None: no label matches."""
         return self.named(word) or self.numbered(word)
 
     def numbered(self, word: str) -> Match | None:
-        """The label of an id, such as ``14``, ``00014``, ``class 14``, ``#14``; None: it is none."""
+        """The label for an id, such as ``14``, ``00014``, ``class 14``, ``#14``; None: no label has it."""
         number = _NUMBER.fullmatch(word.strip())
         if number is None:
             return None
@@ -62,13 +62,13 @@ class LabelFinder:
         return None if label is None else Match(label, "number")
 
     def named(self, word: str) -> Match | None:
-        """As :meth:`find`, but a number is no id."""
+        """As :meth:`find`, but numbers are not ids."""
         return self._words.get(comparable(word))
 
     def suggestions(self, word: str, most: int = 3) -> list[Label]:
-        """Labels whose name, key or alias is like a word, the most alike first.
+        """Labels whose name, key or alias resembles a word, the most similar first.
 
-        Of a number these are the labels that have it in their name, then the one that has it as its id.
+        For a number: labels with it in their name, then the label with that id.
         """
         if (number := _NUMBER.fullmatch(word.strip())) is not None:
             return self._numbered(number[1])[:most]
@@ -97,5 +97,5 @@ def _words(label: Label, how: str) -> tuple[str, ...]:
         return (label.name,)
     if how == "alias":
         return label.aliases
-    # short names are words for most signs; the numbers among them are ids to everybody else
+    # Short names are words for most signs, but numbers are ids in other tools.
     return () if not label.short or label.short.isdigit() else (label.short,)

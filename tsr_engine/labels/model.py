@@ -31,17 +31,17 @@ __all__ = [
 SCHEMA: Final = 1
 """Version of the file format."""
 NO_LABEL: Final = -1
-"""The id that stands for "no label of this set"."""
+"""The id that means "no label of this set"."""
 MOST_LABELS: Final = 5000
-"""Labels of one set."""
+"""Largest number of labels in a set."""
 
 Shape = Literal["triangle", "inverted triangle", "circle", "octagon", "diamond", "rectangle", "other"]
 Category = Literal["prohibitory", "mandatory", "danger", "priority", "information", "direction", "additional", "other"]
 Teach = Literal["sign", "background", "ignore"]
-"""What a retraining makes of a label: a sign to find and to read, background, or a region to leave alone."""
+"""How a retraining uses a label: as a sign, as background, or as a region to ignore."""
 AttributeKind = Literal["checkbox", "select", "number", "text"]
 AttributeValue = bool | float | str
-"""``bool`` of a checkbox, ``float`` of a number, ``str`` of a select or a text."""
+"""Type of a value: ``bool`` for a checkbox, ``float`` for a number, ``str`` for a select or a text."""
 
 
 def _text(value: str) -> str:
@@ -79,13 +79,13 @@ class Attribute(_Frozen):
     name: Text
     kind: AttributeKind
     mutable: bool = False
-    """True: the answer may change from frame to frame; False: it is one answer for the whole track."""
+    """True: the value may change from frame to frame; False: the whole track has one value."""
     values: tuple[Text, ...] = ()
-    """Answers of a ``select``."""
+    """Values of a ``select``."""
     low: float | None = None
     high: float | None = None
     default: AttributeValue | None = None
-    """The answer where nobody has given one; None: there is none."""
+    """The default value; None: there is none."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -102,7 +102,7 @@ class Attribute(_Frozen):
         return self
 
     def problem(self, value: AttributeValue) -> str | None:
-        """Why ``value`` is no answer, as part of a sentence; None: it is one."""
+        """Why ``value`` is invalid, as part of a sentence; None: it is valid."""
         name = f"attribute {self.name!r}"
         if self.kind == "checkbox":
             return None if isinstance(value, bool) else f"{name} must be true or false, not {value!r}"
@@ -127,33 +127,33 @@ class Label(_Frozen):
     """
 
     id: Annotated[int, Field(ge=0, le=2**31 - 1)]
-    """Given out once, never used again."""
+    """Never used again after it was given to a label."""
     key: Key
-    """Stable text, such as ``stop`` or ``C,3a``; models, files and the command line name labels by it."""
+    """Stable text, such as ``stop`` or ``C,3a``, by which models, files and the command line name labels."""
     name: Text
-    """What people read."""
+    """Name for people."""
     short: Annotated[str, Field(max_length=12), AfterValidator(_text_or_nothing)] = ""
-    """For pictures and narrow tables; empty: the first 12 characters of ``name``."""
+    """Short name for pictures and narrow tables; empty: the first 12 characters of ``name``."""
     aliases: tuple[Text, ...] = ()
-    """What other tools and countries call it."""
+    """Names in other tools and countries."""
     shape: Shape = "other"
     category: Category = "other"
     pictogram: Annotated[str, Field(max_length=200)] = ""
     """Name of a drawing that ships with the package, or ``sha256:...`` of a stored PNG picture; empty: none."""
     attributes: tuple[Attribute, ...] = ()
     size_mm: Annotated[float, Field(gt=0, le=10_000)] | None = None
-    """Usual width of the sign's face; None: not known."""
+    """Usual width of the sign's face, m; None: not known."""
     mirror: Key | None = None
-    """Key of the label that its left-right mirror image is; None: the mirror image is no sign."""
+    """Key of the label of its left-right mirror image; None: the mirror image is not a sign."""
     teach: Teach = "sign"
     colour: Annotated[str, Field(pattern=r"^#[0-9a-f]{6}$")] | None = None
-    """Colour that a tool has given it, ``#rrggbb``; None: the tool chooses."""
+    """Colour from another tool, ``#rrggbb``; None: chosen automatically."""
     pinned: Annotated[int, Field(ge=1, le=9)] | None = None
-    """The digit key that gives this label in the review tool."""
+    """The digit key that selects this label in the review tool."""
     hidden: bool = False
-    """Not offered any more; tracks that have it keep it."""
+    """No longer offered; tracks that have it keep it."""
     merged_into: Annotated[int, Field(ge=0)] | None = None
-    """Id of the label that stands for this one since they were merged."""
+    """Id of the label that this one was merged into."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -164,11 +164,11 @@ class Label(_Frozen):
 
     @property
     def shown_short(self) -> str:
-        """``short``, or what stands for it."""
+        """``short``, or its default."""
         return self.short or self.name[:12]
 
     def attribute(self, name: str) -> Attribute | None:
-        """The attribute of that name; None: the label has none."""
+        """The attribute with that name; None: the label has none."""
         return next((each for each in self.attributes if each.name == name), None)
 
 
@@ -184,7 +184,7 @@ class LabelSet(_Frozen):
     name: Text
     version: Annotated[int, Field(ge=1)] = 1
     next_id: Annotated[int, Field(ge=0)] = 0
-    """The id of the next new label: above all that were ever given out."""
+    """Id of the next new label: above all ids ever used."""
     labels: Annotated[tuple[Label, ...], Field(max_length=MOST_LABELS)] = ()
 
     model_config = ConfigDict(populate_by_name=True)
@@ -225,25 +225,25 @@ class LabelSet(_Frozen):
         return len(self.labels)
 
     def get(self, label_id: int) -> Label | None:
-        """The label of an id, itself, whatever it was merged into; None: the id was never given out."""
+        """The label with an id, even if it was merged; None: no label ever had the id."""
         return next((label for label in self.labels if label.id == label_id), None)
 
     def by_key(self, key: str) -> Label | None:
-        """The label of a key, without regard to case; None: there is none."""
+        """The label with a key, ignoring case; None: there is none."""
         wanted = key.casefold()
         return next((label for label in self.labels if label.key.casefold() == wanted), None)
 
     def mirror_images(self) -> dict[int, int]:
-        """Labels whose left-right mirror image is a sign of the set, by id: a training may mirror their crops."""
+        """Pairs of labels that are left-right mirror images, by id: a training may mirror their crops."""
         images = {label.id: self.by_key(label.mirror) for label in self.labels if label.mirror is not None}
         return {label_id: image.id for label_id, image in images.items() if image is not None}
 
     def resolved(self, label_id: int) -> int:
-        """The id that stands for an id since labels were merged; ``NO_LABEL`` and unknown ids stand for themselves."""
+        """The id that a merged label was replaced by; ``NO_LABEL`` and all other ids are returned unchanged."""
         return self.merged_ids().get(label_id, label_id)
 
     def merged_ids(self) -> dict[int, int]:
-        """Ids of labels that were merged -> the label that stands for them; others are missing."""
+        """Id of each merged label -> id of the label that replaces it."""
         into = {label.id: label.merged_into for label in self.labels if label.merged_into is not None}
         found = dict(into)
         for label_id in found:
@@ -252,7 +252,7 @@ class LabelSet(_Frozen):
         return found
 
     def offered(self) -> list[Label]:
-        """Labels that can be given: neither hidden nor merged, in the order of the set."""
+        """Labels that can be assigned: neither hidden nor merged, in the order of the set."""
         return [label for label in self.labels if not label.hidden and label.merged_into is None]
 
 

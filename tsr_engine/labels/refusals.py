@@ -1,4 +1,4 @@
-"""Errors about changes of a label set, and the check whether another label has a word already."""
+"""Defines errors about changes of a label set, and checks whether a word is taken."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["ChangeError", "NoLabelError", "TakenError", "claims_of", "require_fr
 
 
 class ChangeError(InputError):
-    """A change that breaks a rule of label sets.
+    """Raised if a change breaks a rule of label sets.
 
     Attributes:
-        field: of the change; None: it is about the whole change.
+        field: field of the change; None: the whole change.
     """
 
     def __init__(self, message: str, field: str | None = None) -> None:
@@ -24,11 +24,11 @@ class ChangeError(InputError):
 
 
 class NoLabelError(ChangeError):
-    """The change is about a label that the set does not have."""
+    """Raised if the set does not have the label of a change."""
 
 
 class TakenError(ChangeError):
-    """Another label has the key, the name, the alias or the digit already.
+    """Raised if another label has the key, the name, the alias or the digit.
 
     Attributes:
         label: that label.
@@ -43,12 +43,12 @@ def require_free(label: Label, others: Iterable[Label], claims: Mapping[str, Lab
     """Refuse a label whose key, words or digit another label has.
 
     Args:
-        label: as it shall be.
-        others: labels of the set; the label itself may be among them, as it was.
-        claims: of the other labels, where they are known.
+        label: the label after the change.
+        others: labels of the set, possibly with the label's old version.
+        claims: words of the other labels, if known.
 
     Raises:
-        TakenError: says which label has what.
+        TakenError: names the label and the word.
     """
     others = [other for other in others if other.id != label.id]
     claims = claims_of(others) if claims is None else claims
@@ -60,14 +60,14 @@ def require_free(label: Label, others: Iterable[Label], claims: Mapping[str, Lab
     for other in others:
         if label.pinned is not None and other.pinned == label.pinned:
             raise TakenError(
-                f"The digit {label.pinned} is that of '{other.name}' (label {other.id}). Take it off there first.",
+                f"The digit {label.pinned} belongs to '{other.name}' (label {other.id}). Remove it there first.",
                 "pinned",
                 other,
             )
 
 
 def claims_of(labels: Iterable[Label]) -> dict[str, Label]:
-    """Comparable word -> the label that it belongs to; words of merged labels are free."""
+    """Comparable word -> its label; words of merged labels are free."""
     claims: dict[str, Label] = {}
     for label in labels:
         if label.merged_into is None:
@@ -80,7 +80,7 @@ def require_unclaimed(claims: Mapping[str, Label], word: str, field: str) -> Non
     """Refuse a word that another label has.
 
     Raises:
-        TakenError: says which.
+        TakenError: names the label.
     """
     other = claims.get(comparable(word))
     if other is not None:

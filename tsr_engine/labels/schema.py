@@ -1,4 +1,4 @@
-"""The JSON Schema of our set files: ``python -m tsr_engine.labels.schema > docs/label-set.schema.json``."""
+"""Prints the JSON Schema of our set files: ``python -m tsr_engine.labels.schema > docs/label-set.schema.json``."""
 
 from __future__ import annotations
 

@@ -17,18 +17,18 @@ def undo_change(
 ) -> Changed:
     """Undo the change between two versions; later changes of other labels stay.
 
-    A label that the change had added is removed, or hidden if something uses it. Its id is not given out again.
+    A label that the change added is removed, or hidden if it is used. Its id is not used again.
 
     Args:
         labels: the newest version.
         before: the version before the change.
-        after: the version that the change made.
+        after: the version after the change.
         sentence: the sentence about the change.
-        used: whether something that is stored names a label by its id.
+        used: whether stored data names a label by its id.
 
     Raises:
-        TakenError: a word that the undo brings back belongs to another label by now.
-        ChangeError: a later version has changed the same.
+        TakenError: a word that the undo restores belongs to another label by now.
+        ChangeError: a later version has changed the same label.
     """
     was, made = ({label.id: label for label in version} for version in (before, after))
     now = {label.id: label for label in labels}
@@ -38,7 +38,7 @@ def undo_change(
         old, new, present = was.get(label_id), made.get(label_id), now.get(label_id)
         if old == new:
             continue
-        if new is None:  # the change had taken the label out
+        if new is None:  # the change had removed the label
             assert old is not None
             if present is not None:
                 raise _changed_since(present, after.version)
@@ -67,7 +67,7 @@ def undo_change(
 
 
 def _restored(now: Label, old: Label, new: Label, version: int) -> Label:
-    """A label of now with the fields of ``old`` that ``new`` had changed."""
+    """The current label with the fields of ``old`` that ``new`` had changed."""
     back: JsonObject = {}
     for name in Label.model_fields:
         was, became = getattr(old, name), getattr(new, name)

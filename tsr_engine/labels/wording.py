@@ -1,4 +1,4 @@
-"""Compares names of labels as people do, for dialogs, imports and comparisons."""
+"""Compares names of labels without case and punctuation, for dialogs, imports and comparisons."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _BETWEEN_NUMBERS = re.compile(rf"(?<=\d){_LOOSE.pattern}(?=\d)")
 def comparable(name: str) -> str:
     """A name without case, spaces and punctuation, in Unicode's compatible form.
 
-    ``"No parking"``, ``no_parking`` and ``NO-PARKING`` are equal. Two numbers stay two: ``3.5 t`` is not ``35 t``, but
-    equal to ``3,5t``. A name that is punctuation alone stays as it is.
+    ``"No parking"``, ``no_parking`` and ``NO-PARKING`` are equal. Adjacent numbers stay separate: ``3.5 t`` equals
+    ``3,5t``, not ``35 t``. A name that is punctuation alone is returned unchanged.
     """
     folded = unicodedata.normalize("NFKC", name).casefold()
     return _LOOSE.sub("", _BETWEEN_NUMBERS.sub("|", folded)) or folded
 
 
 def first_problem(error: ValidationError) -> tuple[str, str]:
-    """Where the first value that breaks a rule of the model is, and which rule, as part of a sentence."""
+    """Place and rule of the first value that breaks a rule of the model, as part of a sentence."""
     first = error.errors(include_url=False, include_input=False, include_context=False)[0]
     place = ".".join(str(part) for part in first["loc"])
     return place, first["msg"].removeprefix("Value error, ").rstrip(".")

@@ -1,4 +1,4 @@
-"""Vector drawings of traffic signs, at any size, with their silhouettes."""
+"""Draws traffic signs as vectors at any size, with their silhouettes."""
 
 from tsr_engine.pictograms.drawn import draw, names, svg
 

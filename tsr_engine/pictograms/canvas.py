@@ -36,7 +36,7 @@ def arc(cx: float, cy: float, rx: float, ry: float, start: float, end: float, n:
 
 
 def regular(n: int, radius: float, first: float) -> Points:
-    """A regular polygon of `n` corners, its first at `first` degrees (clockwise from the right)."""
+    """A regular polygon of `n` corners; the first is at `first` degrees (clockwise from the right)."""
     return arc(0, 0, radius, radius, first, first + 360 * (n - 1) / n, n)
 
 
@@ -74,7 +74,7 @@ def turned(points: Points, degrees: float) -> Points:
 
 
 def thick(points: Points, width: float) -> list[Points]:
-    """A polyline of a width as polygons: one quadrilateral a segment and a disc at each joint."""
+    """A polyline of a given width as polygons: one quadrilateral per segment and a disc at each joint."""
     polygons = []
     for a, b in itertools.pairwise(points):
         along = b - a
@@ -88,9 +88,9 @@ def thick(points: Points, width: float) -> list[Points]:
 
 
 class Canvas:
-    """A drawing over [-1, 1] x [-1, 1] (y down): polygons in the order in which they cover each other.
+    """A drawing over [-1, 1] x [-1, 1] (y down): polygons in the order in which they are painted.
 
-    It holds vectors, so that one drawing gives pictures of any size and an SVG.
+    It stores vectors, so one drawing gives pictures of any size and an SVG.
     """
 
     def __init__(self) -> None:
@@ -106,7 +106,7 @@ class Canvas:
         self._fills.append((np.asarray(points, np.float64), colour))
 
     def stroke(self, points: Points, width: float, colour: Colour, *, caps: bool = False) -> None:
-        """Draw a polyline of a width; round ends where `caps`."""
+        """Draw a polyline of a given width; with `caps` its ends are round."""
         points = np.asarray(points, np.float64)
         for polygon in thick(points, width):
             self.fill(polygon, colour)
@@ -124,18 +124,18 @@ class Canvas:
         turn: float = 0.0,
         colours: Mapping[Colour, Colour] | None = None,
     ) -> Canvas:
-        """This canvas with axes of its own: what is drawn on it lands here, moved.
+        """A canvas with its own axes that paints on this one.
 
         Args:
-            scale: Length of its unit.
-            dx: Its origin, right.
-            dy: Its origin, down.
-            mirror: Its x axis points to the left.
-            turn: Degrees by which it is turned, clockwise.
-            colours: Colours that are exchanged for others.
+            scale: Length of its unit on this canvas.
+            dx: Its origin on this canvas, to the right.
+            dy: Its origin on this canvas, downwards.
+            mirror: Whether its x axis points to the left.
+            turn: Clockwise rotation, degrees.
+            colours: Colours and their replacements.
 
         Returns:
-            A canvas to draw on; its silhouette counts for nothing.
+            A canvas to draw on; its silhouette is ignored.
         """
         return _Placed(self, scale, (dx, dy), mirror, turn, colours or {})
 
@@ -144,13 +144,13 @@ class Canvas:
         self.fill(arc(x, y, radius, radius, 0, 360, 72), colour)
 
     def polygons(self) -> list[Points]:
-        """All filled polygons, in the order in which they cover each other."""
+        """All filled polygons, in the order in which they are painted."""
         return [points for points, _ in self._fills]
 
     def picture(self, size: int) -> NDArray[np.uint8]:
         """The drawing as pixels.
 
-        It is drawn `_FACTOR` times too large, and no smaller than `_LEAST` pixels, then reduced by area: anti-aliased
+        It is drawn `_FACTOR` times larger, and at least `_LEAST` pixels wide, then reduced by area: anti-aliased
         edges grow by a fraction of a drawn pixel.
 
         Args:

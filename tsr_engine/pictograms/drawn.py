@@ -1,4 +1,4 @@
-"""Drawings by name: `gtsrb/14`, `vienna/no-parking`."""
+"""Looks up drawings by name: `gtsrb/14`, `vienna/no-parking`."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from tsr_engine.pictograms.palette import AMBER, BLACK, RED, SIGNAL_GREEN, WHITE
 
 
 def xy(*flat: float) -> Points:
-    """Points out of a flat list x, y, x, y, ..."""
+    """Points from a flat list x, y, x, y, ..."""
     return np.array(flat, np.float64).reshape(-1, 2)
 
 

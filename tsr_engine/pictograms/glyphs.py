@@ -9,7 +9,7 @@ from tsr_engine.pictograms.letters import LETTERS
 from tsr_engine.pictograms.paths import path
 
 PEN = 0.15
-"""Pen width in heights of a digit."""
+"""Pen width as a share of a digit's height."""
 
 _WIDTH = 0.56
 _A = PEN / 2
@@ -69,14 +69,14 @@ def _strokes(symbol: str) -> list[Points]:
 
 
 def _advance(symbol: str) -> float:
-    """Width of a symbol, in heights of a digit."""
+    """Width of a symbol, as a multiple of a digit's height."""
     if symbol in LETTERS:
         return LETTERS[symbol][0] / 100
     return 0.44 if symbol == "1" else _WIDTH
 
 
 def text_width(text: str) -> float:
-    """Width of a text, in heights of a digit."""
+    """Width of a text, as a multiple of a digit's height."""
     return sum(_advance(symbol) for symbol in text) + _GAP * (len(text) - 1)
 
 

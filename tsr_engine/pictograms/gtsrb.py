@@ -72,7 +72,7 @@ def outline(class_id: int) -> Points:
 
 
 def nominal_width(class_id: int) -> float:
-    """Width of the sign of the usual size, in metres; the unit of `outline` is half of it."""
+    """Width of the sign in its usual size, m; half of it is the unit of `outline`."""
     if class_id in _WARNINGS or class_id in (13, 14):
         return 0.9
     return 0.84 if class_id == 12 else 0.75 if class_id in (7, 8) else 0.6
@@ -84,7 +84,7 @@ def _limit(canvas: Canvas, text: str, colour: Colour = BLACK) -> None:
 
 
 def _special(canvas: Canvas, class_id: int) -> None:
-    """The signs that belong to no series."""
+    """Draw the signs that belong to no series."""
     if class_id in (9, 10):
         red_ring(canvas)
         left = pic.lorry_rear if class_id == 10 else pic.car_rear

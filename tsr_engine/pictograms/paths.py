@@ -1,4 +1,4 @@
-"""Outlines from short texts that resemble SVG paths, in hundredths of the canvas's unit."""
+"""Reads outlines from short texts that resemble SVG paths, in hundredths of the canvas's unit."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tsr_engine.pictograms.canvas import Points
 
 _TOKEN = re.compile(r"[LQ]|-?\d+(?:\.\d+)?")
 _STEPS = 10
-"""Segments of a curve."""
+"""Number of segments of a curve."""
 
 
 def path(text: str) -> Points:

@@ -1,4 +1,4 @@
-"""The page "About" of a recording: its content and its sources."""
+"""Writes the page "About" of a recording: its content and its sources."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["about_text"]
 
 
 def about_text(title: str, facts: Mapping[str, str], header: RunHeader, boxes: Mapping[str, int]) -> str:
-    """Markdown; names that come from files stand in code spans, so that they are shown as they are."""
+    """The page in Markdown; names from files are in code spans, so that they are shown literally."""
     lines = [f"# {_plain(title)}", "", f"Picture: {_plain(facts['picture'])}", "", "| layer | boxes |", "|---|---|"]
     lines += [f"| {LAYERS[name].title} | {count} |" for name, count in boxes.items()]
     lines += ["", "| | |", "|---|---|"]

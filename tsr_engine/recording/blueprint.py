@@ -24,11 +24,11 @@ PLOTTED: Final = {
     "fusion/weight": "Fusion weight",
     "votes": "Class votes",
 }
-"""Values that have a plot of their own, and its title."""
+"""Values with their own plot, and its title."""
 _LEGEND = 0.3
-"""Share of a plot's width that its legend stands in."""
+"""Share of a plot's width for its legend."""
 _MOST_TRACKS = 12
-"""Most tracks whose lines are drawn at first; the others are one click away."""
+"""Largest number of tracks whose lines are drawn at first; the others are hidden."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +36,13 @@ class Opening:
     """The facts that the blueprint depends on.
 
     Attributes:
-        width: of the picture, px.
-        height: px.
+        width: picture width, px.
+        height: picture height, px.
         layers: names of the layers that the recording has.
-        tracks: those with lines, the most telling first.
+        tracks: tracks with lines, the most informative first.
         values: (track, value) pairs that the recording has.
-        focus: frames that are marked on the time panel, both included; None: none.
-        frames: first frame and the one after the last.
+        focus: frames marked on the time panel, both inclusive; None: none.
+        frames: first frame and the frame after the last.
     """
 
     width: int
@@ -55,7 +55,7 @@ class Opening:
 
 
 def make_blueprint(opening: Opening) -> rrb.Blueprint:
-    """The picture with its layers above, events beside it, time lines below; time stands still at the start."""
+    """Build the views: the picture with its layers, events beside it, time lines below; playback is paused."""
     picture = rrb.Spatial2DView(
         origin=VIDEO,
         name="Picture",
@@ -103,7 +103,7 @@ def _states(opening: Opening) -> rrb.StateTimelineView:
 
 
 def _plots(opening: Opening) -> list[rrb.TimeSeriesView]:
-    """A plot for each kind of value that the recording has; its lines end left of the legend."""
+    """One plot for each kind of value in the recording; lines end left of the legend."""
     first, stop = opening.frames
     room = round((stop - first) * _LEGEND / (1 - _LEGEND))
     span = rr.TimeRange(

@@ -1,4 +1,4 @@
-"""The labels of a recording: number, name and colour of each, and their mapping from the run's class numbers."""
+"""Numbers, names and colours of a recording's labels, and their mapping from the run's class numbers."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ _HUES: Final[dict[Category, float]] = {
 }
 _UNKNOWN: Final[Rgb] = (190, 190, 190)
 _MOST: Final = 60_000
-"""A viewer numbers classes in 16 bits."""
+"""Largest class number of a viewer: 16 bits."""
 
 
 class RecordedClasses:
     """Numbers, names and colours of a recording's labels.
 
-    A label's number is its id, unless the set has ids beyond what a viewer can number; boxes without a label have the
-    number behind those, and what a model calls signs that the set lacks comes last.
+    A label's number is its id, unless the set has ids beyond a viewer's range. Boxes without a label get the
+    next number, and classes of the model that the set lacks come last.
     """
 
     def __init__(self, classes: RunClasses) -> None:
-        """Take what the run's class numbers mean."""
+        """Take the mapping of the run's class numbers."""
         self._classes = classes
         labels = sorted(classes.labels, key=lambda label: label.id)
         small = classes.labels.next_id < _MOST
         self._labels = {label.id: label.id if small else place for place, label in enumerate(labels)}
         self._shorts = {label.id: label.shown_short for label in labels}
         self.unknown = max(self._labels.values(), default=-1) + 1
-        """Number of boxes without a label."""
+        """Number for boxes without a label."""
         strange = [number for number in classes.numbers() if classes.is_unmapped(number)]
         self._strange = {number: self.unknown + 1 + place for place, number in enumerate(strange)}
         self.infos: list[tuple[int, str, Rgb]] = [
@@ -52,21 +52,21 @@ class RecordedClasses:
             (self.unknown, "unknown", _UNKNOWN),
             *((place, classes.name(number), _UNKNOWN) for number, place in self._strange.items()),
         ]
-        """Number, name and colour of each."""
+        """Number, name and colour of each label."""
 
     def of_classes(self, class_numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The run's class numbers (-1: none) as the recording numbers them, shape (n,)."""
+        """Convert the run's class numbers (-1: none) to numbers of the recording, shape (n,)."""
         found = self.of_labels(self._classes.to_labels(class_numbers))
         for number, place in self._strange.items():
             found[class_numbers == number] = place
         return found
 
     def of_labels(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Labels of the set (-1: none) as the recording numbers them, shape (n,)."""
+        """Convert label ids (-1: none) to numbers of the recording, shape (n,)."""
         return np.array([self._labels.get(label, self.unknown) for label in ids.tolist()], np.int64)
 
     def short(self, class_number: int | None) -> str:
-        """Short name of one of the run's classes; ``?``: there is none."""
+        """Short name of one of the run's classes; ``?``: none."""
         return "?" if class_number is None or class_number < 0 else self._classes.short(class_number)
 
     def title(self, class_number: int) -> str:
@@ -76,7 +76,7 @@ class RecordedClasses:
 
 
 def _colour(label: Label) -> Rgb:
-    """The label's own colour; else near that of its category, another hue and lightness from label to label."""
+    """The label's colour, else one near its category's with a hue and lightness that vary by label."""
     if label.colour is not None:
         r, g, b = bytes.fromhex(label.colour[1:])
         return r, g, b

@@ -1,7 +1,7 @@
-"""Cuts the picture of a recording: the video's own packets from a key frame on, in a small MP4 file.
+"""Cuts the picture of a recording: packets copied from a key frame on, in a small MP4 file.
 
-Pictures are encoded anew only if the packets take more bytes than a recording may, or if a viewer could not show them
-at the right place: another codec, a rotated picture, a file without presentation times. The clip then says why.
+Pictures are re-encoded only if the packets exceed the size limit of a recording, or if a viewer could not show them
+at the right time: another codec, a rotated picture, a file without presentation times. The clip then says why.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ from tsr_engine.recording.transcode import allowance, encode_frames, encode_pack
 __all__ = ["MOST_BYTES", "STORABLE", "Clip", "cut_clip", "packets_of"]
 
 STORABLE: Final = frozenset({"h264", "hevc", "av1", "vp9"})
-"""Codecs that a viewer plays out of an MP4 file."""
+"""Codecs that a viewer plays from an MP4 file."""
 MOST_BYTES: Final = 512 * 2**20
-"""A viewer holds the whole clip in memory."""
+"""Largest clip in bytes: a viewer holds it in memory."""
 _EARLIER: Final = (0, 2, 10, 60)
-"""Seconds by which a search for the key frame starts over earlier."""
+"""Seconds by which a repeated search for the key frame starts earlier."""
 
 Ints = NDArray[np.int64]
 Nanos = Callable[[bytes], Ints]
@@ -43,12 +43,12 @@ Nanos = Callable[[bytes], Ints]
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """A piece of a video.
+    """A clip of a video.
 
     Attributes:
         data: the MP4 file.
         nanos: presentation time within the clip of each wanted frame, ns, shape (n,).
-        how: one sentence: where the picture comes from.
+        how: one sentence on how the picture was made.
     """
 
     data: bytes
@@ -65,19 +65,19 @@ def cut_clip(
     limits: VideoLimits | None = None,
     exact: bool = False,
 ) -> Clip:
-    """The part of a video that shows some frames.
+    """Cut the part of a video that shows some frames.
 
     Args:
         path: the video.
-        frames: which ones.
-        stamps_of: gives the presentation times in ns of all pictures of an MP4 file as the viewer will read them.
-        table: the video's frame table; makes a piece that must be encoded anew fast to find.
-        limits: what the file may demand.
-        exact: take the video's own packets over however many bytes they are.
+        frames: the frames.
+        stamps_of: returns the presentation times in ns of all pictures of an MP4 file as the viewer reads them.
+        table: the video's frame table; it makes seeking fast if pictures are re-encoded.
+        limits: limits on the file.
+        exact: copy the packets however many bytes they take.
 
     Raises:
         VideoError: the video cannot be read.
-        UsageError: the piece is too large to be shown.
+        UsageError: the clip is too large for a viewer.
     """
     allowed = VideoLimits() if limits is None else limits
     try:
@@ -94,7 +94,7 @@ def cut_clip(
 
 
 def _placed(stamps: Ints, wanted: Ints) -> Ints:
-    """The times of the wanted pictures, which are given by their rank in the clip."""
+    """Times of the wanted pictures, given by their rank in the clip."""
     if len(stamps) <= int(wanted[-1]):
         raise UnfitPackets(f"the copy holds {len(stamps)} pictures where {int(wanted[-1]) + 1} were expected")
     found: Ints = np.sort(stamps)[wanted]
@@ -102,7 +102,7 @@ def _placed(stamps: Ints, wanted: Ints) -> Ints:
 
 
 def _packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool) -> tuple[bytes, Ints, str]:
-    """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and where they come from."""
+    """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and a sentence on their origin."""
     if (frames.pts < 0).any():
         raise UnfitPackets("the run does not know its presentation times")
     with open_source(path) as file, open_container(file, limits) as (container, stream, kind):
@@ -148,7 +148,7 @@ def _orientation(container: InputContainer, stream: av.VideoStream) -> Orientati
 
 
 def packets_of(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
-    """Packets in decoding order from the last key frame before the first wanted picture to the last one needed."""
+    """Packets in decoding order, from the last key frame before the first wanted picture to the last one needed."""
     base = Fraction(stream.time_base)
     for back in _EARLIER:
         try:
@@ -166,7 +166,7 @@ def packets_of(container: InputContainer, stream: av.VideoStream, wanted: Ints) 
 
 
 def _from_here(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
-    """The packets from the last key frame before the first wanted picture on; none where this place lies too late."""
+    """Packets from the last key frame before the first wanted picture; empty if the search ended too late."""
     chosen: list[av.Packet] = []
     missing = set(wanted.tolist())
     key: av.Packet | None = None
@@ -174,13 +174,13 @@ def _from_here(container: InputContainer, stream: av.VideoStream, wanted: Ints) 
         if packet.is_keyframe:
             key = packet
             if packet.pts <= wanted[0] and len(missing) == len(wanted):
-                chosen.clear()  # a later place to start from
+                chosen.clear()  # a later key frame to start from
             elif not chosen:
                 return []
         elif key is None or packet.pts < chosen[0].pts:
-            continue  # predicted from pictures that are not in the clip
+            continue  # its references are not in the clip
         elif packet.pts < key.pts:
-            # Shown before a key frame that is decoded before it: a jump to that key frame would break this picture.
+            # Shown before a key frame that is decoded earlier: a seek to that key frame would break this picture.
             key.is_keyframe = False
         chosen.append(packet)
         missing.discard(packet.pts)

@@ -1,4 +1,4 @@
-"""The content of a recording, as plain columns."""
+"""Defines the content of a recording as plain columns."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Frames:
         ordinal: shape (n,), ascending by one.
         seconds: shape (n,), presentation times.
         pts: shape (n,), presentation times in ticks of the video's time base; -1: not known.
-        width: px.
-        height: px.
+        width: picture width, px.
+        height: picture height, px.
     """
 
     ordinal: Ints
@@ -43,13 +43,13 @@ class Frames:
 
     @property
     def duration(self) -> float:
-        """How long they are shown, s, > 0; the last one as long as those before it."""
+        """Duration in s, > 0; the last frame counts as long as those before it."""
         n = len(self)
         span = float(self.seconds[-1] - self.seconds[0])
         return max(span * n / (n - 1) if n > 1 else 0.0, 1e-2 * n)
 
     def seconds_at(self, ordinals: Ints) -> Floats:
-        """Presentation times of some of the frames."""
+        """Presentation times of some frames, s."""
         found: Floats = self.seconds[ordinals - self.first]
         return found
 
@@ -59,9 +59,9 @@ class BoxRows:
     """Boxes of one layer.
 
     Attributes:
-        table: the boxes; classes of the run are its class numbers, those of what people have said ids of the label set,
-            and in the recording they are as that numbers labels.
-        labels: one text a box.
+        table: the boxes; their classes are the run's class numbers, or label ids for annotations, before
+            ``with_classes`` converts them to the recording's numbers.
+        labels: one text per box.
     """
 
     table: TrackTable
@@ -75,11 +75,11 @@ class BoxRows:
         return len(self.table)
 
     def with_classes(self, class_id: Ints) -> BoxRows:
-        """The same boxes with other classes, shape (n,)."""
+        """The boxes with other classes, shape (n,)."""
         return replace(self, table=replace(self.table, class_id=class_id))
 
     def within(self, frames: Frames) -> BoxRows:
-        """The rows with finite boxes in some frames, ordered by frame."""
+        """The rows with finite boxes in the frames, ordered by frame."""
         table, first = self.table, frames.first
         keep = (table.frame >= first) & (table.frame < first + len(frames)) & np.isfinite(table.boxes).all(axis=1)
         order = np.flatnonzero(keep)
@@ -87,19 +87,19 @@ class BoxRows:
         return BoxRows(table.rows(order), tuple(self.labels[i] for i in order.tolist()))
 
     def counts(self, frames: Frames) -> Ints:
-        """Number of boxes in each frame, with its zeros."""
+        """Number of boxes in each frame, including zeros."""
         found: Ints = np.bincount(self.table.frame - frames.first, minlength=len(frames)).astype(np.int64)
         return found
 
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """Values over time, some of them side by side.
+    """Values over time, in one or more columns.
 
     Attributes:
         at: ordinals, shape (n,).
-        values: shape (n, k), NaN: not known there.
-        names: what the columns are called, k of them.
+        values: shape (n, k), NaN: not known.
+        names: names of the k columns.
     """
 
     at: Ints
@@ -114,9 +114,9 @@ class Lines:
     Attributes:
         track_id: the track.
         class_id: fused class; -1: unknown.
-        values: by name; only those that are known in some frame.
-        states: ordinals at which the state changes, and the states (``detected``, ``predicted``, ``relocalised``;
-            empty: the track is not there any more).
+        values: by name; only those known in some frame.
+        states: ordinals at which the state changes, and the new states (``detected``, ``predicted``, ``relocalised``;
+            empty: the track is gone).
     """
 
     track_id: int
@@ -131,8 +131,8 @@ class Moments:
 
     Attributes:
         frame: shape (n,).
-        kind: one a row.
-        text: one a row.
+        kind: one per row.
+        text: one per row.
     """
 
     frame: Ints

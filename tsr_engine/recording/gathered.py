@@ -1,4 +1,4 @@
-"""The content of a recording, as it was read from the evidence."""
+"""Gathers the content of a recording from the evidence."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class Gathered:
         return float(self.reader.header.parameters.get("gate", {}).get("tau", np.nan))
 
     def title(self) -> str:
-        """Name for people."""
+        """The recording's name for people."""
         last = self.frames.first + len(self.frames) - 1
         return self.request.name or f"{self.reader.header.video.name}, frames {self.frames.first} to {last}"
 
     def identity(self) -> str:
-        """Digest of everything that decides what is shown: a viewer merges recordings of one name."""
+        """Digest of everything that decides the content: a viewer merges recordings with the same name."""
         digest = hashlib.sha256(self.reader.header.identity().encode())
         picture = None if self.request.video is None else self.request.exact
         digest.update(repr((self.frames.first, len(self.frames), picture, self.title())).encode())

@@ -1,7 +1,7 @@
 """Encodes H.264 of a given size fast: each group of pictures has one quantiser, chosen from the groups before it.
 
-An encoder that controls its rate from picture to picture estimates each picture first, which takes a quarter of its
-time at the fastest settings. Here a few pictures are tried, and each group corrects the next one.
+An encoder with rate control estimates each picture first, which takes a quarter of its time at the fastest settings.
+Here a few pictures are tried, and each group corrects the next one.
 """
 
 from __future__ import annotations
@@ -18,36 +18,36 @@ from av.container import OutputContainer
 __all__ = ["GROUP", "GroupEncoder"]
 
 GROUP: Final = 60
-"""Pictures from one key frame to the next: a viewer that jumps decodes at most as many."""
+"""Pictures between key frames, the most that a viewer decodes for a jump."""
 _AIM: Final = 0.96
-"""Share of the budget that is aimed at."""
+"""Targeted share of the budget."""
 _LEAST: Final = 15
-"""Pictures of the shortest group; a key frame takes as much as eight others."""
+"""Pictures of the shortest group; a key frame takes as much as eight other pictures."""
 _MOST: Final = 1.25
-"""A group ends early where it has used this multiple of its share; where it is twice that, even a short one. The last
-one, which no other can make up for, ends where it would use it up if it went on like this."""
+"""A group ends early when it exceeds its share by this factor, and even a short one at twice the factor. The last
+group, which no other can compensate, ends when it would use up the budget at this rate."""
 _TRIAL: Final = 8
-"""Pictures that are tried before the first group."""
+"""Number of pictures that are tried before the first group."""
 _TRIALS: Final = 4
-"""Most of them: far from dash-cam clips a step of the quantiser saves less than ``_HALVES`` says."""
+"""Largest number of trials: far from dash-cam clips, a quantiser step saves less than ``_HALVES`` says."""
 _NEAR: Final = 3
-"""Steps of the quantiser from the last trial that need no other one."""
+"""Steps from the last trial's quantiser within which no other trial is needed."""
 _FIRST: Final = 31
-"""Quantiser of the trial: near what most videos of 6 Mbit/s end at."""
+"""First quantiser tried: close to the result for most videos of 6 Mbit/s."""
 _HALVES: Final = 5.5
-"""Steps of the quantiser that halve a clip; measured on dash-cam clips between 28 and 33."""
+"""Quantiser steps that halve a clip; measured on dash-cam clips between 28 and 33."""
 _FINER: Final = 6
-"""Steps that a group may be finer than the last one, as sizes far from the middle say little."""
+"""Most steps by which a group may be finer than the last one, because extreme sizes are poor estimates."""
 _FINEST, _COARSEST = 16, 69
-"""x264 counts on beyond the 51 of H.264 by leaving out more coefficients."""
+"""x264 counts beyond H.264's limit of 51 by dropping more coefficients."""
 _OPTIONS: Final = {"preset": "ultrafast", "g": "9999", "bf": "0"}
 _STITCHABLE: Final = "stitchable=1"
-"""Parameter sets that do not depend on the quantiser, so that one header serves all groups."""
+"""Parameter sets that do not depend on the quantiser, so one header serves all groups."""
 _NARROW: Final = ":asm=AVX2"
-"""Instructions to be used where a processor has AVX-512: with those the encoder takes a tenth longer. It is only to be
-said where they are there, since x264 uses what it is asked to without asking the processor."""
+"""x264 instruction sets to use on processors with AVX-512, with which the encoder takes a tenth longer. Set them
+only on such processors: x264 uses what it is told to without a check."""
 _AVX2, _AVX_512F = 11, 13
-"""``CV_CPU_AVX2`` and ``CV_CPU_AVX_512F`` of OpenCV (opencv2/core/cvdef.h), which Python does not name."""
+"""``CV_CPU_AVX2`` and ``CV_CPU_AVX_512F`` of OpenCV (opencv2/core/cvdef.h), which Python does not define."""
 
 
 class GroupEncoder:
@@ -62,9 +62,9 @@ class GroupEncoder:
             out: an open container.
             picture: the first picture; the others have its size.
             time_base: of the pictures' times.
-            count: how many pictures will come, >= 1.
-            budget: bytes that they are to take; missed by some percent.
-            threads: that encode.
+            count: number of pictures, >= 1.
+            budget: target size in bytes; missed by some percent.
+            threads: number of encoder threads.
         """
         self._out, self._threads, self._time_base = out, threads, time_base
         self._left, self._rest = count, budget * _AIM
@@ -82,7 +82,7 @@ class GroupEncoder:
         return self._stream.width, self._stream.height
 
     def put(self, picture: av.VideoFrame) -> None:
-        """The next picture, in YUV 4:2:0."""
+        """Encode the next picture, in YUV 4:2:0."""
         if self._started:
             self._encode(picture)
             return
@@ -91,7 +91,7 @@ class GroupEncoder:
             self._start()
 
     def close(self) -> None:
-        """Write what the encoder still holds."""
+        """Flush the encoder."""
         self._mux(self._encoder.encode(None))
 
     def _start(self) -> None:
@@ -107,7 +107,7 @@ class GroupEncoder:
         self._waiting.clear()
 
     def _begin(self, picture: av.VideoFrame) -> None:
-        """A new group."""
+        """Start a new group."""
         self._share = max(self._rest / self._left, 1.0) * GROUP
         self._sizes: list[int] = []
         self._taken = 0
@@ -129,7 +129,7 @@ class GroupEncoder:
         self._mux(self._encoder.encode(picture))
 
     def _correct(self, sizes: list[int]) -> None:
-        """Choose the next quantiser by what a whole group like the last one would take."""
+        """Choose the next quantiser by the size of a whole group like the last one."""
         share = max(self._rest / self._left, 1.0) * GROUP
         step = max(math.ceil(_HALVES * math.log2(_whole(sizes) / share)), -_FINER)
         self._quantiser = min(max(self._quantiser + step, _FINEST), _COARSEST)
@@ -150,7 +150,7 @@ class GroupEncoder:
 
 
 def _whole(sizes: list[int]) -> float:
-    """Bytes of a whole group that goes on like this one."""
+    """Expected size of the whole group, bytes."""
     others = sizes[1:] or sizes
     return sizes[0] + (GROUP - 1) * sum(others) / len(others)
 

@@ -1,4 +1,4 @@
-"""Paths and appearance of the layers of a recording: one table for writer, blueprint, tests and documentation."""
+"""Defines paths and appearance of a recording's layers in one table for writer, blueprint, tests and documentation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FRAME_TIMELINE: Final = "frame"
 TIME_TIMELINE: Final = "time"
 """Timeline of presentation times."""
 VIDEO: Final = "video"
-"""Entity of the picture; the layers lie below it, so that they are drawn over it."""
+"""Entity of the picture; the layers lie below it in the tree, so that they are drawn over it."""
 EVENTS: Final = "events"
 
 Rgb = tuple[int, int, int]
@@ -36,11 +36,11 @@ class Layer:
 
     Attributes:
         name: last part of the entity path.
-        title: for people.
-        colour: of all its boxes; None: that of each box's class.
-        radius: half the width of its lines, in points of the screen.
-        shown: drawn when the recording opens.
-        labelled: each box shows its label; otherwise only the one under the pointer.
+        title: title for people.
+        colour: colour of all its boxes; None: the colour of each box's class.
+        radius: half the line width, in points of the screen.
+        shown: whether it is visible when the recording opens.
+        labelled: whether each box shows its label; otherwise only the box under the pointer does.
     """
 
     name: str
@@ -71,7 +71,7 @@ LAYERS: Final = {
         Layer("truth", "ground truth", (255, 255, 255), 0.9),
     )
 }
-"""Layers by name; colours as on the review screen."""
+"""Layers by name; their colours are those of the review screen."""
 
 TAU_COLOUR: Final[Rgb] = (230, 60, 60)
 TRACK_COLOURS: Final[tuple[Rgb, ...]] = (
@@ -88,10 +88,10 @@ TRACK_COLOURS: Final[tuple[Rgb, ...]] = (
     (175, 235, 160),
     (130, 130, 20),
 )
-"""Colours of lines in the plots, in the order of tracks: a viewer's own may give two tracks nearly the same one. They
-keep off the threshold's."""
+"""Line colours of plots in the order of tracks, different from the threshold's: a viewer's own may give two tracks
+nearly the same colour."""
 
 
 def track_entity(track_id: int, *parts: str) -> str:
-    """Entity path of something about one track."""
+    """Entity path below that of one track."""
     return "/".join(("tracks", f"m{track_id}", *parts))

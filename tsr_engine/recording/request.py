@@ -1,4 +1,4 @@
-"""The request for a recording, and the report on it."""
+"""Defines the request for a recording, and the report on it."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ __all__ = ["RecordingReport", "RecordingRequest"]
 
 @dataclass(frozen=True, slots=True)
 class RecordingRequest:
-    """The request for a recording.
+    """A request to write a recording.
 
     Attributes:
         evidence: folder of the run.
-        out: the ``.rrd`` file; one that is there is replaced.
+        out: the ``.rrd`` file; an existing one is replaced.
         first: first frame; unset: the run's first.
         stop: frame after the last; unset: after the run's last.
         video: the video that was tracked; unset: no picture.
-        table: its frame table, if it is at hand.
-        known: the caller has just made sure that it is the video that was tracked; a large one takes long to hash.
-        exact: take the video's own packets over, however many bytes they are.
-        corrected: the annotation as people have corrected it.
+        table: its frame table; unset: not known.
+        known: whether the caller has just verified the video, which saves hashing a large file.
+        exact: whether to copy the video's packets however many bytes they take.
+        corrected: the corrected annotation.
         truth: ground truth.
-        focus_frame: the frame that it is about; marked on the time panel.
-        focus_track: the track that it is about; its lines come first.
-        name: for people; unset: made from video and frames.
+        focus_frame: frame to mark on the time panel.
+        focus_track: track whose lines come first.
+        name: name for people; unset: made from video and frames.
         notes: further facts for the page "About".
-        called: what a refusal calls the run, in the middle of a sentence; unset: by its folder.
-        limits: what the video may demand; unset: ``VideoLimits()``.
-        classes: what the run's class numbers mean in a label set, of which ``corrected`` and ``truth`` have ids; unset:
-            in ``gtsrb-43``.
+        called: the run's name in error sentences; unset: its folder.
+        limits: limits on the video; unset: ``VideoLimits()``.
+        classes: mapping from the run's class numbers to the label set of ``corrected`` and ``truth``; unset:
+            ``gtsrb-43``.
     """
 
     evidence: Path
@@ -65,15 +65,15 @@ class RecordingReport:
 
     Attributes:
         path: the file.
-        recording_id: name by which viewers know it; equal content has an equal one.
-        application_id: the other part of that name.
-        name: for people.
+        recording_id: the id by which viewers identify it; equal content has an equal id.
+        application_id: the other part of the id.
+        name: name for people.
         first: first frame.
         stop: frame after the last.
-        size: bytes.
-        picture_size: bytes of its pictures.
-        seconds: that writing it took, without loading this program.
-        picture: where the picture comes from, or why there is none.
+        size: size in bytes.
+        picture_size: size of its pictures in bytes.
+        seconds: time of writing, without loading the program.
+        picture: origin of the picture, or the reason why there is none.
         boxes: layer -> number of boxes.
         tracks: tracks with lines.
         events: entries of the event log.

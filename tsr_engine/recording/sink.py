@@ -1,6 +1,6 @@
-"""Turns columns into the bytes of a ``.rrd`` file; only this module uses the Rerun SDK for writing.
+"""Converts columns to the bytes of a ``.rrd`` file; only this module writes with the Rerun SDK.
 
-The SDK takes more than a second to import, so this module is imported when a recording is made.
+The SDK takes more than a second to import, so this module is imported only to make a recording.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ __all__ = ["Sink", "video_stamps"]
 Ints = NDArray[np.int64]
 
 _LOG_WIDTH = 44
-"""Letters of a line in the event log."""
+"""Longest line in the event log, in characters."""
 _LEVELS = {"rejected": "WARN", "missed": "WARN", "died": "INFO", "relabelled": "WARN"}
 _STATES = {"detected": 0x56B4E9FF, "predicted": 0xF0E442FF, "relocalised": 0xE69F00FF}
 
@@ -43,7 +43,7 @@ def video_stamps(data: bytes) -> Ints:
 class Sink:
     """An open recording, collected in memory; a context manager.
 
-    The SDK can write files itself, but when the disk is full it waits for its writing thread for ever.
+    The SDK can write files itself, but on a full disk it waits for its writing thread for ever.
     """
 
     def __init__(self, application_id: str, recording_id: str, blueprint: Blueprint) -> None:
@@ -51,8 +51,8 @@ class Sink:
         rr.set_strict_mode(True)  # otherwise data of a wrong shape is dropped with a warning
         self._recording = rr.RecordingStream(application_id, recording_id=recording_id)
         self._memory = self._recording.memory_recording()
-        # Collected in memory it comes after the recording's first chunk. A viewer has laid its views out by itself by
-        # then, and keeps to that unless the blueprint is made the active one.
+        # In memory the blueprint comes after the recording's first chunk. By then a viewer has arranged its views,
+        # and keeps them unless the blueprint is made the active one.
         self._recording.send_blueprint(blueprint, make_active=True, make_default=True)
 
     def __enter__(self) -> Sink:
@@ -65,12 +65,12 @@ class Sink:
         self._recording.disconnect()
 
     def take(self) -> bytes:
-        """The whole recording as a ``.rrd`` file with its index at the end; afterwards it is empty."""
+        """The whole recording as a ``.rrd`` file with its index at the end; the sink is empty afterwards."""
         return bytes(self._memory.drain_as_bytes())
 
     @property
     def sdk_version(self) -> str:
-        """Version of the SDK; a viewer of the same one shows the recording."""
+        """Version of the SDK; viewers of the same version show the recording."""
         return str(rr.__version__)
 
     def name(self, title: str) -> None:
@@ -78,25 +78,25 @@ class Sink:
         self._recording.send_recording_name(title)
 
     def properties(self, name: str, values: dict[str, str]) -> None:
-        """Facts about the recording."""
+        """Log facts about the recording."""
         content = rr.AnyValues(**values)  # type: ignore[arg-type]
         self._recording.send_property(name, content)
 
     def document(self, entity: str, markdown: str) -> None:
-        """A page of text."""
+        """Log a page of text."""
         self._static(entity, rr.TextDocument(markdown, media_type="text/markdown"))
 
     def classes(self, infos: list[tuple[int, str, Rgb]]) -> None:
-        """Numbers, names and colours of the labels, for everything below the picture."""
+        """Log numbers, names and colours of the labels for everything below the picture."""
         self._static(VIDEO, rr.AnnotationContext(infos))
 
     def video(self, entity: str, data: bytes, frames: Frames, nanos: Ints) -> None:
-        """The clip, and which of its pictures each frame shows."""
+        """Log the clip, and the picture of each frame."""
         self._static(entity, rr.AssetVideo(contents=data, media_type="video/mp4"))
         self._columns(entity, frames, frames.ordinal, rr.VideoFrameReference.columns_nanos(nanos))
 
     def boxes(self, layer: Layer, frames: Frames, rows: BoxRows, labelled: bool) -> None:
-        """Boxes of a layer; a frame without any is said to be empty. Unlabelled ones tell theirs to the pointer."""
+        """Log boxes of a layer, and clear frames without boxes. Unlabelled boxes show their label under the pointer."""
         boxes = rows.table.boxes
         centres, halves = (boxes[:, :2] + boxes[:, 2:]) / 2, (boxes[:, 2:] - boxes[:, :2]) / 2
         counts = rows.counts(frames)
@@ -109,7 +109,7 @@ class Sink:
         self._static(layer.entity, rr.Boxes2D.from_fields(**style))
 
     def scalars(self, entity: str, frames: Frames, series: Series, title: str, colours: list[Rgb]) -> None:
-        """Values over time; with a title that the lines are named after, or none that a plot shows at first."""
+        """Log values over time; the title names the lines, and lines without a title are hidden at first."""
         columns = rr.Scalars.columns(scalars=series.values.ravel())
         self._columns(entity, frames, series.at, columns.partition([series.values.shape[1]] * len(series.at)))
         if title:
@@ -117,16 +117,16 @@ class Sink:
             self._static(entity, rr.SeriesLines(names=names, colors=colours))
 
     def states(self, entity: str, frames: Frames, at: Ints, states: tuple[str, ...]) -> None:
-        """States of a track, where they change."""
+        """Log the states of a track where they change."""
         self._columns(entity, frames, at, rr.StateChange.columns(state=list(states)))
         colours = np.array(list(_STATES.values()), np.uint32)
         self._static(entity, rr.StateConfiguration(values=list(_STATES), colors=colours))
 
     def log_entries(self, entity: str, frames: Frames, moments: Moments) -> None:
-        """The event log."""
+        """Log the events."""
         if len(moments.frame):
             levels = [_LEVELS.get(kind, "INFO") for kind in moments.kind]
-            # the viewer's log wraps nothing by itself
+            # The viewer's log does not wrap lines.
             texts = [textwrap.fill(text, _LOG_WIDTH, break_on_hyphens=False) for text in moments.text]
             self._columns(entity, frames, moments.frame, rr.TextLog.columns(text=texts, level=levels))
 

@@ -1,4 +1,4 @@
-"""Reads the columns of a recording from evidence, for one range of frames."""
+"""Reads the columns of a recording from evidence for one range of frames."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tsr_engine.track_table import IntArray, TrackTable
 __all__ = ["LEADING", "box_layers", "events", "frames_of", "track_lines"]
 
 LEADING = 5
-"""Most classes whose votes are drawn."""
+"""Largest number of classes whose votes are drawn."""
 
 
 def frames_of(reader: EvidenceReader, first: int | None, stop: int | None, called: str = "the run") -> Frames:
@@ -28,7 +28,7 @@ def frames_of(reader: EvidenceReader, first: int | None, stop: int | None, calle
         reader: of the run.
         first: first frame.
         stop: frame after the last.
-        called: what a refusal calls the run.
+        called: the run's name in error sentences.
 
     Raises:
         UsageError: the run has not stored all of them.
@@ -54,7 +54,7 @@ def frames_of(reader: EvidenceReader, first: int | None, stop: int | None, calle
 
 
 def box_layers(reader: EvidenceReader, frames: Frames, classes: RecordedClasses) -> Iterator[tuple[str, BoxRows]]:
-    """Name and boxes of every layer that the engine made; each is read when it is asked for."""
+    """Yield name and boxes of every layer of the engine; each is read on request."""
     span = (frames.first, frames.first + len(frames))
     found = read_columns(reader, "detections", "frame", *BOX, "raw_score", "prior", "score", frames=span)
     raw, prior, score = (_figures(found, name) for name in ("raw_score", "prior", "score"))
@@ -90,7 +90,7 @@ def box_layers(reader: EvidenceReader, frames: Frames, classes: RecordedClasses)
 
 
 def events(reader: EvidenceReader, frames: Frames) -> Moments:
-    """What happened in the frames, in order."""
+    """The events in the frames, in order."""
     span = (frames.first, frames.first + len(frames))
     rows = read_columns(reader, "events", "frame", "kind", "track_id", "text", frames=span)
     texts = zip(_ids(rows), rows.texts("text"), strict=True)
@@ -113,7 +113,7 @@ _SCORES = ("with prior", "raw", "prior")
 
 
 def track_lines(reader: EvidenceReader, frames: Frames, classes: RecordedClasses) -> Iterator[Lines]:
-    """Values over time of every track that was ever confirmed and lives in the frames."""
+    """Yield values over time of every track that was ever confirmed and lives in the frames."""
     span = (frames.first, frames.first + len(frames))
     scores = ("score", "detections.raw_score", "detections.prior")
     names = ("track_id", "frame", "source", *scores, *_VALUES.values(), "recognitions.votes", "tracks.class_id")
@@ -149,7 +149,7 @@ def _votes(at: IntArray, found: list[FloatArray | None], classes: RecordedClasse
 
 
 def _states(at: IntArray, sources: list[str], stop: int) -> tuple[IntArray, tuple[str, ...]]:
-    """Where the source of a track's result changes; a gap, and its end within the range, are a state of their own."""
+    """Where the source of a track's result changes; a gap, and the track's end within the range, are states too."""
     frames: list[int] = []
     states: list[str] = []
     previous, last = "", -1
@@ -176,7 +176,7 @@ def _one(at: IntArray, column: FloatArray, name: str) -> Series:
 
 def _boxes(rows: Columns, labels: list[str], prefix: str = "") -> BoxRows:
     """Boxes without a class."""
-    no_track = np.full(len(rows), -1)  # the texts name the tracks
+    no_track = np.full(len(rows), -1)  # the texts contain the track numbers
     return BoxRows(TrackTable(rows.ints("frame"), no_track, rows.boxes(prefix)), tuple(labels))
 
 
@@ -185,7 +185,7 @@ def _ids(rows: Columns) -> list[str]:
 
 
 def _one_sigma(rows: Columns) -> FloatArray:
-    """The boxes that the centres lie in with one standard deviation of the innovation to each side, shape (n, 4)."""
+    """Boxes of the centre's position within one standard deviation of the innovation, shape (n, 4), px."""
     boxes = rows.boxes()
     covariances = [np.full(16, np.nan) if one is None else one for one in rows.vectors("covariance")]
     spread = np.sqrt(np.maximum(np.reshape(covariances, (-1, 4, 4))[:, [0, 1], [0, 1]], 0.0))

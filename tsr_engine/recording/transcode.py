@@ -1,4 +1,4 @@
-"""Encodes pictures anew, for videos whose packets a viewer cannot show or that would make a recording too large."""
+"""Re-encodes pictures of videos whose packets a viewer cannot show or that would make a recording too large."""
 
 from __future__ import annotations
 
@@ -27,36 +27,36 @@ __all__ = ["FRAME_BYTES", "USUAL_FRAMES", "allowance", "encode_frames", "encode_
 Ints = NDArray[np.int64]
 
 FRAME_BYTES: Final = 13_500
-"""Bytes that a picture of 1280x720 may take, others by their area."""
+"""Bytes for a picture of 1280x720; other sizes by their area."""
 USUAL_FRAMES: Final = 300
-"""Frames of a usual recording: with ``FRAME_BYTES``, they and the layers of a busy street stay below 5 MB."""
+"""Frames of a usual recording: ``FRAME_BYTES`` each, with the layers of a busy street, stay below 5 MB."""
 _USUAL: Final = 1280 * 720
 _MICROSECONDS: Final = Fraction(1, 1_000_000)
 _EXACT: Final = {"preset": "veryfast", "crf": "20", "g": "30", "bf": "0", "threads": "1"}
 _FAST: Final = {"skip_loop_filter": "all"}
 _MOST_CORES: Final = 8
 _AHEAD: Final = 8
-"""Packets that are decoded before their pictures are asked for."""
+"""Number of packets that are decoded ahead of the consumer."""
 
 
 def allowance(count: int, width: int, height: int) -> int:
-    """Bytes that ``count`` pictures of a recording may take; a short recording may be as large as the usual one."""
+    """Size limit for ``count`` pictures of a recording, bytes; a short recording may be as large as the usual one."""
     return int(FRAME_BYTES * max(count, USUAL_FRAMES) * width * height / _USUAL)
 
 
 def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted: Ints, budget: int) -> bytes | None:
-    """Some pictures of a stream as H.264 in an MP4 file of a given size, each at its own presentation time.
+    """Encode pictures of a stream as H.264 in an MP4 file of a given size, each at its presentation time.
 
-    The fast way: pictures go from the decoder to the encoder as they are, and both work at the same time.
+    The fast path: decoder and encoder run in parallel, and pictures are not converted in between.
 
     Args:
-        stream: where the packets come from.
+        stream: the stream of the packets.
         packets: in decoding order, from a key frame on.
         wanted: presentation times of the pictures, in ticks of the stream, ascending.
-        budget: bytes that the file is to take; it may be missed by some percent.
+        budget: target size of the file, bytes; missed by some percent.
 
     Returns:
-        The file, its pictures in the order of ``wanted``; None: they cannot be had this way, because the decoder gives
+        The file, its pictures in the order of ``wanted``; None: the fast path is impossible, because the decoder gives
         other pictures or their sides are odd.
     """
     left = wanted.tolist()[::-1]
@@ -65,7 +65,7 @@ def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted:
         made: GroupEncoder | None = None
         for picture in _decoded(stream.codec_context, packets, encoder_threads()):
             if not left or picture.pts != left[-1]:
-                continue  # only leads in
+                continue  # a lead-in picture
             if made is None:
                 if picture.width % 2 or picture.height % 2:
                     return None
@@ -83,13 +83,13 @@ def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted:
 
 
 def _decoded(context: av.VideoCodecContext, packets: Sequence[av.Packet], threads: int) -> Iterator[av.VideoFrame]:
-    """All pictures of some packets, in the order in which they are shown.
+    """All pictures of packets, in order of presentation.
 
-    They are decoded in parallel with their consumer. The decoder's own threads alone run out of work whenever the
-    consumer is slow for a moment: on two cores both are then idle for a fifth of the time.
+    They are decoded in parallel with their consumer. With the decoder's own threads alone, both are idle for a
+    fifth of the time on two cores, because the decoder runs out of work whenever the consumer is slow for a moment.
 
-    The loop filter is off: it takes a quarter of the decoder's time, and the encoder mostly removes the edges of blocks
-    as well. Only H.264, H.265 and VP9 know the option.
+    The loop filter is off: it takes a quarter of the decoder's time, and the encoder removes most block edges too.
+    Only H.264, H.265 and VP9 have this option.
     """
     decoder = av.CodecContext.create(context.codec.name, "r")
     decoder.extradata, decoder.thread_type, decoder.thread_count = context.extradata, "AUTO", threads
@@ -105,19 +105,19 @@ def _decoded(context: av.VideoCodecContext, packets: Sequence[av.Packet], thread
 
 
 def encoder_threads() -> int:
-    """For each of decoder and encoder. More for one of them, on two cores, only makes both wait for each other."""
+    """Threads of decoder and encoder each. On two cores, more threads for one make both wait for each other."""
     return max(1, min(_MOST_CORES, usable_cores()) // 2)
 
 
 def encode_frames(
     path: VideoSource, frames: Frames, limits: VideoLimits, table: FrameTable | None
 ) -> tuple[bytes, int]:
-    """The frames upright as H.264 in an MP4 file, each at its own presentation time, and how many there are.
+    """Encode the frames upright as H.264 in an MP4 file, each at its presentation time; return it and their number.
 
     Odd sizes grow by one column or row, which repeats the last one.
 
     Raises:
-        VideoError: the video ends before the last of the frames, or cannot be decoded.
+        VideoError: the video ends before the last frame, or cannot be decoded.
     """
     target, count = BytesIO(), 0
     start = float(frames.seconds[0])
@@ -147,6 +147,6 @@ def encode_frames(
 
 
 def _options(frames: Frames, width: int, height: int) -> dict[str, str]:
-    """Good pictures, but no more bits than the allowance."""
+    """Encoder options for good pictures within the size limit."""
     bits = int(allowance(len(frames), width, height) * 8 / frames.duration)
     return {**_EXACT, "maxrate": str(bits), "bufsize": str(bits)}

@@ -1,4 +1,4 @@
-"""Writes the content of a recording into the Rerun viewer's file. Imports the SDK: see ``write.load_sdk``."""
+"""Writes a recording's content into the Rerun viewer's file. Imports the SDK: see ``write.load_sdk``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["log", "log_picture", "open_sink"]
 
 
 def open_sink(content: Gathered, application_id: str, recording_id: str) -> Sink:
-    """Open a recording; it holds nothing yet but its views."""
+    """Open a recording that holds only its views."""
     request, frames = content.request, content.frames
     values = frozenset((one.track_id, value) for one in content.lines for value in one.values)
     focus = request.focus_frame
@@ -36,13 +36,13 @@ def open_sink(content: Gathered, application_id: str, recording_id: str) -> Sink
 
 
 def log(content: Gathered, sink: Sink) -> None:
-    """Log everything that needs no picture."""
+    """Log everything except the picture."""
     frames = content.frames
     sink.name(content.title())
     sink.classes(content.classes.infos)
     corrected = content.layers.get("corrected")
     for name, rows in content.layers.items():
-        # a result lies under its corrected box, where two labels cannot be read
+        # A result lies below its corrected box, where two labels would be unreadable.
         covered = name == "results" and corrected is not None and len(corrected) > 0
         sink.boxes(LAYERS[name], frames, rows, LAYERS[name].labelled and not covered)
     if np.isfinite(content.tau) and content.tau > 0:
@@ -57,7 +57,7 @@ def log(content: Gathered, sink: Sink) -> None:
 
 
 def log_picture(content: Gathered, sink: Sink, clip: Clip | None, picture: str) -> None:
-    """Log the picture, where there is one, and the page "About", which says where it comes from."""
+    """Log the picture, if there is one, and the page "About", which names its source."""
     frames, header = content.frames, content.reader.header
     facts = {
         "engine_version": header.engine_version,
@@ -88,7 +88,7 @@ def _log_track(one: Lines, order: int, content: Gathered, sink: Sink) -> None:
 
 
 def _colours(order: int, value: str, series: Series) -> list[Rgb]:
-    """Colours of the lines of one value of the track in that place of the order, other ones than its neighbours'."""
+    """Line colours of one value of the track at this index, different from its neighbours'."""
     width = series.values.shape[1]
     first = order * (LEADING if value == "votes" else width)
     return [TRACK_COLOURS[(first + line) % len(TRACK_COLOURS)] for line in range(width)]

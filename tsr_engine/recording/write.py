@@ -29,7 +29,7 @@ __all__ = ["load_sdk", "write_recording"]
 
 
 def load_sdk() -> None:
-    """Import the SDK now, which takes more than a second; if that fails, its next user gets the error."""
+    """Import the SDK now, which takes more than a second; if that fails, the next import raises the error."""
     with suppress(ImportError):
         import tsr_engine.recording.viewer_file  # noqa: F401
 
@@ -37,11 +37,11 @@ def load_sdk() -> None:
 def write_recording(
     request: RecordingRequest, progress: Callable[[int, int], None] = lambda _done, _of: None
 ) -> RecordingReport:
-    """Write a recording; the file appears whole or not at all.
+    """Write a recording; the file appears complete or not at all.
 
     Args:
         request: what to record.
-        progress: told (steps done, of how many); may raise to stop.
+        progress: called with (steps done, total); may raise to stop.
 
     Raises:
         EvidenceError: the run cannot be read, or the video is not the one that was tracked.
@@ -50,8 +50,8 @@ def write_recording(
         StorageError: the file cannot be written.
     """
     began = time.perf_counter()
-    # Loading the SDK takes up to a second of Python. Pictures are cut, and at times encoded, beside it and everything
-    # else.
+    # Loading the SDK takes up to a second of Python. Cutting pictures, and encoding if needed, runs in parallel with it
+    # and with everything else.
     threading.Thread(target=load_sdk, name="tsr-recording-sdk", daemon=True).start()
     with (
         EvidenceReader(request.evidence) as reader,
@@ -77,7 +77,7 @@ def write_recording(
 
 
 def _picture(request: RecordingRequest, known: VideoIdentity, called: str, frames: Frames) -> tuple[Clip | None, str]:
-    """The picture, and one sentence: where it is from."""
+    """The picture, and one sentence on its source."""
     if request.video is None:
         return None, "None: the recording was made without the video."
     if not request.known and video_sha256(request.video) != known.sha256:
@@ -96,7 +96,7 @@ def _stamps(clip: bytes) -> NDArray[np.int64]:
 
 
 def _ordered(lines: list[Lines], focus: int | None) -> list[Lines]:
-    """The track that it is about, then those with the most to see."""
+    """The focus track, then the tracks with the most values."""
     return sorted(lines, key=lambda one: (one.track_id != focus, -sum(len(v.at) for v in one.values.values())))
 
 

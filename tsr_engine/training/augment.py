@@ -1,6 +1,6 @@
-"""Random changes of training patches, as light, optics, cameras and compression cause them.
+"""Changes training patches at random as light, optics, cameras and compression do.
 
-Low sun, glare, deep shade and blur matter on real roads and are rare in the scenes of a benchmark.
+Low sun, glare, deep shade and blur matter on real roads and are rare in benchmark scenes.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from tsr_engine.training.yellow_grounds import sometimes_yellow
 
 
 def relight(picture: Picture, rng: np.random.Generator) -> Picture:
-    """A BGR picture under another light: exposure, gamma, veiling glare or shade, colour temperature, noise."""
+    """Change the light of a BGR picture: exposure, gamma, veiling glare or shade, colour temperature, noise."""
     x = picture.astype(np.float32) / 255.0
     x = x ** np.float32(np.exp(rng.uniform(-0.5, 0.5)))
-    # deep shade loses three stops, low sun burns out: both are clipped and quantised as in a camera
+    # Deep shade loses three stops and low sun saturates; both are clipped and quantised as in a camera.
     x *= np.float32(np.exp(rng.uniform(-2.0, 0.9)))
     if rng.random() < 0.3:
         veil = np.float32(rng.uniform(0.1, 0.55))
@@ -36,7 +36,7 @@ def relight(picture: Picture, rng: np.random.Generator) -> Picture:
 
 
 def soften(picture: Picture, rng: np.random.Generator) -> Picture:
-    """A BGR picture with less detail: defocus, motion blur, lost resolution or JPEG blocks."""
+    """Remove detail from a BGR picture: defocus, motion blur, lower resolution or JPEG blocks."""
     kind = rng.integers(4)
     h, w = picture.shape[:2]
     if kind == 0:
@@ -66,18 +66,18 @@ def seen_otherwise(
     yellow: float = 0.0,
     class_id: int = -1,
 ) -> Picture:
-    """A BGR picture of a sign as another moment or another camera would show it.
+    """Change a BGR picture of a sign as another moment or another camera would.
 
     Args:
         picture: uint8.
         box: the sign, shape (4,).
-        rng: of all changes.
-        relit: how likely it is under another light.
-        softened: how likely it has less detail.
-        other_cameras: how likely another camera has taken it; it is neither relit nor softened then.
-        shaded: how likely a shadow lies on the sign.
-        yellow: how likely its ground is yellow, if it has one.
-        class_id: of the sign; below 0: unknown, and no ground is yellow.
+        rng: source of all changes.
+        relit: probability of another light.
+        softened: probability of less detail.
+        other_cameras: probability of another camera, which excludes the two changes above.
+        shaded: probability of a shadow on the sign.
+        yellow: probability of a yellow ground, if the sign has a ground.
+        class_id: class of the sign; below 0: unknown, then no ground becomes yellow.
     """
     picture = sometimes_yellow(picture, box, class_id, yellow, rng)
     if shaded and rng.random() < shaded:
@@ -90,7 +90,7 @@ def seen_otherwise(
 
 
 def other_camera(picture: Picture, rng: np.random.Generator) -> Picture:
-    """A BGR picture as another camera and its coder leave it: colours, resolution, sharpening, compression."""
+    """Change a BGR picture as another camera and its coder would: colours, resolution, sharpening, compression."""
     seen = picture
     if rng.random() < 0.6:
         seen = _toned(seen, rng)
@@ -107,13 +107,13 @@ def other_camera(picture: Picture, rng: np.random.Generator) -> Picture:
     if rng.random() < 0.6:
         _, code = cv2.imencode(".jpg", seen, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(22, 65))])
         seen = np.asarray(cv2.imdecode(code, cv2.IMREAD_COLOR), dtype=np.uint8)
-        if rng.random() < 0.4:  # a video coder smooths the edges of its blocks
+        if rng.random() < 0.4:  # a video coder smooths block edges
             seen = np.asarray(cv2.bilateralFilter(seen, 5, 20, 1.5), dtype=np.uint8)
     return seen
 
 
 def _toned(picture: Picture, rng: np.random.Generator) -> Picture:
-    """White balance, contrast about a middle grey, gamma and saturation of another camera."""
+    """Apply another camera's white balance, contrast about middle grey, gamma and saturation."""
     value = 255 * (np.arange(256) / 255) ** np.exp(rng.uniform(-0.45, 0.45))
     grey = rng.uniform(90, 150)
     value = (value - grey) * rng.uniform(0.55, 1.4) + grey + rng.uniform(-30, 30)
@@ -125,12 +125,12 @@ def _toned(picture: Picture, rng: np.random.Generator) -> Picture:
 
 
 def shade(picture: Picture, box: FloatArray, rng: np.random.Generator) -> Picture:
-    """A BGR picture with a shadow on a sign: of a pole across it, of an edge, or of leaves.
+    """Put a shadow on a sign in a BGR picture: of a pole, of an edge, or of leaves.
 
     Args:
         picture: uint8.
         box: the sign, shape (4,).
-        rng: of the shadow.
+        rng: source of the shadow.
     """
     side = float(max(box[2] - box[0], box[3] - box[1]))
     reach = 1.5 * side

@@ -1,8 +1,8 @@
-"""Trains the box refinement on boxes a little off their sign, and the steps that lead back.
+"""Trains the box refinement: boxes are displaced from their sign, and it learns the steps back.
 
-A GTSRB picture ends about a tenth of the sign's side beyond the sign. A border that is replicated from there would
-reveal the edge of the sign, so pictures are cut a second time, at random within that border. Signs of scenes have all
-of their surroundings; they are cut only half of the time.
+A GTSRB picture ends about a tenth of the sign's side beyond the sign. A border replicated from there would reveal the
+edge of the sign, so pictures are cut again at random within that border. Signs of scenes have all of their
+surroundings; they are cut only half of the time.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = ["BoxRefinementPlan", "box_refinement_view", "train_box_refinement"]
 Progress = Callable[[str, int, int], None]
 
 _ROOMY = 0.2
-"""A crop with so much around its sign on every side, in sides, comes from a scene."""
+"""Least margin on every side of a crop from a scene, in sides of the sign."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +35,14 @@ class BoxRefinementPlan:
 
     Attributes:
         steps: gradient steps.
-        batch: views a step.
-        showings: how often a view is shown on average.
-        scene_signs: share of the views that show signs of the scenes; the others are GTSRB crops.
+        batch: views per step.
+        showings: average number of times that a view is shown.
+        scene_signs: share of views with signs of the scenes; the others are GTSRB crops.
         shift: standard deviation of a box's displacement, in sides.
-        log_scale: that of its scale, natural logarithm.
-        log_aspect: that of what its width has more and its height less besides, natural logarithm.
-        strength: how often distance, blur and compression strike, in [0, 1].
-        centring: views of each scene sign from which the mean answer is set right at the end.
+        log_scale: standard deviation of a box's scale, natural logarithm.
+        log_aspect: standard deviation of the factor by which its width grows and its height shrinks, natural logarithm.
+        strength: how often distance, blur and compression are applied, in [0, 1].
+        centring: views per scene sign with which the median answer is corrected at the end.
         network: size and regularisation.
     """
 
@@ -69,18 +69,18 @@ def train_box_refinement(
 ) -> BoxRefinement:
     """Train the regression.
 
-    GTSRB's annotators drew their boxes a little otherwise than those of the scenes: the mean answer is set right on the
-    scenes' signs alone at the end.
+    GTSRB's annotators drew their boxes slightly differently from those of the scenes, so the median answer is finally
+    corrected on the scenes' signs alone.
 
     Args:
         crops: GTSRB crops; may be empty.
         scene_signs: signs of the scenes with their surroundings (:func:`~.classifier_jitter.surrounded_crop`).
         plan: see :class:`BoxRefinementPlan`.
-        rng: of weights and views.
+        rng: source of weights and views.
         progress: called as the work proceeds.
 
     Raises:
-        ValueError: no signs of scenes.
+        ValueError: there are no scene signs.
     """
     if not scene_signs:
         raise ValueError(
@@ -107,7 +107,7 @@ def train_box_refinement(
 def _centred(
     box_refinement: BoxRefinement, scene_signs: Sequence[LoadedCrop], plan: BoxRefinementPlan, rng: np.random.Generator
 ) -> BoxRefinement:
-    """The box refinement with the bias under which its answers on scenes' signs are right in the median."""
+    """The box refinement with a bias that makes its median answer on scene signs correct."""
     wrong = []
     for crop in scene_signs:
         shown = [box_refinement_view(crop, rng, plan, 0.0, cut=False) for _ in range(plan.centring)]
@@ -122,18 +122,18 @@ def _centred(
 def box_refinement_view(
     crop: LoadedCrop, rng: np.random.Generator, plan: BoxRefinementPlan, strength: float, *, cut: bool = True
 ) -> tuple[Picture, FloatArray]:
-    """A patch about a box that is a little off its sign, and the steps from there onto it.
+    """A patch around a box that is slightly displaced from its sign, and the steps back.
 
     Args:
-        crop: a sign and what is around it.
-        rng: of the draw.
-        plan: how far boxes are off.
-        strength: how often distance, blur and compression strike, in [0, 1]; 0: nothing changes the picture.
-        cut: cut the picture anew within the border that GTSRB leaves.
+        crop: a sign with its surroundings.
+        rng: source of the view.
+        plan: sizes of the displacements.
+        strength: how often distance, blur and compression are applied, in [0, 1]; 0: the picture is not changed.
+        cut: whether to cut the picture again within GTSRB's border.
 
     Returns:
-        BGR uint8, shape (48, 48, 3), and shape (4,), as :func:`~tsr_engine.detection.refine.box_refinement.move_edges`
-        takes them.
+        Patch, BGR uint8, shape (48, 48, 3), and steps, shape (4,), as for
+        :func:`~tsr_engine.detection.refine.box_refinement.move_edges`.
     """
     pixels, box = crop.pixels, crop.box
     if cut:
@@ -151,7 +151,7 @@ def box_refinement_view(
 
 
 def _cut_within(pixels: Picture, box: FloatArray, rng: np.random.Generator) -> tuple[Picture, FloatArray]:
-    """The crop with less around its sign, and the box there; see the module."""
+    """The crop with less border around its sign, and the box in it; see the module."""
     height, width = pixels.shape[:2]
     side = max(box[2] - box[0], box[3] - box[1])
     room = np.maximum(0.0, [box[0], box[1], width - box[2], height - box[3]])

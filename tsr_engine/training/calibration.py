@@ -11,13 +11,13 @@ from tsr_engine.records import FloatArray
 def fit_calibration(scores: FloatArray, labels: FloatArray, ridge: float = 1e-3) -> FloatArray:
     """Logistic regression ``log-odds = scores @ c[:-1] + c[-1]`` with ``c[:-1] >= 0``.
 
-    Not scikit-learn's: its logistic regression cannot keep weights from becoming negative, and a score that lowers the
+    scikit-learn's logistic regression cannot keep weights non-negative, and a score that lowers the
     log-odds of a sign would be used against its meaning.
 
     Args:
-        scores: shape (n, k), the higher the more sign-like.
-        labels: shape (n,), +1 sign, -1 not; taken from scenes that trained none of the scores.
-        ridge: pull of the weights towards 0.
+        scores: shape (n, k); a higher score means more sign-like.
+        labels: shape (n,), +1 sign, -1 not; from scenes that trained none of the scores.
+        ridge: strength of the pull of the weights towards 0.
 
     Returns:
         Shape (k + 1,).

@@ -1,4 +1,4 @@
-"""Collects a model's candidates with their scores on scenes that did not train it, to calibrate and to judge it."""
+"""Collects a model's candidates and their scores on scenes that did not train it, for calibration and evaluation."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Candidates:
 
     Attributes:
         scene: the scene.
-        boxes: refined, shape (n, 4).
+        boxes: refined boxes, shape (n, 4), px.
         verifier: scores of the refine-and-verify stage, shape (n,).
         sign_verifier: scores of the sign verifier, shape (n,).
     """
@@ -54,13 +54,13 @@ def candidates_of(
     other_cameras: np.random.Generator | None = None,
     nested: float = 0.0,
 ) -> list[Candidates]:
-    """Candidates of each scene.
+    """Collect the candidates of each scene.
 
     Args:
-        model: the detector's; its log-odds are not asked.
-        scenes: where to look.
+        model: the detector's model; its log-odds are not used.
+        scenes: the scenes to search.
         tick: progress.
-        other_cameras: of what other cameras make of the pictures; None: these are looked at as taken.
+        other_cameras: source of changes as by other cameras; None: pictures are not changed.
         nested: see :class:`~tsr_engine.detection.acf.AcfDetector`.
 
     Raises:
@@ -80,11 +80,11 @@ def candidates_of(
 
 
 def log_odds_of(found: Sequence[Candidates]) -> LogOdds:
-    """Log-odds from candidates on scenes that did not train the model.
+    """Fit log-odds to candidates on scenes that did not train the model.
 
-    Verifier and sign verifier score alone decide. The weight of the cascade's score differed from one half of 150
-    scenes to the other, and with it fewer signs were found at few false detections. If all candidates are signs, or
-    none is, the weights cannot be fitted: they are :data:`UNFITTED` then.
+    Only verifier and sign verifier score are used. The weight of the cascade's score differed between two halves of 150
+    scenes, and with it fewer signs were found at few false detections. If all candidates are signs, or none is, the
+    weights cannot be fitted and are :data:`UNFITTED`.
     """
     scored, labels = [], []
     for one in found:
@@ -101,14 +101,14 @@ def log_odds_of(found: Sequence[Candidates]) -> LogOdds:
 
 
 def score_candidates(found: Sequence[Candidates], raw: Sequence[FloatArray], least: float) -> DetectionScore:
-    """Precision and recall of candidates as detections.
+    """Precision and recall of candidates used as detections.
 
-    A detection on an ignored place, or on a sign whose longer side has fewer than ``least`` px, counts for nothing.
+    Detections on ignored regions, or on signs whose longer side is below ``least`` px, are not counted.
 
     Args:
         found: candidates of each scene.
         raw: their log-odds, shape (n,) each.
-        least: px.
+        least: smallest longer side of a counted sign, px.
     """
     results = []
     for one, scores in zip(found, raw, strict=True):
@@ -126,5 +126,5 @@ def score_candidates(found: Sequence[Candidates], raw: Sequence[FloatArray], lea
 
 
 def _best(boxes: FloatArray, others: FloatArray) -> FloatArray:
-    """Largest overlap (IoU) of each box with any of the others, shape (n,)."""
+    """Largest overlap (IoU) of each box with any other, shape (n,)."""
     return np.asarray(iou(boxes, others).max(axis=1, initial=0.0))

@@ -1,4 +1,4 @@
-"""Training of the sign classifier from GTSRB class folders."""
+"""Trains the sign classifier from GTSRB class folders."""
 
 from __future__ import annotations
 
@@ -25,37 +25,37 @@ from tsr_engine.training.drawn_signs import DRAWN_CLASSES, ROAD, Lettering, draw
 from tsr_engine.training.inset_signs import INSET_CLASSES, inset_crop
 
 Progress = Callable[[str, int, int], None]
-"""Called with the stage, what is done and what there is to do."""
+"""Called with the stage, the number done and the total."""
 _REFIT_RATE = 0.4
-"""Peak step size on all tracks, relative to the one on the split."""
+"""Peak step size of training on all tracks, relative to that on the split."""
 _RECENT = 32
-"""Batches of views that are kept for a second showing."""
+"""Number of batches kept for a second showing."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClassifierSettings:
-    """How the classifier is trained."""
+    """Settings of the classifier's training."""
 
     steps: int = 7000
     """Gradient steps on the training part of the split."""
     refit_steps: int = 1000
-    """Further gradient steps on all tracks, from the weights of the split; 0: keep those."""
+    """Further gradient steps on all tracks, from the weights of the split; 0: keep the weights of the split."""
     batch: int = 128
-    """Views a step."""
+    """Views per step."""
     showings: int = 2
-    """How often a view is shown on average before it is dropped; making views costs as much as learning them."""
+    """Average number of showings of a view; making a view costs as much as learning from it."""
     held_out: float = 0.25
-    """Share of each class's tracks that figures and temperature come from."""
+    """Share of each class's tracks for figures and temperature."""
     balance: float = 0.7
-    """Exponent on class sizes in the draw of pictures: 1 as they are, 0 all classes alike."""
+    """Exponent of class sizes in the draw of pictures: 1: proportional, 0: all classes equally often."""
     drawn: float = 0.10
-    """Share of the views that are drawn in the manner of other countries (:mod:`~.drawn_signs`)."""
+    """Share of views that are drawn in the style of other countries (:mod:`~.drawn_signs`)."""
     drawn_crops: int = 120
-    """Drawn crops of each class that has any."""
+    """Drawn crops of each class with a drawing."""
     inset: float = 0.06
-    """Share of the views that show real limits with their digits made smaller (:mod:`~.inset_signs`)."""
+    """Share of views of real speed limits with smaller digits (:mod:`~.inset_signs`)."""
     inset_crops: int = 150
-    """Such crops of each limit."""
+    """Crops with smaller digits of each limit."""
     calm: float = 0.3
     """Share of the steps, at the end, over which the views' strength falls from 1 to ``calm_strength``."""
     calm_strength: float = 0.5
@@ -67,12 +67,12 @@ def train_classifier(
 ) -> Component:
     """Train on GTSRB class folders; the same seed, data and library versions give the same component.
 
-    First a part of the tracks is held out: it gives the figures and the temperature. Then training goes on for a
-    while on all tracks. The figures therefore are of weights that have seen fewer tracks than the returned ones.
+    A part of the tracks is first held out for the figures and the temperature. Training then continues on all tracks.
+    So the figures are of weights that have seen fewer tracks than the returned ones.
 
     Args:
-        folder: the folder of the class folders 00000 to 00042.
-        seed: of split, weights and views.
+        folder: folder of the class folders 00000 to 00042.
+        seed: seed of split, weights and views.
         settings: unset: as shipped.
         progress: called as the work proceeds.
 
@@ -117,7 +117,7 @@ def train_on_split(
     seed: int,
     report: Progress | None = None,
 ) -> Component:
-    """Train on some tracks only; the others give temperature and figures.
+    """Train on some tracks; the others give temperature and figures.
 
     Args:
         crops: what is learned.

@@ -1,4 +1,4 @@
-"""Temperature, accuracy and likelihood of a classifier on crops that its weights have not seen."""
+"""Computes temperature, accuracy and likelihood of a classifier on crops that its weights have not seen."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def held_out_figures(
 
 
 def fit_temperature(margins: NDArray[Any], labels: NDArray[np.int64]) -> float:
-    """The temperature in [0.01, 100] that makes the labels most likely under the softmax.
+    """The temperature in [0.01, 100] that maximises the likelihood of the labels under the softmax.
 
-    scikit-learn fits temperatures only inside of a classifier that it calibrates (``CalibratedClassifierCV``), and its
-    own classes do not give the temperature away.
+    scikit-learn fits temperatures only within a classifier that it calibrates (``CalibratedClassifierCV``), and does
+    not expose them.
 
     Args:
         margins: shape (n, c), of pictures that the weights have not seen.

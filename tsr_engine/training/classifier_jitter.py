@@ -1,6 +1,6 @@
-"""Training views of sign crops: box errors, perspective, light, blur and compression as cameras and trackers make them.
+"""Makes training views of sign crops with the box errors, perspective, light, blur and compression of real videos.
 
-Every view is drawn from a ``numpy.random.Generator``: same generator state, same view.
+Every view is drawn from a ``numpy.random.Generator``: equal states give equal views.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from tsr_engine.recognition.descriptor import MARGIN, SIDE
 from tsr_engine.records import FloatArray, Picture
 
 LARGEST = 64
-"""Signs larger than this are reduced to it when loaded, px: little over the descriptor's own size."""
+"""Signs larger than this are reduced on loading, px: slightly above the descriptor's own size."""
 SHIFT = 0.11
-"""Largest box shift, share of the sign's side."""
+"""Largest box shift, as a share of the sign's side."""
 SCALE = 0.12
 """Largest box scale error."""
 ASPECT = 0.06
 """Largest additional error of width and of height."""
 BACKGROUND = -1
-"""Class of crops that show no sign."""
+"""Class of crops without a sign."""
 ROUND = frozenset({40})
-"""Classes whose symbol goes round: turned by any angle the sign stays of its class."""
+"""Classes with rotationally symmetric symbols: rotated by any angle, the sign keeps its class."""
 _MIRRORED = shipped_set(DEFAULT).mirror_images()
 _TURNED = dict(TURNED)
 
@@ -50,8 +50,8 @@ def load_crop(item: CropItem) -> LoadedCrop:
     """Decode one training item; large signs are reduced to ``LARGEST`` px.
 
     Raises:
-        InputError: unreadable picture.
-        ValueError: an item without class.
+        InputError: the picture is unreadable.
+        ValueError: the item has no class.
     """
     if item.class_id is None:
         raise ValueError(f"A training picture needs a class. {item.path} has none.")
@@ -62,12 +62,12 @@ def load_crop(item: CropItem) -> LoadedCrop:
 
 
 def surrounded_crop(picture: Picture, box: FloatArray, class_id: int) -> LoadedCrop:
-    """A box of a picture with half its side around it, so that views may shift; larger ones are reduced.
+    """Crop a box of a picture with half its side around it, so that views can shift; large boxes are reduced.
 
     Args:
         picture: BGR, uint8.
         box: shape (4,), must overlap the picture.
-        class_id: of the sign; ``BACKGROUND`` for what is none.
+        class_id: class of the sign; ``BACKGROUND``: no sign.
     """
     reach = 0.5 * max(box[2] - box[0], box[3] - box[1]) + 2
     left, top = np.maximum(0, np.floor(box[:2] - reach)).astype(int)
@@ -86,13 +86,13 @@ def _reduced(picture: Picture, box: FloatArray, class_id: int) -> LoadedCrop:
 
 
 def _inner(width: int, height: int) -> tuple[float, float, float, float]:
-    """The sign's box in a picture that carries the classifier's margin and no ROI."""
+    """The sign's box in a picture with the classifier's margin and no ROI."""
     dx, dy = (side * MARGIN / (1 + 2 * MARGIN) for side in (width, height))
     return dx, dy, width - dx, height - dy
 
 
 def box_view(crop: LoadedCrop, box: FloatArray) -> Picture:
-    """A box of a crop and its margin as a 48x48 patch; the border is replicated."""
+    """Resample a box of a crop and its margin to a 48x48 patch; the border is replicated."""
     x1, y1, x2, y2 = box
     grown = 1 + 2 * MARGIN
     matrix = np.array(
@@ -103,16 +103,16 @@ def box_view(crop: LoadedCrop, box: FloatArray) -> Picture:
 
 
 def plain_view(crop: LoadedCrop) -> Picture:
-    """The crop as it stands, 48x48 px."""
+    """The unchanged crop as a 48x48 patch."""
     return box_view(crop, crop.box)
 
 
 def shaken_box(box: FloatArray, generator: np.random.Generator, amount: float = 1.0) -> FloatArray:
-    """A box with the errors of a detector: shift, scale and aspect.
+    """A box with a detector's errors: shift, scale and aspect.
 
     Args:
         box: shape (4,).
-        generator: source of the draw.
+        generator: source of the errors.
         amount: 1: shifts up to 11 %, scales up to 12 % and aspects up to 6 % of the box's side.
     """
     draw = iter((2 * amount * (generator.random(5) - 0.5)).tolist())
@@ -131,15 +131,15 @@ def _shake(box: FloatArray, draw: Iterator[float]) -> tuple[float, float, float,
 def jittered_view(
     crop: LoadedCrop, generator: np.random.Generator, strength: float = 1.0, unseen: Container[int] = ()
 ) -> tuple[Picture, int]:
-    """A random view of a crop and its class, which a mirror image may have changed.
+    """A random view of a crop and its class, which mirroring may change.
 
     Args:
         crop: the picture.
-        generator: source of the draw.
-        strength: in [0, 1]: scales the box errors and how often distance, blur and compression strike.
-        unseen: classes that no mirror image and no turned one may show.
+        generator: source of the view.
+        strength: scales the box errors and how often distance, blur and compression are applied, in [0, 1].
+        unseen: classes that no mirrored or rotated view may show.
     """
-    # The root draws large errors more often than small ones: those are the views that are still misread.
+    # The root makes large errors more frequent than small ones: such views are misread most often.
     amount = 1.15 * strength * math.sqrt(generator.random())
     draw = iter((2 * amount * (generator.random(11) - 0.5)).tolist())
     x1, y1, x2, y2 = _shake(crop.box, draw)
@@ -165,12 +165,12 @@ def jittered_view(
 
 
 def disturbed(patch: Picture, generator: np.random.Generator, strength: float) -> Picture:
-    """A 48x48 patch as another camera would have seen it, in another light and from afar.
+    """Change a 48x48 patch as another camera, another light and distance would.
 
     Args:
         patch: BGR, uint8.
-        generator: source of the draw.
-        strength: in [0, 1]: how often distance, blur and compression strike.
+        generator: source of the changes.
+        strength: how often distance, blur and compression are applied, in [0, 1].
     """
     return _light(_optics(patch, generator, strength), generator)
 
@@ -200,7 +200,7 @@ def _warp(pixels, matrix):  # type: ignore[no-untyped-def]
 
 
 def _optics(patch: Picture, generator: np.random.Generator, often: float) -> Picture:
-    """Focus, motion, distance, compression, in the order in which a camera meets them."""
+    """Apply focus, motion, distance and compression, in the order of a camera."""
     far, blur, code, size, strength, quality = generator.random(6).tolist()
     if blur < 0.2 * often:
         smooth = cv2.GaussianBlur(patch, (0, 0), 0.5 + 1.7 * strength, borderType=cv2.BORDER_REPLICATE)
@@ -212,7 +212,7 @@ def _optics(patch: Picture, generator: np.random.Generator, often: float) -> Pic
         small = 13 + int(size * (SIDE - 13))
         patch = np.asarray(cv2.resize(patch, (small, small), interpolation=cv2.INTER_AREA), dtype=np.uint8)
     if code < 0.25 * often:
-        # At the sign's own size: the coder's blocks of 8 px then cover as much of a small sign as they do in a video.
+        # At the sign's own size, the coder's 8 px blocks cover as much of a small sign as in a video.
         _, packed = cv2.imencode(".jpg", patch, [cv2.IMWRITE_JPEG_QUALITY, 20 + int(60 * quality)])
         patch = np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), dtype=np.uint8)
     if patch.shape[0] != SIDE:
@@ -232,7 +232,7 @@ def _streak(generator: np.random.Generator) -> NDArray[np.float32]:
 
 
 def _light(patch: Picture, generator: np.random.Generator) -> Picture:
-    """Gamma, exposure, haze, white balance, a shadow's edge, sensor noise."""
+    """Apply gamma, exposure, haze, white balance, a shadow's edge and sensor noise."""
     draw = generator.random(14).tolist()
     levels = np.arange(256, dtype=np.float32) / np.float32(255)
     if draw[0] < 0.5:
@@ -255,7 +255,7 @@ def _light(patch: Picture, generator: np.random.Generator) -> Picture:
 
 @nb.njit(cache=True, nogil=True, fastmath=True)
 def _expose(patch, table, shadow, cos, sin, offset, noise, strength):  # type: ignore[no-untyped-def]
-    """Look up the levels, darken one side of a line, add noise; noise is shared by shifted colour channels."""
+    """Look up the levels, darken one side of a line, and add noise that shifted colour channels share."""
     out = np.empty_like(patch)
     period = len(noise)
     for y in range(SIDE):

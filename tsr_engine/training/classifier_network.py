@@ -1,4 +1,4 @@
-"""Gradient descent for a feature map and its outputs, in plain NumPy.
+"""Trains a feature map and its outputs by gradient descent in plain NumPy.
 
 The loss is the squared hinge of the one-vs-rest support vector machine (Tang 2013), cross-entropy, or, for the four
 numbers that move a box, Huber's. The optimiser is Adam with decoupled weight decay (Loshchilov & Hutter 2019) and a
@@ -23,7 +23,7 @@ Loss = Literal["hinge", "cross_entropy", "huber"]
 _DECAYED = ("filters", "hidden", "weights")
 _BOX_NUMBERS = 4
 _ROUND_BELOW = 0.03
-"""Errors of a box below this, in sides, are judged by their square, larger ones by their size (Huber 1964)."""
+"""Box errors below this, in sides, have a quadratic loss, larger ones a linear loss (Huber 1964)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class NetworkSettings:
     filters: int = 192
     hidden: int = 384
     drop_hidden: float = 0.4
-    """Share of features that a training step forgets."""
+    """Share of features dropped in a training step."""
     rate: float = 1.5e-3
     """Peak step size of Adam."""
     decay: float = 0.1
@@ -42,7 +42,7 @@ class NetworkSettings:
     """Steps until the peak step size."""
     loss: Loss = "hinge"
     common: bool = False
-    """One machine more, which answers for all classes alike; for the hinge alone."""
+    """Whether to add a machine for all classes together; only for the hinge."""
 
     def __post_init__(self) -> None:
         if self.common and self.loss != "hinge":
@@ -55,13 +55,13 @@ class NetworkSettings:
 
 
 class Network:
-    """Trainable weights, their gradients' moments and their running average."""
+    """Trainable weights, the moments of their gradients, and their running average."""
 
     def __init__(self, settings: NetworkSettings, seed: int) -> None:
         self.settings = settings
         self._generator = np.random.default_rng(seed)
         f, h = settings.filters, settings.hidden
-        boxes = settings.loss == "huber"  # its answers are small: large ones at first silence the hidden layer for good
+        boxes = settings.loss == "huber"  # large answers at first would silence the hidden layer permanently
         self.weights: dict[str, Array] = {
             "filters": self._draw(WINDOW_LENGTH, f, 1.0),
             "filter_bias": np.zeros(f, dtype=np.float32),
@@ -76,7 +76,7 @@ class Network:
         self._step = 0
 
     def _draw(self, rows: int, columns: int, gain: float) -> Array:
-        """Normal weights that keep the variance through ``max(0, .)`` (He et al. 2015)."""
+        """Draw normal weights that keep the variance through ``max(0, .)`` (He et al. 2015)."""
         draw = self._generator.standard_normal((rows, columns), dtype=np.float32)
         return np.asarray(draw * np.float32(gain * math.sqrt(2 / rows)), dtype=np.float32)
 
@@ -87,16 +87,16 @@ class Network:
             self.average[key][:] = arrays[key]
 
     def train_step(self, descriptors: Array, labels: NDArray[Any], progress: float) -> float:
-        """One step on one batch.
+        """Take one step on one batch.
 
         Args:
             descriptors: shape (n, 4320).
-            labels: shape (n,), classes; negative: of none, which the hinge alone understands. For Huber's loss shape
-                (n, 4), the numbers to be answered.
-            progress: share of the whole training that is done, in [0, 1): sets the step size.
+            labels: shape (n,), classes; negative: no class, only for the hinge. For Huber's loss the targets, shape
+                (n, 4).
+            progress: completed share of the whole training, in [0, 1): sets the step size.
 
         Returns:
-            The batch's mean loss.
+            Mean loss of the batch.
         """
         w, n = self.weights, len(labels)
         rows = windows(descriptors)
@@ -112,8 +112,8 @@ class Network:
         margins += w["bias"]
         loss, slope = _LOSSES[self.settings.loss](margins, labels)
 
-        # A unit that max(0, .) or the mask has silenced is exactly 0, so its sign is the whole back-propagation rule;
-        # the mask's factor 1 / (1 - p) belongs to the slope as well.
+        # A unit that max(0, .) or the mask has silenced is exactly 0, so its sign gives the back-propagation mask.
+        # The mask's factor 1 / (1 - p) belongs to the slope too.
         back: Array = slope @ w["weights"].T
         back *= (features > 0) * np.float32(1 / (1 - self.settings.drop_hidden))
         lower: Array = back @ w["hidden"].T
@@ -162,9 +162,9 @@ class Network:
 
 
 def _hinge(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Array]:
-    """Squared hinge of 43 machines, summed over machines, mean over the batch; and its slope.
+    """Squared hinge of 43 machines, summed over machines and averaged over the batch, with its slope.
 
-    A negative label is of no class: every machine should refuse it. A 44th machine answers for all classes.
+    A negative label means no class: every machine should reject it. A 44th machine is for all classes together.
     """
     n = len(labels)
     target = np.full(margins.shape, -1, dtype=np.float32)
@@ -176,7 +176,7 @@ def _hinge(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Array]:
 
 
 def _cross_entropy(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Array]:
-    """Mean negative log-likelihood of the softmax, and its slope."""
+    """Mean negative log-likelihood of the softmax, with its slope."""
     n = len(labels)
     shifted = margins - margins.max(axis=1, keepdims=True)
     log_sum = np.log(np.exp(shifted).sum(axis=1, keepdims=True))
@@ -187,7 +187,7 @@ def _cross_entropy(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Ar
 
 
 def _huber(answers: Array, wanted: NDArray[Any]) -> tuple[float, Array]:
-    """Huber's loss, summed over the numbers, mean over the batch, in units of ``_ROUND_BELOW``; and its slope."""
+    """Huber's loss, summed over the numbers, averaged over the batch, in units of ``_ROUND_BELOW``, with its slope."""
     errors = (answers - wanted.astype(np.float32)) / np.float32(_ROUND_BELOW)
     slope = np.clip(errors, -1, 1)
     return float((slope * (errors - slope / 2)).sum() / len(answers)), slope / np.float32(len(answers))

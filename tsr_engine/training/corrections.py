@@ -4,9 +4,9 @@ The review decides how a track is used:
 
 * accepted, corrected, drawn or imported as truth: a sign;
 * rejected: a false positive of the engine;
-* open, in need of work, ignored, occluded, too small, or of no known class: nothing is learned from there.
+* open, in need of work, ignored, occluded, too small, or without a known class: not used.
 
-A place without a track in a reviewed video counts as background: the reviewer has seen the engine's tracks and drawn
+A region without a track in a reviewed video is background: the reviewer has seen the engine's tracks and drawn
 the missing ones.
 """
 
@@ -33,20 +33,20 @@ __all__ = ["CorrectedScene", "Sampling", "corrected_scenes", "is_reviewed", "ver
 Progress = Callable[[str, int, int], None]
 
 _SAID: Final = frozenset({"corrected", "human", "truth"})
-"""Sources that speak for themselves while a track is still open: a person has worked on it."""
+"""Sources of open tracks that are used anyway, because a person has edited them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sampling:
-    """Which frames are taken.
+    """Numbers of frames and tracks to use.
 
     Attributes:
         signs: frames of each sign, spread over its sizes.
         rejected: frames of each rejected track.
-        background: frames of each reviewed video besides, spread evenly.
-        least: narrowest sign that is learned from, px.
-        most: most signs, and most rejected tracks, of all videos together; more are drawn from by the seed, classes
-            alike. Training time grows with them.
+        background: further frames of each reviewed video, evenly spread.
+        least: narrowest sign that is used, px.
+        most: largest number of signs, and of rejected tracks, of all videos together; beyond it they are drawn at
+            random, all classes equally often. Training time grows with this number.
     """
 
     signs: int = 12
@@ -61,9 +61,9 @@ class CorrectedScene:
     """One frame of a reviewed video.
 
     Attributes:
-        scene: picture, signs and ignored places.
+        scene: picture, signs and ignored regions.
         video: name of the video.
-        signs: name of the physical sign behind each box of the scene.
+        signs: name of the physical sign of each box.
         rejected: boxes of rejected tracks, shape (k, 4).
     """
 
@@ -73,7 +73,7 @@ class CorrectedScene:
     rejected: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
 
     def without(self, held: frozenset[str]) -> CorrectedScene:
-        """The scene in which some signs are ignored: they belong to another part of a split."""
+        """The scene with some signs ignored, because they belong to another part of a split."""
         kept = np.array([sign not in held for sign in self.signs], dtype=bool)
         if kept.all():
             return self
@@ -86,7 +86,7 @@ class CorrectedScene:
 
 
 def verdict(track: Track) -> str:
-    """What a track is: ``sign``, ``rejected`` or ``unknown``."""
+    """How a track is used: ``sign``, ``rejected`` or ``unknown``."""
     if track.ignore is not None and track.ignore.all():
         return "unknown"
     if track.state == "rejected":
@@ -97,12 +97,12 @@ def verdict(track: Track) -> str:
 
 
 def video_name(video: DatasetVideo) -> str:
-    """How a video is called in the names of its signs."""
+    """The video's name within the names of its signs."""
     return video.sha256 or video.name
 
 
 def is_reviewed(video: DatasetVideo) -> bool:
-    """Whether a person has said anything about the video's tracks."""
+    """Whether a person has judged or edited any of the video's tracks."""
     return any(verdict(track) != "unknown" for track in video.tracks())
 
 
@@ -114,15 +114,15 @@ def corrected_scenes(
     pictures: Sequence[Mapping[int, Path]] = (),
     seed: int = 0,
 ) -> list[CorrectedScene]:
-    """Frames of the reviewed videos of a data set, decoded into a folder.
+    """Decode frames of a data set's reviewed videos into a folder.
 
     Args:
-        dataset: videos with their files; one with neither a file nor pictures is left out.
-        work: folder for the pictures; one that is there already is not decoded again.
-        sampling: which frames.
-        progress: told stage, frames done, frames in all; may raise to stop.
-        pictures: per video, frame -> picture, for videos without a file; only these frames are used then.
-        seed: of the draw among too many tracks.
+        dataset: videos with their files; a video with neither file nor pictures is skipped.
+        work: folder for the pictures; existing ones are not decoded again.
+        sampling: numbers of frames and tracks.
+        progress: called with stage, frames done and total; may raise to stop.
+        pictures: per video, frame -> picture, for videos without a file; then only these frames are used.
+        seed: seed of the draw if there are too many tracks.
 
     Raises:
         InputError: a video cannot be read, or has fewer frames than its tracks.
@@ -156,7 +156,7 @@ class _Frame:
 
 
 def _chosen(dataset: Dataset, most: int, seed: int) -> frozenset[tuple[str, str]]:
-    """(video, uid) of the tracks that are learned from: all, or as many as may be, in rounds over the classes."""
+    """(video, uid) of the tracks to use: all, or the largest allowed number in rounds over the classes."""
     rng = np.random.default_rng([seed, 61])
     kinds: dict[str, dict[int, list[tuple[str, str]]]] = {"sign": {}, "rejected": {}}
     for video in dataset.videos:
@@ -197,7 +197,7 @@ def _rows(boxes: Sequence[FloatArray]) -> FloatArray:
 
 
 def _enter(frames: dict[int, _Frame], track: Track, sign: str, least: float, chosen: bool) -> None:
-    """Enter a track into the frames that are taken."""
+    """Add a track to the frames that are used."""
     kind = verdict(track) if chosen else "unknown"
     clear = _clear(track, least)
     ignored = np.zeros(len(track.frames), np.bool_) if track.ignore is None else track.ignore
@@ -215,7 +215,7 @@ def _enter(frames: dict[int, _Frame], track: Track, sign: str, least: float, cho
 
 
 def _clear(track: Track, least: float) -> NDArray[np.bool_]:
-    """Frames of a track whose box shows the sign well enough, shape (n,)."""
+    """Whether each box of a track shows the sign well enough, shape (n,)."""
     wide = (track.boxes[:, 2:] - track.boxes[:, :2]).min(axis=1) >= least
     clear = wide & ~track.occluded
     return np.asarray(clear if track.ignore is None else clear & ~track.ignore)
@@ -240,7 +240,7 @@ def _wanted(video: DatasetVideo, sampling: Sampling, chosen: frozenset[tuple[str
 
 
 def _spread(boxes: FloatArray, count: int) -> NDArray[np.int64]:
-    """Indices of at most ``count`` boxes, evenly spread over what a sign goes through: its growth, and time."""
+    """Indices of at most ``count`` boxes, evenly spread over the sign's growth and over time."""
     size = np.log(np.maximum(1.0, np.prod(boxes[:, 2:] - boxes[:, :2], axis=1))) / 2
     path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(size)) + 0.01)])
     places = np.linspace(0.0, path[-1], min(count, len(boxes)))

@@ -1,7 +1,7 @@
-"""Turns GTSRB crops into training windows of the detector.
+"""Converts GTSRB crops to training windows of the detector.
 
-A crop has a border of a tenth of the sign, and the detector's filters need more. The crop is merged into a random piece
-of a scene of matching brightness, with a soft edge across its border.
+A crop's border is a tenth of the sign, but the detector's filters need more. So the crop is blended into a random part
+of a scene of similar brightness, with a soft edge across its border.
 """
 
 from __future__ import annotations

@@ -34,40 +34,40 @@ from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops
 
 @dataclass(frozen=True, slots=True)
 class DetectorPlan:
-    """Everything that decides the result, besides data and seed.
+    """All settings that decide the result, besides data and seed.
 
     Attributes:
         rounds: trees of each round; between rounds hard negatives are collected.
-        mining_share: share of the scenes that are searched for hard negatives after each round but the last.
-        per_octave: levels of the pyramid an octave.
-        computed_per_octave: how many of them the detector computes from a picture. The others are resampled from these,
-            which takes less time and cost no sign of the calibration scenes.
-        computed_in_training: the same while the cascade learns. From the sharper windows of more computed levels it
-            learns better, also for levels that are resampled.
-        log_scale: largest change of a training window's scale, natural logarithm: half a step between levels, since
+        mining_share: share of scenes that are searched for hard negatives after each round but the last.
+        per_octave: pyramid levels per octave.
+        computed_per_octave: levels per octave that the detector computes from a picture. The others are resampled,
+            which is faster and lost no sign of the calibration scenes.
+        computed_in_training: the same while the cascade is trained. It learns better from the sharper windows of more
+            computed levels, also for resampled levels.
+        log_scale: largest scale change of a training window, natural logarithm: half a step between levels, because
             signs lie between them.
         aspect: stretch of training windows, see :func:`~tsr_engine.training.patches.sign_windows`.
-        turn: their turn, degrees.
+        turn: rotation of training windows, degrees.
         depth: depth of the cascade's trees.
-        shrinkage: factor on every leaf of the cascade. Late trees grown from full steps learn the training scenes by
-            heart, and refuse signs of others that are turned or tilted more than those.
-        feature_share: share of the features that one tree may look at.
+        shrinkage: factor on every leaf of the cascade. Without it, late trees overfit the training scenes and reject
+            signs of others that are rotated or tilted more.
+        feature_share: share of features available to one tree.
         jittered: training windows cut around each annotated sign.
-        crop_frames: windows from each GTSRB track, 0: none.
-        per_scene: hard negatives a scene and round.
-        random_per_scene: random negatives a scene.
-        relit: share of the scenes that are searched under another light.
-        other_cameras: share of the other scenes that are searched as another camera would have taken them, and of the
-            training windows that show their sign so.
+        crop_frames: windows per GTSRB track; 0: none.
+        per_scene: hard negatives per scene and round.
+        random_per_scene: random negatives per scene.
+        relit: share of scenes that are searched under another light.
+        other_cameras: share of the other scenes that are searched as if taken by another camera, and of the training
+            windows that are changed so.
         shaded: share of the training windows with a shadow on their sign.
-        yellow: share of those of signs with a ground that show it yellow.
-        most_negatives: negatives are thinned to this number.
-        floors: pairs of a number of trees and a score (units of half log-odds): from that many trees on, a window
-            whose running score is below is dropped. Chosen on calibration scenes; thresholds from the training
-            signs' own traces would drop new signs. They are low: what comes after tells signs from the rest far
-            better than the cascade, and looks at few windows.
+        yellow: share of training windows with a yellow ground, of signs with a ground.
+        most_negatives: largest number of negatives; more are thinned at random.
+        floors: pairs of a number of trees and a score (units of half log-odds): after that many trees, windows with a
+            lower running score are dropped. Chosen on calibration scenes; thresholds from the training signs' own
+            scores would drop new signs. They are low, because the later stages separate signs far better than the
+            cascade, and see few windows.
         refinement: the refine-and-verify stage.
-        sign_verifier: the machines that tell signs from things of a sign's outline.
+        sign_verifier: the machines that separate signs from objects with a sign's outline.
         box_refinement: the regression onto a sign's edges.
     """
 
@@ -105,16 +105,16 @@ def fit_detector(
     Args:
         scenes: annotated scenes.
         crops: GTSRB crops as further signs; may be empty.
-        plan: see :class:`DetectorPlan`.
-        seed: of everything random.
-        tick: told what is going on.
+        plan: the settings.
+        seed: seed of all randomness.
+        tick: progress.
 
     Returns:
         The model and a record of the training.
 
     Raises:
         InputError: a picture cannot be decoded.
-        ValueError: no scene holds a sign.
+        ValueError: no scene has a sign.
     """
     signs = sum(len(s.boxes) for s in scenes)
     if not signs:
@@ -126,7 +126,7 @@ def fit_detector(
     finer = replace(pyramid, computed_per_octave=plan.computed_in_training)
     positives, weights = sign_positives(scenes, crops, window, finer, plan, rng, tick)
     cascade, negatives = fit_cascade(positives, weights, scenes, window, finer, plan, rng, tick)
-    # what comes after the cascade has random numbers of its own, so that the same cascade can be built upon again
+    # Later stages use a separate generator, so that other stages can be trained for the same cascade.
     rng = np.random.default_rng([seed, 29])
     refine_stage = train_refine_stage(scenes, cascade, window, pyramid, plan.refinement, rng, tick)
     rng = np.random.default_rng([seed, 31])
@@ -159,16 +159,16 @@ def fit_cascade(
     rng: np.random.Generator,
     tick: Tick,
 ) -> tuple[TreeEnsemble, int]:
-    """Train the cascade in rounds, with hard negatives of the scenes in between.
+    """Train the cascade in rounds, with hard negatives from the scenes in between.
 
     Args:
         positives: features of signs, shape (n, features), uint8.
-        weights: shape (n,), of the signs.
-        scenes: where background is taken from: what is neither a sign nor ignored.
+        weights: weights of the signs, shape (n,).
+        scenes: source of background: everything but signs and ignored regions.
         window: the detector's window.
-        pyramid: of the training.
+        pyramid: the pyramid of the training.
         plan: see :class:`DetectorPlan`.
-        rng: of everything random.
+        rng: source of all randomness.
         tick: progress.
 
     Returns:
@@ -192,7 +192,7 @@ def fit_cascade(
 
 
 def with_floors(ensemble: TreeEnsemble, floors: Sequence[tuple[int, float]]) -> TreeEnsemble:
-    """The soft cascade: nothing is dropped before the first floor's number of trees."""
+    """Turn an ensemble into a soft cascade; no window is dropped before the first floor's number of trees."""
     rejection = np.full(len(ensemble), NEVER, np.int32)
     for trees, floor in floors:
         rejection[min(trees, len(ensemble)) - 1 :] = round(floor * UNIT)
@@ -208,7 +208,7 @@ def sign_positives(
     rng: np.random.Generator,
     tick: Tick,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """Windows of signs and their weights: a sign of a rare class weighs more, crops weigh half as much as scenes."""
+    """Windows of signs and their weights: rare classes weigh more, and crops half as much as scenes."""
     frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43)
     windows, weights = [], []
 
@@ -248,7 +248,7 @@ def sign_positives(
 
 
 def _thinned(old: NDArray[np.uint8], new: NDArray[np.uint8], most: int, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Both sets; of the older one as many at random as fit."""
+    """Join both sets; the older one is thinned at random to fit."""
     room = max(most - len(new), most // 4)
     if len(old) > room:
         old = old[np.sort(rng.permutation(len(old))[:room])]

@@ -1,8 +1,8 @@
-"""Draws digits by strokes with random proportions, for limits in type faces that no font file here has.
+"""Draws digits as strokes with random proportions, for limits in type faces without a font file here.
 
-Road authorities draw their own digits: narrow or wide, round or squared like a rounded rectangle, with long or short
-arms. A stroke along superellipses ``|x / rx|^n + |y / ry|^n = 1`` gives all of these from a few numbers: n = 2
-is the round face, n = 5 nearly the box.
+Road authorities use their own digits: narrow or wide, round or squared like a rounded rectangle, with long or short
+arms. Strokes along superellipses ``|x / rx|^n + |y / ry|^n = 1`` give all of these from a few numbers: n = 2
+is a round face, n = 5 is nearly rectangular.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ __all__ = ["STROKED", "stroked_digits"]
 _HEIGHT: Final = 120.0
 """Height of the digits, px."""
 _STEPS: Final = 24
-"""Points on an arc."""
+"""Number of points on an arc."""
 _Line = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class _Face:
-    """Proportions of one type face; lengths are shares of the digits' height.
+    """Proportions of a type face; lengths are shares of the digits' height.
 
     Attributes:
-        width: of a digit, from middle of stroke to middle of stroke.
+        width: width of a digit, between the middles of its strokes.
         power: n of the superellipses.
         waist: height of the middle of 3, 6 and 8, from the top.
-        upper: width of the upper bowl of 3 and 8, share of the lower one's.
-        hook: where open arms end, degrees from the middle of their side to the top or bottom.
-        straight: whether the 6 has a straight back instead of a curved one.
+        upper: width of the upper bowl of 3 and 8, as a share of the lower bowl's.
+        hook: end of open arms, in degrees from the middle of their side towards the top or bottom.
+        straight: whether the back of the 6 is straight instead of curved.
         flag: length of the 1's flag.
     """
 
@@ -98,7 +98,7 @@ def _six(f: _Face) -> list[_Line]:
     middle = (top + 1.0) / 2
     if f.straight:
         return [np.concatenate([[(0.72 * f.width, 0.0)], bowl])]
-    # An arm that reached down to the bowl would make it an 8.
+    # An arm down to the bowl would make it an 8.
     back = f.arc(0.0, 1.0, -30.0 - 0.6 * f.hook, -180.0)
     return [np.concatenate([back[back[:, 1] <= middle], [(0.0, middle)]]), bowl]
 
@@ -119,14 +119,14 @@ STROKED: Final = "".join(_DIGITS)
 
 
 def stroked_digits(text: str, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """A number in a random face, as a mask about 150 px high; its ink does not touch the mask's edge.
+    """Draw a number in a random face as a mask about 150 px high; the ink does not touch the mask's edge.
 
     Args:
         text: digits of ``STROKED``.
-        rng: source of the draw.
+        rng: source of the face.
 
     Raises:
-        ValueError: another character.
+        ValueError: the text has another character.
     """
     if not text or set(text) - set(STROKED):
         raise ValueError(f"text must be made of {STROKED}. Got {text!r} instead.")

@@ -1,7 +1,7 @@
-"""Pastes drawn signs into scenes, to show signs that no annotated scene has.
+"""Pastes drawn signs into scenes, for signs that no annotated scene has.
 
-Drawings of the label set ``vienna`` are turned, faded and lit like the place where they are put. They are
-used for training only, never for figures.
+Drawings of the label set ``vienna`` are rotated, faded and lit like their surroundings. They are
+used only for training, never for figures.
 """
 
 from __future__ import annotations
@@ -31,29 +31,29 @@ COMMON: Final = (
     "end-of-residential-area", "speed-limit-zone-30", "end-of-speed-limit-zone-30", "no-parking-zone",
     "parking-on-the-footway", "cycle-track", "footpath", "shared-path", "turn-right-here", "turn-left-here",
 )  # fmt: skip
-"""Labels that roads show most."""
+"""The most common labels on roads."""
 _KNOWN, _COMMON = 0.2, 0.5
-"""Shares of the drawn signs that are of the 43 of GTSRB, and of the common ones; the others are of the other labels."""
+"""Shares of drawn signs that are among the 43 of GTSRB, and among the common ones; the rest are other labels."""
 _YELLOW: Final = 0.12
-"""Share of the signs whose white is yellow."""
+"""Share of signs with yellow in place of white."""
 OTHER_BOARDS: Final = frozenset({"built-up-area", "end-of-built-up-area", "place-name", "end-of-place-name"})
-"""Boards whose text is the whole drawing."""
+"""Boards whose drawing is only text."""
 _DRAWN: Final = 192
-"""Side at which a drawing is made before it is reduced, px."""
+"""Side at which a sign is drawn before it is reduced, px."""
 
 
 @dataclass(frozen=True, slots=True)
 class DrawnScenesPlan:
-    """How many signs are drawn, and how.
+    """Numbers and appearance of drawn signs.
 
     Attributes:
         scenes: number of scenes.
-        each: signs a scene; fewer where there is no room.
+        each: signs per scene; fewer if there is no room.
         smallest: least mean side of a sign, px.
-        largest: largest one, px. Logarithms of sides are uniform in between.
-        turn: standard deviation of the turn, degrees.
-        squeeze: largest share of the width that a sign loses by being turned away.
-        below: share of the signs with another one below them.
+        largest: largest mean side of a sign, px. The logarithm of sides is uniform in between.
+        turn: standard deviation of the rotation, degrees.
+        squeeze: largest share of its width that a sign loses when it faces sideways.
+        below: share of signs with another one below.
     """
 
     scenes: int = 100
@@ -66,7 +66,7 @@ class DrawnScenesPlan:
 
 
 def drawn_keys() -> tuple[str, ...]:
-    """Labels that are drawn beside the 43 of GTSRB: discs and rectangles of ``vienna``, without boards and plates."""
+    """Labels drawn in addition to the 43 of GTSRB: discs and rectangles of ``vienna``, without boards and plates."""
     known, drawn = set(default_keys()), set(names())
     return tuple(
         label.key
@@ -79,16 +79,16 @@ def drawn_keys() -> tuple[str, ...]:
 
 
 def drawn_scenes(scenes: Sequence[Scene], plan: DrawnScenesPlan, folder: Path, rng: np.random.Generator) -> list[Scene]:
-    """Scenes with drawn signs, written to a folder as pictures.
+    """Write scenes with drawn signs to a folder as pictures.
 
     Args:
-        scenes: where grounds are taken from.
+        scenes: the scenes to draw on.
         plan: see :class:`DrawnScenesPlan`.
         folder: an existing folder for the pictures.
-        rng: of everything random.
+        rng: source of all randomness.
 
     Returns:
-        Scenes that hold the drawn signs alone, by their ids in ``vienna``; what the grounds show is ignored.
+        Scenes with only the drawn signs, by their ids in ``vienna``; the original signs are ignored regions.
     """
     ids = {label.key: label.id for label in shipped_set(LABEL_SET)}
     known = default_keys()
@@ -119,7 +119,7 @@ def drawn_scenes(scenes: Sequence[Scene], plan: DrawnScenesPlan, folder: Path, r
 
 
 def turned(drawing: Picture, plan: DrawnScenesPlan, rng: np.random.Generator) -> Picture:
-    """A drawing (BGRA) as a camera may see it: turned, squeezed, in other paint; cut to its silhouette."""
+    """Change a drawing (BGRA) as a camera may see it: rotated, squeezed, in other paint; cropped to its silhouette."""
     side = drawing.shape[0]
     squeeze = 1.0 - plan.squeeze * rng.random() ** 2
     angle = np.deg2rad(np.clip(rng.normal(0, plan.turn), -3 * plan.turn, 3 * plan.turn))
@@ -147,7 +147,7 @@ def turned(drawing: Picture, plan: DrawnScenesPlan, rng: np.random.Generator) ->
 def _placed(
     sign: Picture, picture: Picture, above: FloatArray | None, plan: DrawnScenesPlan, rng: np.random.Generator
 ) -> FloatArray:
-    """Where a sign is put: anywhere between sky and road, or right below another one."""
+    """Choose the place of a sign: between sky and road, or directly below another sign."""
     height, width = sign.shape[:2]
     side = float(np.exp(rng.uniform(np.log(plan.smallest), np.log(plan.largest))))
     scale = side / np.sqrt(height * width)
@@ -169,14 +169,14 @@ def _free(box: FloatArray, others: Sequence[FloatArray], picture: Picture) -> bo
 
 
 def paste(picture: Picture, sign: Picture, box: FloatArray, rng: np.random.Generator) -> None:
-    """Put a sign into a picture, lit like its surroundings and as sharp as a lens makes it, mostly on a pole."""
+    """Paste a sign into a picture, lit like its surroundings and blurred like a lens, mostly on a pole."""
     x1, y1, x2, y2 = box.astype(int)
     reach = max(6, (x2 - x1) // 2)
     top, left = max(0, y1 - reach), max(0, x1 - reach)
     part = picture[top : y2 + reach, left : x2 + reach]
     ground = part.astype(np.float32)
     shown = sign.astype(np.float32)
-    shown[..., :3] *= shown[..., 3:] / 255  # what is transparent has a colour as well
+    shown[..., :3] *= shown[..., 3:] / 255  # transparent pixels have a colour too
     small = cv2.resize(shown, (x2 - x1, y2 - y1), interpolation=cv2.INTER_AREA)
     layer = np.zeros((*part.shape[:2], 4), np.float32)
     layer[y1 - top : y2 - top, x1 - left : x2 - left] = small
@@ -190,6 +190,6 @@ def paste(picture: Picture, sign: Picture, box: FloatArray, rng: np.random.Gener
     layer = cv2.GaussianBlur(layer, (0, 0), float(rng.uniform(0.35, 0.9)))
     alpha = layer[..., 3:] / 255
     face = layer[..., :3] * (white / 255) * cast
-    face += white * rng.uniform(0.0, 0.12) * alpha  # black paint reflects as well
+    face += white * rng.uniform(0.0, 0.12) * alpha  # black paint reflects too
     mixed = face + ground * (1 - alpha)
     picture[top : y2 + reach, left : x2 + reach] = np.clip(mixed, 0, 255).astype(np.uint8)

@@ -1,8 +1,8 @@
-"""Draws signs in other countries' styles, for the classifier's training: other type faces, other arrows.
+"""Draws signs in other countries' styles for the classifier's training: other type faces, other arrows.
 
 GTSRB holds German signs only. The Vienna Convention (1968, annex 1, C14 and D1) leaves the type face of a limit and the
-form of an arrow to each country: thin or wide digits, a bare arrow to the right where Germany bends it. Drawn crops
-are used for training only, never for figures.
+form of an arrow to each country: thin or wide digits, a straight arrow where Germany bends it. Drawn crops
+are used only for training, never for figures.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ LIMITS: Final = {0: "20", 1: "30", 2: "50", 3: "60", 4: "70", 5: "80", 7: "100",
 EMPTY: Final = 15
 """Class of *no vehicles*: the ring alone."""
 _ARROWS: Final = {33: 0.0, 34: 180.0, 35: -90.0, 38: 45.0, 39: 135.0}
-"""Class -> where its arrow points, degrees clockwise from the right."""
+"""Class -> direction of its arrow, degrees clockwise from the right."""
 HIGH: Final = 4
-"""Signs are drawn this many times larger and reduced, which smooths their edges."""
+"""Signs are drawn larger by this factor and then reduced, which smooths their edges."""
 _Ink = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Lettering:
-    """Where the digits of drawn limits come from.
+    """Type faces of the digits on drawn limits.
 
     Attributes:
-        stroked: share of those that are drawn by strokes in a random face (:mod:`~.drawn_digits`).
-        built_in: share of those in OpenCV's own face, in any weight; the others are outlines of ``faces``.
-        faces: families of type faces that matplotlib brings.
+        stroked: share drawn as strokes in a random face (:mod:`~.drawn_digits`).
+        built_in: share of the rest in OpenCV's own face, in any weight; the others are outlines of ``faces``.
+        faces: type face families shipped with matplotlib.
     """
 
     stroked: float
@@ -49,24 +49,24 @@ class Lettering:
 
 
 PRINTED: Final = Lettering(0.0, 0.5, ("DejaVu Sans", "DejaVu Sans Mono", "DejaVu Serif", "STIXGeneral", "cmss10"))
-"""Type faces of print: enough for who asks whether there is a limit at all.
+"""Printed type faces, which suffice to detect a limit.
 
-As the detector's sign verifier score does.
+The sign verifier score uses them.
 """
 ROAD: Final = Lettering(0.6, 0.25, ("DejaVu Sans", "DejaVu Sans Mono", "cmss10"))
-"""Faces as road authorities draw them, for who has to read the number."""
+"""Type faces of road authorities, for reading the number."""
 
 
 def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = ROAD) -> LoadedCrop:
-    """A sign of a class in a random foreign drawing, before random ground, ``LARGEST`` px wide.
+    """Draw a sign of a class in a random foreign style on a random ground, ``LARGEST`` px wide.
 
     Args:
         class_id: one of ``DRAWN_CLASSES``, or ``EMPTY``.
-        rng: source of the draw.
-        lettering: of limits.
+        rng: source of the drawing.
+        lettering: type faces of limits.
 
     Raises:
-        ValueError: none of these.
+        ValueError: the class has no drawing.
     """
     if class_id not in (*DRAWN_CLASSES, EMPTY):
         raise ValueError(f"class_id must be one of {(*DRAWN_CLASSES, EMPTY)}. Got {class_id} instead.")
@@ -95,7 +95,7 @@ def ground(side: int, rng: np.random.Generator) -> Picture:
 
 
 def _ink(blue: float, green: float, red: float, rng: np.random.Generator) -> _Ink:
-    """A paint's colour, faded and tinted at random."""
+    """A paint's colour with random fading and tint."""
     fade = rng.uniform(0.0, 0.3)
     paint = np.array([blue, green, red]) * (1 - fade) + 128 * fade + rng.normal(0, 8, 3)
     b, g, r = np.clip(paint, 0, 255).tolist()
@@ -109,7 +109,7 @@ def _disc(canvas: Picture, centre: float, radius: float, ink: _Ink) -> None:
 def _limit(
     text: str, lettering: Lettering, canvas: Picture, centre: float, radius: float, rng: np.random.Generator
 ) -> None:
-    """C14: a red ring, a white or yellow field, black digits; without text C2, the ring alone."""
+    """C14: a red ring, a white or yellow field, black digits; without text C2, the bare ring."""
     if rng.random() < 0.3:
         _disc(canvas, centre, radius, _ink(235, 235, 235, rng))
         radius *= rng.uniform(0.94, 0.99)
@@ -135,7 +135,7 @@ def _digits(text: str, lettering: Lettering, rng: np.random.Generator) -> NDArra
         mask = stroked_digits(text, rng)
     elif kind < lettering.stroked + lettering.built_in:
         mask = np.zeros((320, 900), np.uint8)
-        # the built-in face strikes its zero through; the letter is the zero of road signs
+        # the built-in face has a slashed zero; the letter O looks like the zero of road signs
         glyphs, weight = text.replace("0", "O"), int(rng.integers(200, 900))
         cv2.putText(mask, glyphs, (60, 220), 255, cv2.FontFace("sans"), 150, weight)
     else:
@@ -160,7 +160,7 @@ def _outlined(text: str, faces: tuple[str, ...], rng: np.random.Generator) -> ND
 
 
 def _stamp(canvas: Picture, mask: NDArray[np.generic], cx: float, cy: float, ink: _Ink) -> None:
-    """Paint through a mask centred at a point."""
+    """Paint a mask centred at a point."""
     h, w = mask.shape
     y, x = round(cy - h / 2), round(cx - w / 2)
     part = canvas[y : y + h, x : x + w]
@@ -169,14 +169,14 @@ def _stamp(canvas: Picture, mask: NDArray[np.generic], cx: float, cy: float, ink
 
 
 def _arrow(degrees: float, canvas: Picture, centre: float, radius: float, rng: np.random.Generator) -> None:
-    """D1a: a blue disc with a bare white arrow; 0 degrees point right, 90 down."""
+    """D1a: a blue disc with a straight white arrow; 0 degrees point right, 90 down."""
     if rng.random() < 0.6:
         _disc(canvas, centre, radius, _ink(235, 235, 235, rng))
         radius *= rng.uniform(0.9, 0.98)
     _disc(canvas, centre, radius, _ink(165, 85, 15, rng))
     reach, shaft = rng.uniform(0.6, 0.82), rng.uniform(0.09, 0.19)
     head, neck = rng.uniform(0.3, 0.55), rng.uniform(0.25, 0.5)
-    back = neck * rng.uniform(0.0, 0.4)  # a head whose wings sweep back
+    back = neck * rng.uniform(0.0, 0.4)  # arrowheads with swept-back wings
     points = np.array(
         [
             (reach, 0),
@@ -195,4 +195,4 @@ def _arrow(degrees: float, canvas: Picture, centre: float, radius: float, rng: n
 
 
 DRAWN_CLASSES: Final = tuple(sorted({**LIMITS, **_ARROWS}))
-"""GTSRB classes that are drawn: limits and bare arrows."""
+"""GTSRB classes with drawings: limits and straight arrows."""

@@ -1,7 +1,7 @@
 """Opens exports of this tool as training data: tracks by the format's reader, pictures from the video or the export.
 
-The video is preferred, by its SHA-256: it has every frame, so frames without signs can be drawn as background. Without
-the video, the pictures in the export are used.
+The video, identified by its SHA-256, is preferred: it has every frame, so frames without signs can be drawn as
+background. Without the video, the pictures in the export are used.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ _REVIEWED: Final = frozenset({"accepted", "rejected"})
 
 @dataclass(frozen=True, slots=True)
 class OpenedExport:
-    """An export that can be trained from.
+    """An export as training data.
 
     Attributes:
         dataset: its videos and tracks, with the labels of its own set.
-        pictures: per video, frame -> picture of the export; empty where the video itself is there.
-        sides: side of each (video, sign) in the export's own split; empty: it has none.
+        pictures: per video, frame -> picture of the export; empty if the video itself is available.
+        sides: subset of each (video, sign) in the export's split; empty: no split.
         about: for the lineage: name, SHA-256, format, runs and edit revisions.
         notes: what was left out and why, one sentence each.
     """
@@ -57,21 +57,21 @@ def open_export(
     """Open an export folder or ZIP file.
 
     Args:
-        path: what ``tsr export`` or the page has made.
-        find: gives the file of a video by its SHA-256 and name; None: it is not there.
-        scratch: an existing folder, where an archive is unpacked and stays.
-        limits: what the videos may demand; unset: ``VideoLimits()``.
+        path: output of ``tsr export`` or of the page.
+        find: returns the file of a video by its SHA-256 and name; None: not available.
+        scratch: an existing folder in which archives are unpacked and kept.
+        limits: limits on the videos; unset: ``VideoLimits()``.
 
     Raises:
-        InputError: there is nothing.
-        ImportFormatError: no export of this tool, damaged, or of a format that is only written.
+        InputError: the path does not exist.
+        ImportFormatError: not an export of this tool, damaged, or of a format that cannot be imported.
     """
     if not path.exists():
         raise InputError(f"There is no export at {path}. Check the path.")
     folder = path
     if path.is_file():
         if not is_archive(path):
-            raise ImportFormatError(f"{path}: expected an export folder or a ZIP file of one. Name such a one.")
+            raise ImportFormatError(f"{path}: expected an export folder or a ZIP file of one. Name one of these.")
         folder = Path(tempfile.mkdtemp(prefix="export-", dir=scratch))
         unpack(path, folder)
     try:
@@ -79,15 +79,15 @@ def open_export(
     except ImportFormatError:
         if folder is path:
             raise
-        # where it was unpacked means nothing to anybody
+        # The folder is temporary, so the message must not name it.
         raise ImportFormatError(
-            f"{path}: is no export of this tool but another archive, a bug bundle perhaps. Name one that 'tsr export' "
-            "made."
+            f"{path}: is not an export of this tool but another archive, perhaps a bug bundle. Name one that 'tsr "
+            "export' made."
         ) from None
     chosen = format_named(str(content["format"]["name"]))
     if chosen.read is None:
         raise ImportFormatError(
-            f"{path}: {chosen.title} is written only, its boxes do not come back. Export in another format, or name a "
+            f"{path}: {chosen.title} cannot be imported, so its boxes are lost. Export in another format, or name a "
             "folder of crops with --gtsrb."
         )
     labels = labels_of(content)
@@ -98,14 +98,14 @@ def open_export(
         bare = _bare(entry, find(str(entry["sha256"]), str(entry["name"])), limits)
         own = {} if bare.path is not None else _pictures(folder, entry)
         if bare.path is None and not own:
-            notes.append(f"{path.name}: the file of {bare.name} is not there and the export has no pictures of it.")
+            notes.append(f"{path.name}: the file of {bare.name} is missing and the export has no pictures of it.")
             continue
         read = read_dataset(folder, ImportTarget(bare, labels), chosen).videos[0]
         tracks = tuple(_reviewed(read.tracks(), content))
         if tracks and all(verdict(track) == "unknown" for track in tracks):
             notes.append(
-                f"{path.name} says of no track that it was accepted. Export accepted tracks alone, or in a format that "
-                "carries review states, such as cvat-video or tracks-json."
+                f"{path.name} has no track that is marked as accepted. Export only accepted tracks, or in a format "
+                "that has review states, such as cvat-video or tracks-json."
             )
         videos.append(replace(bare, tracks=lambda tracks=tracks: iter(tracks)))  # type: ignore[misc]
         pictures.append(own)
@@ -142,7 +142,7 @@ def _bare(entry: JsonMapping, path: VideoSource | None, limits: VideoLimits | No
 
 
 def _pictures(folder: Path, entry: JsonMapping) -> dict[int, Path]:
-    """Frames of a video that the export has pictures of."""
+    """Pictures of a video in the export, by frame."""
     table = entry.get("frame_table", {})
     root = folder.resolve()
     found: dict[int, Path] = {}
@@ -156,12 +156,12 @@ def _pictures(folder: Path, entry: JsonMapping) -> dict[int, Path]:
 
 
 def _reviewed(tracks: Iterator[Track], content: JsonMapping) -> Iterator[Track]:
-    """Tracks with their review states.
+    """Yield tracks with their review states.
 
     Formats without review states give open tracks. If the export was limited to accepted tracks, they are accepted.
     """
     asked = content.get("asked", {}).get("states")
-    # Exports that tell rejected tracks apart have none among the others, whatever state these came back with.
+    # Exports that separate rejected tracks have none among the others, whatever state the reader gave these.
     if "negatives" in content.get("counts", {}) and isinstance(asked, list) and len(asked) > 1:
         asked = [state for state in asked if state != REJECTED]
     only = str(asked[0]) if isinstance(asked, Sequence) and len(asked) == 1 and asked[0] in _REVIEWED else None

@@ -1,4 +1,4 @@
-"""Reads annotations that ``gt.txt`` of GTSDB lacks: signs outside the 43 classes, and places to ignore."""
+"""Reads annotations that ``gt.txt`` of GTSDB lacks: signs outside the 43 classes, and regions to ignore."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["LABEL_SET", "Annotation", "Annotations", "Reason", "ignoring", "othe
 LABEL_SET: Final = "vienna"
 """Key of the label set that the annotations use."""
 _WITHIN: Final = 0.8
-"""A sign of which a larger share lies in another one is a part of that."""
+"""A sign with a larger share of its area inside another one counts as a part of that sign."""
 Reason = Literal["", "not in the label set", "unread", "on a vehicle", "small", "board"]
 
 
@@ -29,13 +29,13 @@ class Annotation(BaseModel):
     """One sign.
 
     Attributes:
-        id: unique, from 1.
+        id: unique number, from 1.
         scene: stem of the picture.
         box: ``x1, y1, x2, y2``, pixel edges.
-        label: key in the label set; None: the set lacks the sign, or nobody can read it.
-        kind: a sign, a supplementary plate, or a board that is neither. What the label set lacks counts as a plate,
-            as nearly all of it is.
-        ignore: training takes nothing from here, and tests count neither a hit nor a miss.
+        label: key in the label set; None: the set lacks the sign, or it is unreadable.
+        kind: a sign, a supplementary plate, or a board that is neither. Signs that the label set lacks count as plates,
+            because nearly all of them are.
+        ignore: the region is not used for training, and evaluation counts neither a hit nor a miss.
         reason: why it is ignored.
     """
 
@@ -56,8 +56,8 @@ class Annotations(BaseModel):
     Attributes:
         about: how the annotations were made.
         label_set: key of the label set.
-        figures: how far the annotator's looks agree.
-        signs: in the order of scenes, from top to bottom.
+        figures: agreement between the annotator's passes.
+        signs: by scene, from top to bottom.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -69,11 +69,11 @@ class Annotations(BaseModel):
 
 
 def read_signs(path: Path) -> Annotations:
-    """The annotations of a file.
+    """Read the annotations of a file.
 
     Raises:
-        InputError: the file cannot be read, is of another form, or has a label that the label set lacks, a box without
-            area, or a sign to learn from that has no label.
+        InputError: the file is unreadable or has another form, a label that the label set lacks, a box without
+            area, or a sign for training without a label.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -102,10 +102,10 @@ def read_signs(path: Path) -> Annotations:
 
 
 def ignoring(scenes: Sequence[Scene], annotations: Annotations) -> list[Scene]:
-    """The scenes with every annotated place ignored: what other signs look like is no background.
+    """The scenes with all annotated signs ignored, because other signs are not background.
 
     Raises:
-        InputError: none of the annotations is of these scenes.
+        InputError: no annotation belongs to these scenes.
     """
     places = _by_scene(scenes, annotations.signs)
     return [replace(scene, ignored=_boxes([s.box for s in places[scene.path.stem]])) for scene in scenes]
@@ -114,11 +114,11 @@ def ignoring(scenes: Sequence[Scene], annotations: Annotations) -> list[Scene]:
 def other_signs(scenes: Sequence[Scene], annotations: Annotations) -> list[Scene]:
     """The scenes with the annotated signs as signs, by their ids in the label set.
 
-    The signs of ``gt.txt``, plates and everything ignored are ignored; but the limit in a zone sign is background: the
-    sign is the whole rectangle.
+    The signs of ``gt.txt``, plates and all ignored regions are ignored; but the limit in a zone sign is background,
+    because the sign is the whole rectangle.
 
     Raises:
-        InputError: none of the annotations is of these scenes.
+        InputError: no annotation belongs to these scenes.
     """
     ids = {label.key: label.id for label in shipped_set(LABEL_SET)}
     places = _by_scene(scenes, annotations.signs)

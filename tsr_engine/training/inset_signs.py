@@ -1,9 +1,9 @@
-"""Makes limits with smaller digits than Germany's from real crops, for the classifier's training.
+"""Makes speed limits with smaller digits than Germany's from real crops, for the classifier's training.
 
-The Vienna Convention (1968, annex 1, C14) leaves the height of a limit's digits to each country. Germany fills the
-field with them; elsewhere they take little more than half of it. A classifier that has seen only German ones takes
-these for digits far away, or for others. A real crop keeps the light, noise and blur of a camera, which drawings lack:
-its middle is shrunk, the field between digits and ring is widened, and the ring stays in place.
+The Vienna Convention (1968, annex 1, C14) leaves the height of a limit's digits to each country. In Germany they fill
+the field; elsewhere they take little more than half of it. A classifier that has seen only German ones takes such
+digits for distant or other ones. A real crop keeps the light, noise and blur of a camera, which drawings lack: its
+middle is shrunk, the field between digits and ring is widened, and the ring stays in place.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ INSET_CLASSES: Final = tuple(LIMITS)
 """GTSRB classes with a limit in a red ring."""
 
 _DIGITS: Final = 0.63
-"""Radius within which a German limit has its digits but for the corners of three, share of the sign's."""
+"""Radius that contains a German limit's digits, except for corners of three digits, as a share of the sign's."""
 _FIELD, _RING = 0.67, 0.75
-"""Outer radius of its white field, and radius from which there is nothing but the red ring."""
+"""Outer radius of the white field, and inner radius of the part that is only red ring."""
 _SMALLEST, _LARGEST = 0.62, 0.92
-"""Size of the digits, share of what it was."""
+"""Size of the digits relative to the original."""
 _RING_FROM, _RING_TO = 0.70, 0.82
-"""Inner radius of the ring afterwards."""
+"""Inner radius of the new ring."""
 _EDGE: Final = 0.05
-"""Width of the edge between field and ring."""
+"""Width of the transition between field and ring."""
 
 
 def inset_crop(crop: LoadedCrop, rng: np.random.Generator) -> LoadedCrop:
-    """A crop of a limit with its digits shrunk towards the middle, and a ring that is wider or narrower.
+    """Shrink the digits of a limit towards the middle, and widen or narrow its ring.
 
     Args:
-        crop: of one of ``INSET_CLASSES``.
-        rng: source of the draw.
+        crop: crop of one of ``INSET_CLASSES``.
+        rng: source of the sizes.
 
     Raises:
-        ValueError: a crop of another class.
+        ValueError: the crop has another class.
     """
     if crop.class_id not in INSET_CLASSES:
         raise ValueError(f"class_id must be one of {INSET_CLASSES}. Got {crop.class_id} instead.")
@@ -56,7 +56,7 @@ def inset_crop(crop: LoadedCrop, rng: np.random.Generator) -> LoadedCrop:
     y = (np.arange(rows)[:, None] + 0.5 - cy) / (height / 2)
     radius = np.hypot(x, y)
     factor = _source(radius, shrunk, ring) / np.maximum(radius, 1e-6)
-    # Digits may also be narrower or wider than they were, in the middle alone.
+    # Digits may also become narrower or wider, only in the middle.
     across = np.where(radius < shrunk * _DIGITS, stretch, 1.0)
     map_x = (x * factor * across * (width / 2) + cx - 0.5).astype(np.float32)
     map_y = (y * factor * (height / 2) + cy - 0.5).astype(np.float32)
@@ -65,9 +65,9 @@ def inset_crop(crop: LoadedCrop, rng: np.random.Generator) -> LoadedCrop:
 
 
 def _source(radius: NDArray[np.float64], shrunk: float, ring: float) -> NDArray[np.float64]:
-    """Where in the original what lies at a radius comes from, both in shares of the sign's radius.
+    """The radius in the original of the pixels at a radius, both as shares of the sign's radius.
 
-    Digits come from a larger circle, the field from the gap between digits and ring, the ring from the ring.
+    Digits come from a larger circle, the field from the gap between digits and ring, and the ring from the ring.
     """
     place = (0.0, shrunk * _DIGITS, ring - _EDGE / 2, ring + _EDGE / 2, 1.0, 8.0)
     origin = (0.0, _DIGITS, _FIELD, _RING, 1.0, 8.0)

@@ -1,4 +1,4 @@
-"""The power law's exponents, measured on pictures (Dollar et al. 2014, section 4.2)."""
+"""Measures the exponents of the power law on pictures (Dollar et al. 2014, section 4.2)."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ def measure_lambdas(pictures: Iterable[Picture], shrink: int = 2, octaves: int =
     """``lambda`` of each channel: mean of ``log2(mean at half the scale / mean at the scale)``.
 
     Args:
-        pictures: BGR pictures.
+        pictures: BGR, uint8, shape (h, w, 3).
         shrink: cell size in px.
-        octaves: how many halvings of each picture are measured.
+        octaves: number of halvings of each picture.
 
     Returns:
         Ten exponents; those of the three colour channels are about 0.
 
     Raises:
-        ValueError: no pictures.
+        ValueError: there are no pictures.
     """
     logs = []
     for picture in pictures:

@@ -1,8 +1,8 @@
-"""The component ``memory``: samples of the data that the models were trained on, for refinements.
+"""Makes the component ``memory``: samples of the models' training data, for refinements.
 
 A refinement sees only a few corrected signs. To keep it from forgetting the others, the models contain samples of the
-earlier training: windows of signs and of background that the detector's refine-and-verify stage has judged, and
-the second moment of the classifier's features. The component is made from GTSDB and GTSRB for a given detector and
+earlier training: windows of signs and of background as the detector's refine-and-verify stage scores them, and
+the second moment of the classifier's features. The component is made from GTSDB and GTSRB for one detector and
 classifier, and serves all versions that descend from them.
 """
 
@@ -36,20 +36,20 @@ COMPONENT: Final = "memory"
 SIGNS: Final = 360
 OTHERS: Final = 640
 PER_CLASS: Final = 12
-"""Remembered crops of each class."""
+"""Remembered crops per class."""
 
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """Windows as the verifier sees them.
+    """Windows in the form that the verifier uses.
 
     Attributes:
         features: shape (n, FEATURES), uint8, after the first step of the refine-and-verify stage.
-        cascade: shape (n,), scores of the cascade where the window was found.
-        sign_verifier: shape (n,), of the refined box.
-        edges: shape (n, h), the box refinement's features of the refined box.
+        cascade: shape (n,), scores of the cascade at the found windows.
+        sign_verifier: shape (n,), scores of the refined boxes.
+        edges: shape (n, h), the box refinement's features of the refined boxes.
     """
 
     features: NDArray[np.uint8]
@@ -62,10 +62,10 @@ class Samples:
 
     @classmethod
     def remembered(cls, arrays: Mapping[str, NDArray[np.generic]], name: str) -> Samples:
-        """``signs`` or ``others`` of the component's arrays.
+        """Restore the samples ``signs`` or ``others`` from the component's arrays.
 
         Raises:
-            KeyError: the component is of an earlier version.
+            KeyError: the component is from an earlier version.
         """
         cascade, sign_verifier = (arrays[f"{name}_{score}"].astype(np.float64) for score in ("cascade", "likeness"))
         return cls(
@@ -77,12 +77,12 @@ class Samples:
 
     @classmethod
     def none(cls, model: AcfModel) -> Samples:
-        """No samples of a model."""
+        """Empty samples for a model."""
         edges = np.zeros((0, model.box_refinement.features.length), np.float32)
         return cls(np.zeros((0, FEATURES), np.uint8), np.zeros(0), np.zeros(0), edges)
 
     def to_arrays(self, name: str) -> dict[str, NDArray[np.generic]]:
-        """Arrays from which :meth:`remembered` makes the samples again."""
+        """Arrays for :meth:`remembered`."""
         return {
             name: self.features,
             f"{name}_cascade": self.cascade.astype(np.float32),
@@ -91,7 +91,7 @@ class Samples:
         }
 
     def pick(self, which: NDArray[np.generic]) -> Samples:
-        """Some of the samples."""
+        """Select some samples by index or mask."""
         return Samples(*(getattr(self, f.name)[which] for f in fields(self)))
 
     def raw(self, model: AcfModel) -> FloatArray:
@@ -101,25 +101,25 @@ class Samples:
 
 
 def stacked(parts: Sequence[Samples]) -> Samples:
-    """Several samples as one."""
+    """Concatenate samples."""
     return Samples(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Samples)))
 
 
 def cascade_scores(model: AcfModel, picture: Picture, boxes: FloatArray) -> FloatArray:
-    """Scores of the cascade for windows laid exactly on boxes (n, 4), shape (n,)."""
+    """Scores of the cascade for windows exactly on boxes (n, 4), shape (n,)."""
     cut = [window_features(cut_patch(picture, box, model.window.sign, PATCH), model.window) for box in boxes]
     return model.cascade.scores(np.stack(cut)) / UNIT if cut else np.zeros(0)
 
 
 def look_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None) -> Samples:
-    """Samples of candidate boxes (n, 4), moved by the first step as in use."""
+    """Samples of candidate boxes (n, 4), moved by the first step as in detection."""
     return refined_at(model, picture, boxes, cascade)[0]
 
 
 def refined_at(
     model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None
 ) -> tuple[Samples, FloatArray]:
-    """The same, and the boxes as the refine-and-verify stage has refined them, shape (n, 4)."""
+    """As ``look_at``, with the boxes from the refine-and-verify stage, shape (n, 4), px."""
     scores = cascade_scores(model, picture, boxes) if cascade is None else cascade
     moved = model.refine_stage.step(0, boxes, features_of(picture, boxes))
     features = features_of(picture, moved)
@@ -136,16 +136,16 @@ def build_memory(
     seed: int,
     progress: Progress,
 ) -> Component:
-    """Draw what is remembered.
+    """Draw the samples.
 
     Args:
-        scenes: annotated scenes; signs are drawn evenly over their classes, background is what the detector likes
-            best of it.
+        scenes: annotated scenes; signs are drawn evenly over their classes, and background by the detector's
+            highest scores.
         crops: items of GTSRB tracks.
         model: the detector.
         classifier: the classifier.
-        seed: of all draws.
-        progress: told stage, number done, number in all.
+        seed: seed of all draws.
+        progress: called with stage, number done and total.
     """
     rng = np.random.default_rng([seed, 11])
     signs, others = _windows(scenes, model, rng, progress)
@@ -194,13 +194,13 @@ def crop_memory(
     progress: Progress,
     unseen: Container[int] = (),
 ) -> tuple[FloatArray, NDArray[np.float32], NDArray[np.int64]]:
-    """Mean of ``x x^T`` over views of crops, classes alike, ``x`` = features and 1; and remembered features.
+    """Mean of ``x x^T`` over views of crops, with equal class weights, ``x`` = features and 1; and remembered features.
 
     Args:
         crops: items of GTSRB tracks.
-        classifier: reads them.
-        rng: of all draws.
-        progress: told stage, number done, number in all.
+        classifier: computes the features.
+        rng: source of all draws.
+        progress: called with stage, number done and total.
         unseen: classes that no view may show, see ``jittered_view``.
     """
     by_class: dict[int, list[CropItem]] = {}

@@ -1,4 +1,4 @@
-"""Takes windows for the cascade's training from the same pyramid that it will scan."""
+"""Takes windows for the cascade's training from the same pyramid as in detection."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from tsr_engine.training.on_cores import on_cores
 MIN_WIDTH = 16.0
 """Narrowest sign of the training pyramids, px."""
 SIGN_OVERLAP = 0.35
-"""A window that overlaps a sign by less (IoU) is background."""
+"""A window with a lower overlap (IoU) with every sign is background."""
 
 Tick = Callable[[str, int, int], None]
-"""Progress: what is done, how many so far, how many in all."""
+"""Progress: description, number done, total."""
 
 
 def read_picture(scene: Scene) -> Picture:
-    """The scene's picture, BGR.
+    """The scene's picture, BGR, uint8.
 
     Raises:
         InputError: it cannot be decoded.
@@ -46,11 +46,11 @@ def read_picture(scene: Scene) -> Picture:
 
 @dataclass(frozen=True, slots=True)
 class Changed:
-    """How likely a scene's picture is changed before background is looked for in it.
+    """Probabilities of changing a scene's picture before background is searched in it.
 
     Attributes:
-        relit: under another light, and compressed in half of the cases.
-        other_camera: as another camera would have taken it.
+        relit: another light, with compression in half of the cases.
+        other_camera: as taken by another camera.
     """
 
     relit: float
@@ -61,10 +61,10 @@ AS_TAKEN: Final = Changed(0.0)
 
 
 def searched_picture(scene: Scene, rng: np.random.Generator, changed: Changed) -> Picture:
-    """The scene's picture to look for background in, as taken or in one of the ways of ``changed``.
+    """The scene's picture for the search of background, unchanged or changed by one of ``changed``.
 
-    Near darkness, hard compression and sharpening make sign-like blocks out of road and sky that daylight scenes never
-    show.
+    Near darkness, strong compression and sharpening make sign-like blocks of road and sky that are missing in daylight
+    scenes.
     """
     picture = read_picture(scene)
     drawn = rng.random()
@@ -83,7 +83,7 @@ def levels(picture: Picture, window: Window, plan: PyramidPlan) -> Iterator[Leve
 def background_windows(
     scenes: Sequence[Scene], window: Window, plan: PyramidPlan, per_scene: int, rng: np.random.Generator, tick: Tick
 ) -> NDArray[np.uint8]:
-    """Random windows that hold no sign, spread over the levels by their size; shape (n, features)."""
+    """Random windows without a sign, spread over the levels by their size; shape (n, features)."""
     out = []
 
     def drawn(scene: Scene, own: np.random.Generator) -> list[NDArray[np.uint8]]:
@@ -115,7 +115,7 @@ def away_from_signs(boxes: FloatArray, signs: FloatArray) -> NDArray[np.bool_]:
 
 
 def aligned_windows(scene: Scene, window: Window, plan: PyramidPlan, per_level: int = 4) -> NDArray[np.uint8]:
-    """Windows of the scan that lie on the scene's signs, approximated levels included; shape (n, features)."""
+    """Windows of the scan on the scene's signs, including approximated levels; shape (n, features)."""
     out = [np.zeros((0, 10 * window.cells**2), np.uint8)]
     for level in levels(read_picture(scene), window, plan):
         ny, nx = (n - window.cells + 1 for n in level.cells.shape[1:])
@@ -171,9 +171,9 @@ def hard_windows(
     changed: Changed,
     tick: Tick,
 ) -> NDArray[np.uint8]:
-    """The background windows that a cascade likes best, after suppression; shape (n, features).
+    """The background windows with a cascade's highest scores after suppression; shape (n, features).
 
-    A share of the scenes is searched as ``changed`` says (:func:`searched_picture`).
+    A share of the scenes is changed by ``changed`` (:func:`searched_picture`).
     """
     out = [np.zeros((0, 10 * window.cells**2), np.uint8)]
 
@@ -206,21 +206,21 @@ def background_candidates(
     rng: np.random.Generator,
     tick: Tick,
 ) -> Iterator[tuple[Scene, Picture, FloatArray]]:
-    """What a cascade lets through away from signs, scene by scene; a share of the scenes comes again, changed.
+    """Windows away from signs that pass a cascade, by scene; a share of the scenes is searched again with changes.
 
     Args:
         scenes: where to search.
         ensemble: the cascade.
         window: its window.
         plan: its pyramid.
-        most: candidates a scene, the best.
-        again: share of the scenes that come a second time.
-        changed: how these are changed then.
-        rng: of that choice and of the changes.
+        most: largest number of candidates per scene; the best are taken.
+        again: share of scenes that are searched a second time.
+        changed: changes in the second search.
+        rng: source of that choice and of the changes.
         tick: progress.
 
     Yields:
-        Scene, picture as it was searched, and candidates (n, 4); scenes without any are left out.
+        Scene, picture as searched, and candidates (n, 4); scenes without candidates are skipped.
     """
     views = [(scene, AS_TAKEN) for scene in scenes]
     views += [(scenes[int(i)], changed) for i in np.flatnonzero(rng.random(len(scenes)) < again)]

@@ -1,9 +1,9 @@
 """Trains the network that classifies signs; needs PyTorch.
 
-A teacher of twice the width and more layers learns to tell the 43 signs of GTSRB and the drawn signs of ``vienna``
-apart. The network then learns from the same views, mostly from the teacher's output for each. Its last
-layer becomes the classifier's machines: moved and scaled so that a sign has a margin of 1 and the others have -1 on
-average, which a softmax with its own temperature does not notice and a retraining needs.
+A teacher of twice the width and with more layers learns to distinguish the 43 signs of GTSRB and the drawn signs of
+``vienna``. The network then learns from the same views, mostly from the teacher's output for each. Its last
+layer becomes the classifier's machines: shifted and scaled so that a sign has a margin of 1 and the others -1 on
+average, which a softmax with its own temperature ignores and a retraining needs.
 """
 
 from __future__ import annotations
@@ -45,19 +45,19 @@ _TEACHER: Final = (
 )
 _TEACHER_FEATURES: Final = 512
 _FACING: Final = ("road-works", "pedestrians", "children", "cyclists-crossing", "wild-animals")
-"""Labels whose figures face the other way elsewhere."""
+"""Labels with figures that face the other way in other countries."""
 _OTHER_WAY: Final = 0.2
-"""How often these are mirrored."""
+"""Probability of mirroring these."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """How long and how strongly teacher or network learns.
+    """Length and strength of the training of teacher or network.
 
     Attributes:
         steps: gradient steps.
-        rate: highest step size of AdamW; it rises, and falls to nothing along a cosine.
-        drop: share of the features that a step forgets.
+        rate: peak step size of AdamW, with warm-up and cosine decay to 0.
+        drop: share of features dropped in a step.
     """
 
     steps: int
@@ -67,20 +67,20 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class NetworkPlan:
-    """How the network is trained.
+    """Settings of the network's training.
 
     Attributes:
-        teacher: first stage.
-        network: second stage.
-        batch: views a step, a multiple of 16.
-        pool: batches that are made at once.
-        showings: how often a view is shown.
+        teacher: stage of the teacher.
+        network: stage of the network.
+        batch: views per step, a multiple of 16.
+        pool: number of batches that are made at once.
+        showings: number of times that a view is shown.
         warm_up: share of a stage's steps over which the step size rises.
-        decay: of weights.
-        smooth: share of each label that is spread over all.
-        told: weight of the teacher's answers in the network's loss; that of the labels is the rest.
-        softness: temperature at which both answers are compared.
-        average: share of the averaged weights that a step keeps.
+        decay: weight decay.
+        smooth: share of each label that is spread over all labels.
+        told: weight of the teacher's answers in the network's loss; the labels have the rest.
+        softness: temperature at which the answers of both are compared.
+        average: share of the averaged weights that is kept in a step.
         calm: share of a stage's steps, at the end, over which the views' strength falls from 1 to ``calm_strength``.
         calm_strength: strength of the last views.
     """
@@ -100,7 +100,7 @@ class NetworkPlan:
     calm_strength: float = 0.5
 
     def strength(self, done: float) -> float:
-        """Of the views when a share of the steps is done."""
+        """Strength of the views when a share of the steps is done."""
         fallen = min(max((done - 1 + self.calm) / self.calm, 0.0), 1.0)
         return 1.0 + fallen * (self.calm_strength - 1.0)
 
@@ -109,12 +109,12 @@ class NetworkPlan:
         return stage.rate * min(1.0, done / self.warm_up + 1e-3) * 0.5 * (1 + math.cos(math.pi * done))
 
     def as_dict(self) -> dict[str, Any]:
-        """For the manifest."""
+        """Plain values for the manifest."""
         return asdict(self)
 
 
 class _Network(nn.Module):
-    """Layers with batch normalisation, features, and what answers."""
+    """Layers with batch normalisation, then features and output."""
 
     def __init__(self, layers: Sequence[Layer], features: int, drop: float) -> None:
         super().__init__()
@@ -130,7 +130,7 @@ class _Network(nn.Module):
         self.answer = nn.Linear(features, len(network_keys()))
 
     def features(self, x: Tensor) -> Tensor:
-        """Views (n, 3, 48, 48), grey levels, to features."""
+        """Map views (n, 3, 48, 48), grey levels, to features."""
         x = x - x.mean((1, 2, 3), keepdim=True)
         x = x / x.square().mean((1, 2, 3), keepdim=True).sqrt().clamp(min=LEAST_SPREAD)
         for layer, convolution, norm in zip(self.layers, self.convolutions, self.norms, strict=True):
@@ -139,11 +139,11 @@ class _Network(nn.Module):
         return torch.relu(self.last_norm(self.last(x.permute(0, 2, 3, 1).flatten(1))))
 
     def forward(self, x: Tensor) -> Tensor:
-        """See ``features``; shape (n, labels)."""
+        """Map views to outputs, shape (n, labels)."""
         return self.answer(self.drop(self.features(x)))
 
     def exported(self) -> NetworkMap:
-        """The weights with the normalisation in them, rounded as they are stored."""
+        """The weights with folded normalisation, rounded as stored."""
         kernels, biases = [], []
         for convolution, norm in zip(self.convolutions, self.norms, strict=True):
             gain, bias = _folded(norm)
@@ -156,10 +156,10 @@ class _Network(nn.Module):
 
 
 def usable(device: str) -> None:
-    """Refuse a device that PyTorch does not have here.
+    """Refuse a device that PyTorch cannot use here.
 
     Raises:
-        UsageError: what PyTorch says.
+        UsageError: gives PyTorch's reason.
     """
     try:
         torch.empty(1, device=device)
@@ -175,13 +175,13 @@ def fit_network(
 
     Args:
         bank: the crops.
-        plan: how.
-        seed: of weights and views.
+        plan: the settings.
+        seed: seed of weights and views.
         device: as PyTorch names it, ``cpu`` or ``cuda``.
-        progress: told stage, number done, number in all.
+        progress: called with stage, number done and total.
 
     Returns:
-        The features, and weights (256, 43) and bias (43,) of its answers to the signs of GTSRB.
+        The features, and weights (256, 43) and bias (43,) of the outputs for the signs of GTSRB.
     """
     shown = _Shown(bank, plan, device, seed)
     teacher = _fit(_TEACHER, _TEACHER_FEATURES, plan.teacher, plan, shown, None, _named("teacher", progress))
@@ -199,7 +199,7 @@ def _fit(
     teacher: _Network | None,
     progress: Callable[[int, int], None],
 ) -> _Network:
-    """The average of the last weights."""
+    """Train a network; return it with averaged weights."""
     torch.manual_seed(shown.seed)
     device = shown.device
     network = _Network(layers, features, stage.drop).to(device, memory_format=torch.channels_last)
@@ -234,7 +234,7 @@ def _floats(network: _Network) -> list[Tensor]:
 
 
 def _groups(network: _Network, plan: NetworkPlan) -> list[dict[str, Any]]:
-    """Matrices and kernels decay, gains and biases do not."""
+    """Parameter groups: matrices and kernels decay, gains and biases do not."""
     weights = list(network.parameters())
     return [
         {"params": [w for w in weights if w.ndim > 1], "weight_decay": plan.decay},
@@ -260,7 +260,7 @@ def _named(what: str, progress: Progress) -> Callable[[int, int], None]:
 
 
 class _Shown:
-    """Views with their labels; the whole bank lies on the device."""
+    """Views with their labels; all crops are on the device."""
 
     def __init__(self, bank: Bank, plan: NetworkPlan, device: str, seed: int) -> None:
         self.device, self.seed, self._plan = device, seed, plan
@@ -283,7 +283,7 @@ class _Shown:
         self._mirror, self._half = torch.from_numpy(mirrored).to(device), torch.from_numpy(half_turned).to(device)
 
     def batches(self, steps: int) -> Iterator[tuple[Tensor, Tensor]]:
-        """Views and labels for each step."""
+        """Yield views and labels of each step."""
         plan = self._plan
         for first in range(0, steps, plan.pool * plan.showings):
             pictures, labels = self._views(plan.batch * plan.pool, plan.strength(first / steps))
@@ -293,7 +293,7 @@ class _Shown:
                     yield pictures[rows].contiguous(memory_format=torch.channels_last), labels[rows]
 
     def _views(self, count: int, strength: float) -> tuple[Tensor, Tensor]:
-        """Views and their labels, which mirrors and turns may have changed."""
+        """Views and their labels, which mirroring and rotation may change."""
 
         def share() -> Tensor:
             return torch.rand(count, generator=self._generator, device=self.device)

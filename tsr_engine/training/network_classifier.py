@@ -1,4 +1,4 @@
-"""The component ``network_classifier``: machines on the features of a network."""
+"""Trains the component ``network_classifier``: machines on the features of a network."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ __all__ = ["classifier_of", "component_of", "train_network"]
 
 Progress = Callable[[str, int, int], None]
 _HELD_OUT: Final = 0.25
-"""Share of each class's tracks that figures and temperature come from."""
+"""Share of each class's tracks for figures and temperature."""
 _LOOKED_AT: Final = 1000
-"""Crops by which the machines are moved and scaled."""
+"""Number of crops by which the machines are shifted and scaled."""
 
 
 def train_network(folder: Path, seed: int, device: str, progress: Progress) -> Component:
@@ -32,13 +32,13 @@ def train_network(folder: Path, seed: int, device: str, progress: Progress) -> C
 
     Args:
         folder: the folder of the class folders 00000 to 00042.
-        seed: of split, weights and views.
+        seed: seed of split, weights and views.
         device: as PyTorch names it.
-        progress: told stage, number done, number in all.
+        progress: called with stage, number done and total.
 
     Raises:
         InputError: missing or damaged data, or a class without pictures.
-        UsageError: PyTorch has no such device here.
+        UsageError: PyTorch cannot use the device here.
     """
     from tsr_engine.training.network import NetworkPlan, fit_network, usable
     from tsr_engine.training.network_crops import bank_of
@@ -75,13 +75,13 @@ def classifier_of(
     bias: NDArray[np.float32],
     crops: Sequence[LoadedCrop],
 ) -> SignClassifier:
-    """A network's answers as machines: a sign has a margin of 1 on average, the others -1. The temperature is 1.
+    """Convert a network's outputs to machines: average margins are 1 for the sign and -1 for others; temperature 1.
 
     Args:
         features: the network.
-        weights: of its answers, shape (256, 43).
+        weights: weights of its outputs, shape (256, 43).
         bias: shape (43,).
-        crops: that it has learned from.
+        crops: crops that the network was trained on.
     """
     looked = crops[:: max(1, len(crops) // _LOOKED_AT)]
     labels = np.array([crop.class_id for crop in looked])
@@ -94,7 +94,7 @@ def classifier_of(
 
 
 def component_of(classifier: SignClassifier, seed: int) -> Component:
-    """The component that :meth:`SignClassifier.from_component` reads, without data and figures."""
+    """The component for :meth:`SignClassifier.from_component`, without data and figures."""
     arrays = {
         **classifier.features.to_arrays(),
         "weights": classifier.weights.astype(np.float16),

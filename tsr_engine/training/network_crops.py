@@ -1,4 +1,4 @@
-"""The crops for the network's training: GTSRB's, and drawings of every sign of ``vienna`` in other styles."""
+"""Collects the crops for the network's training: GTSRB's, and drawings of all signs of ``vienna`` in other styles."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ from tsr_engine.training.gtsdb_signs import LABEL_SET
 __all__ = ["SIDE", "Bank", "bank_of", "drawn_labels", "network_keys"]
 
 SIDE: Final = 72
-"""Side at which crops are kept, px."""
+"""Side of stored crops, px."""
 _DRAWN: Final = 192
-"""Side at which a drawing is made before it is reduced, px."""
+"""Side at which a sign is drawn before it is reduced, px."""
 _GROUND: Final = 24
-"""Side of a drawn crop before it is enlarged by ``HIGH``, px: half the sign's side more than the sign."""
+"""Side of a drawn crop before it is enlarged by ``HIGH``, px: one and a half times the sign's side."""
 _EACH: Final = 60
-"""Drawn crops of each label, and crops with smaller digits of each limit."""
+"""Drawn crops per label, and crops with smaller digits per limit."""
 _EACH_LIMIT: Final = 120
-"""Further drawn crops of each limit and arrow."""
+"""Further drawn crops per limit and arrow."""
 _SHARES: Final = {"limits and arrows": 0.05, "inset": 0.05, "known": 0.06, "other": 0.10}
-"""Of the views; the others are of real crops."""
+"""Shares of the views; the rest are of real crops."""
 _BALANCE: Final = 0.6
-"""Exponent on class sizes in the draw of real crops: 1 as they are, 0 all classes alike."""
+"""Exponent of class sizes in the draw of real crops: 1: proportional, 0: all classes equally often."""
 _BENT_REAL: Final = 0.02
-"""How far views bend what is drawn inside a real sign, share of its side."""
+"""Strength by which views bend the drawing inside a real sign, as a share of its side."""
 _BENT_INSET: Final = 0.03
 _BENT_DRAWN: Final = 0.07
 _SAME_SIGN: Final = {"pedestrian-crossing-ahead": "pedestrians"}
-"""Labels that are another country's drawing of one of the 43."""
+"""Labels that are another country's version of one of the 43."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +50,10 @@ class Bank:
 
     Attributes:
         pixels: shape (n, SIDE, SIDE, 3), uint8, BGR.
-        boxes: shape (n, 4), of the signs, shares of the crop's side.
-        classes: shape (n,), numbers in ``network_keys()``.
+        boxes: shape (n, 4), the signs, as shares of the crop's side.
+        classes: shape (n,), indices in ``network_keys()``.
         bends: shape (n,), see :func:`~.network_views.views`.
-        chances: shape (n,), how often each is shown; sums to 1.
+        chances: shape (n,), probability of each crop; sums to 1.
     """
 
     pixels: NDArray[np.uint8]
@@ -64,7 +64,7 @@ class Bank:
 
 
 def network_keys() -> tuple[str, ...]:
-    """Labels that the network tells apart: the 43 of GTSRB, then those of ``vienna`` that have a drawing."""
+    """Labels that the network distinguishes: the 43 of GTSRB, then those of ``vienna`` with a drawing."""
     known, drawn = default_keys(), set(names())
     return (
         *known,
@@ -79,7 +79,7 @@ def network_keys() -> tuple[str, ...]:
 
 
 def drawn_labels(generator: np.random.Generator) -> list[LoadedCrop]:
-    """Drawings of all labels, faded, turned and lit, before random grounds; ``class_id`` is a number in the keys."""
+    """Drawings of all labels, faded, rotated and lit, on random grounds; ``class_id`` indexes ``network_keys()``."""
     keys = network_keys()
     drawings = [(number, f"gtsrb/{number}") for number in range(len(default_keys()))]
     drawings += [(number, f"{LABEL_SET}/{key}") for number, key in enumerate(keys) if number >= len(drawings)]
@@ -102,11 +102,11 @@ def _drawn(drawing: Picture, class_id: int, generator: np.random.Generator) -> L
 
 
 def bank_of(crops: Sequence[LoadedCrop], seed: int) -> Bank:
-    """Real crops, the same with smaller digits, and drawn ones, in one size.
+    """Real crops, the same with smaller digits, and drawn crops, all of one size.
 
     Args:
-        crops: real ones, by class of GTSRB.
-        seed: of all draws.
+        crops: real crops with GTSRB classes.
+        seed: seed of all draws.
     """
     generator = np.random.default_rng([seed, 5])
     labels = drawn_labels(generator)

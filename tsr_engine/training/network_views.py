@@ -1,6 +1,6 @@
 """Makes training views of many crops at once in PyTorch; :mod:`~.classifier_jitter` makes them of one crop.
 
-Box errors, perspective, other drawings, light, focus, distance and compression. The same generator gives the same views
+They change box errors, perspective, drawing, light, focus, distance and compression. Equal generators give equal views
 on the same device.
 """
 
@@ -19,33 +19,33 @@ from tsr_engine.training.classifier_jitter import ASPECT, SCALE, SHIFT
 __all__ = ["views"]
 
 _PARTS: Final = 16
-"""Views of one part of a batch have the same blur and distance."""
+"""Number of views in a part of a batch with the same blur and distance."""
 _SMALLEST: Final = 9
-"""Least side that a crop is seen with, px."""
+"""Smallest side to which a crop is reduced, px."""
 _LUMA: Final = (0.299, 0.587, 0.114)
 _TABLE: Final = (
     (16, 11, 10, 16, 24, 40, 51, 61), (12, 12, 14, 19, 26, 58, 60, 55), (14, 13, 16, 24, 40, 57, 69, 56),
     (14, 17, 22, 29, 51, 87, 80, 62), (18, 22, 37, 56, 68, 109, 103, 77), (24, 35, 55, 64, 81, 104, 113, 92),
     (49, 64, 78, 87, 103, 121, 120, 101), (72, 92, 95, 98, 112, 100, 103, 99),
 )  # fmt: skip
-"""Steps of JPEG's coefficients at quality 50 (ITU-T T.81, annex K)."""
+"""Quantisation steps of JPEG at quality 50 (ITU-T T.81, annex K)."""
 
 
 def views(
     pixels: Tensor, boxes: Tensor, bends: Tensor, turns: Tensor, generator: torch.Generator, strength: float
 ) -> Tensor:
-    """One random view of each crop.
+    """Make one random view of each crop.
 
     Args:
         pixels: shape (n, s, s, 3), uint8, BGR, n a multiple of 16.
-        boxes: shape (n, 4), of the signs, as shares of the picture's side.
-        bends: shape (n,): how far the drawing is bent, share of the sign's side; 0: only as a camera sees it.
-        turns: shape (n,): radians by which the sign is turned besides.
-        generator: source of all draws, on the device of ``pixels``.
-        strength: in [0, 1]: scales the box errors and how often distance, blur and compression strike.
+        boxes: shape (n, 4), the signs, as shares of the picture's side.
+        bends: shape (n,), strength by which the drawing is bent, as a share of the sign's side; 0: no bending.
+        turns: shape (n,), additional rotation of the sign, radians.
+        generator: source of all randomness, on the device of ``pixels``.
+        strength: scales the box errors and how often distance, blur and compression are applied, in [0, 1].
 
     Returns:
-        Shape (n, 3, 48, 48), whole numbers from 0 to 255, float32.
+        Shape (n, 3, 48, 48), float32, whole numbers from 0 to 255.
     """
     draw = _Draw(generator, pixels.device)
     seen = _warped(pixels, boxes, bends, turns, draw, strength)
@@ -71,12 +71,12 @@ class _Draw:
         return torch.randn(shape, generator=self.generator, device=self.device)
 
     def now(self, chance: float, *shape: int) -> Tensor:
-        """True with a chance."""
+        """True with a probability."""
         return self.share(*shape) < chance
 
 
 def _warped(pixels: Tensor, boxes: Tensor, bends: Tensor, turns: Tensor, draw: _Draw, strength: float) -> Tensor:
-    """Box errors, turn, shear and perspective; a slow random field bends the drawing inside."""
+    """Apply box errors, rotation, shear and perspective; a smooth random field bends the inner drawing."""
     count = len(pixels)
     amount = 1.15 * strength * draw.share(count, 1).sqrt()
     error = draw.spread(count, 5) * amount
@@ -94,7 +94,7 @@ def _warped(pixels: Tensor, boxes: Tensor, bends: Tensor, turns: Tensor, draw: _
     v, u = torch.meshgrid(steps, steps, indexing="ij")
     u, v = u.expand(count, -1, -1), v.expand(count, -1, -1)
     field = functional.interpolate(draw.spread(count, 2, 4, 4), (SIDE, SIDE), mode="bicubic", align_corners=True)
-    inside = (1 - 2 * (u * u + v * v).sqrt()).clamp(min=0)  # the outline hardly moves
+    inside = (1 - 2 * (u * u + v * v).sqrt()).clamp(min=0)  # the outline moves little
     zoom = 4 * draw.spread(count)[:, None, None] * inside
     bend = bends[:, None, None]
     field = field * (0.3 + inside)[:, None] * bend[:, None]
@@ -109,7 +109,7 @@ def _warped(pixels: Tensor, boxes: Tensor, bends: Tensor, turns: Tensor, draw: _
 
 
 def _occluded(seen: Tensor, draw: _Draw) -> Tensor:
-    """Now and then something stands in front: a leaf, a pole, the edge of a lorry."""
+    """Sometimes put an object in front: a leaf, a pole, the edge of a lorry."""
     count = len(seen)
     centre, half = draw.spread(count, 2), 0.05 + 0.25 * draw.share(count, 2)
     centre = centre / centre.abs().amax(1, keepdim=True).clamp(min=1e-6) * (0.35 + 0.65 * draw.share(count, 1))
@@ -122,7 +122,7 @@ def _occluded(seen: Tensor, draw: _Draw) -> Tensor:
 
 
 def _lit(seen: Tensor, draw: _Draw) -> Tensor:
-    """Gamma, exposure, haze, white balance, faded colour, a shadow's edge, light that falls off."""
+    """Apply gamma, exposure, haze, white balance, fading, a shadow's edge and falling-off light."""
     count = len(seen)
     one = (count, 1, 1, 1)
     x = (seen / 255).clamp(0, 1)
@@ -150,9 +150,9 @@ def _lit(seen: Tensor, draw: _Draw) -> Tensor:
 
 
 def _optics(seen: Tensor, draw: _Draw, often: float) -> Tensor:
-    """Focus, motion, sharpening, distance, noise and compression, in the order in which a camera meets them."""
+    """Apply focus, motion, sharpening, distance, noise and compression, in the order of a camera."""
     out = []
-    # One draw for all parts: each number that is read back waits for the device.
+    # One draw for all parts: reading a number back waits for the device.
     numbers = torch.rand((_PARTS, 8)).tolist()
     for part, number in zip(seen.chunk(_PARTS), numbers, strict=True):
         x, (blur, amount, turn, far, size, code, sharp, halved) = part, number
@@ -192,7 +192,7 @@ def _gaussian(sigma: float) -> Tensor:
 
 
 def _streak(length: float, angle: float) -> Tensor:
-    """A line through the centre: motion blur."""
+    """A motion-blur kernel: a line through the centre."""
     y, x = torch.meshgrid(torch.arange(-4.0, 5), torch.arange(-4.0, 5), indexing="ij")
     along, across = x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
     kernel = (1 - across.abs()).clamp(min=0) * (length / 2 + 0.5 - along.abs()).clamp(0, 1)
@@ -200,7 +200,7 @@ def _streak(length: float, angle: float) -> Tensor:
 
 
 def _coded(x: Tensor, quality: Tensor, halved: bool) -> Tensor:
-    """JPEG: 8x8 cosine transform, steps by quality, colour at half the resolution or at the same."""
+    """Apply JPEG: 8x8 cosine transform, quantisation by quality, colour at half or full resolution."""
     size = x.shape[-1]
     room = -size % 16
     b, g, r = functional.pad(x, (0, room, 0, room), mode="replicate").unbind(1)

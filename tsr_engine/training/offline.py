@@ -1,7 +1,8 @@
-"""The components ``detector`` and ``prior`` from scenes and a folder of crops, with held-out figures.
+"""Trains the components ``detector`` and ``prior`` on scenes and a folder of crops, with held-out figures.
 
-The scenes are split three ways: most train, some calibrate (log-odds, lambda), the rest is reported on. The detector
-that ships is then trained once more on all scenes with the calibration found; its figures stay those of the split.
+The scenes are split into three parts: most are for training, some for calibration (log-odds, lambda), the rest for
+figures. The shipped detector is then trained again on all scenes with that calibration; its figures stay those of
+the split.
 """
 
 from __future__ import annotations
@@ -30,18 +31,18 @@ from tsr_engine.training.detector import DetectorPlan, fit_detector
 from tsr_engine.training.mining import read_picture
 
 AS_ANNOTATED = DetectorParams(second_core=False, keep_score=-8.0, inset_width=1.0, inset_height=1.0, inset_rise=0.0)
-"""Held-out scenes are scored in the way that they are annotated."""
+"""Held-out scenes are scored by their annotated boxes with margin."""
 
 Progress = Callable[[str, int, int], None]
 
 CALIBRATION_SHARE = 1 / 6
 REPORT_SHARE = 1 / 4
 BANDWIDTH = 0.05
-"""Standard deviation of the Parzen kernel, share of the picture's sides."""
+"""Standard deviation of the Parzen kernel, as a share of the picture's sides."""
 
 
 def split_scenes(scenes: Sequence[Scene], seed: int) -> tuple[list[Scene], list[Scene], list[Scene]]:
-    """Scenes to train on, to calibrate on, and to report on; decided by the seed alone."""
+    """Scenes for training, calibration and figures; the seed alone decides."""
     order = np.random.default_rng([seed, 7]).permutation(len(scenes))
     report = round(len(scenes) * REPORT_SHARE)
     calibrate = round(len(scenes) * CALIBRATION_SHARE)
@@ -56,9 +57,9 @@ def train_detector(
 
     Args:
         scenes: annotated scenes of GTSDB.
-        gtsrb: folder of crops as further signs; unset: scenes alone.
-        seed: of the split and everything random.
-        progress: told stage, number done and number in all.
+        gtsrb: folder of crops as further signs; None: scenes only.
+        seed: seed of the split and all randomness.
+        progress: called with stage, number done and total.
         plan: unset: :class:`DetectorPlan`'s defaults.
 
     Returns:
@@ -93,7 +94,7 @@ def train_detector(
 def calibrate_model(model: AcfModel, scenes: Sequence[Scene], seed: int, progress: Progress) -> LogOdds:
     """Log-odds from the candidates on scenes that did not train the model, see :func:`~.candidates.log_odds_of`.
 
-    Every scene counts as taken and once more as another camera would have taken it, so that 0 means the same on both.
+    Every scene is used twice, unchanged and as if taken by another camera, so that 0 means the same for both.
     """
     found = candidates_of(model, scenes, progress)
     return log_odds_of([*found, *candidates_of(model, scenes, progress, np.random.default_rng([seed, 59]))])
@@ -102,7 +103,7 @@ def calibrate_model(model: AcfModel, scenes: Sequence[Scene], seed: int, progres
 def detect_scenes(
     model: AcfModel, scenes: Sequence[Scene], progress: Progress, params: DetectorParams = AS_ANNOTATED
 ) -> list[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]]:
-    """Per scene: boxes (n, 4), raw scores (n,), truth (m, 4), and the picture's (width, height)."""
+    """Detect per scene: boxes (n, 4), raw scores (n,), ground truth (m, 4), and the picture's (width, height)."""
     detector = AcfDetector(model, params=params)
     found = []
     for number, scene in enumerate(scenes):
@@ -116,13 +117,13 @@ def detect_scenes(
 def detection_figures(
     found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]],
 ) -> JsonObject:
-    """AP at IoU 0.5, recall at three rates of false alarms, mean Eq. 7 of the true detections."""
+    """AP at IoU 0.5, recall at three rates of false detections, mean Eq. 7 of the true detections."""
     score = score_detections([(boxes, raw, truth) for boxes, raw, truth, _ in found])
     return {**score_figures(score), "mean_eq7": round(mean_error(found), 4)}
 
 
 def score_figures(score: DetectionScore) -> JsonObject:
-    """What a table shows of a precision-recall curve."""
+    """The values of a precision-recall curve for a table."""
     return {
         "ap50": round(score.average_precision, 4),
         "recall_at_0.03": round(score.recall_at(0.03), 4),
@@ -134,7 +135,7 @@ def score_figures(score: DetectionScore) -> JsonObject:
 
 
 def mean_error(found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]]) -> float:
-    """Mean Eq. 7 over the signs that were found; NaN-free: 1 if none was."""
+    """Mean Eq. 7 over the detected signs; 1 if there is none."""
     errors = []
     for boxes, raw, truth, _ in found:
         _, which = match(boxes, raw, truth)
@@ -145,7 +146,7 @@ def mean_error(found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[i
 def train_prior(scenes: Sequence[Scene], detector: Component, seed: int, progress: Progress) -> Component:
     """Train the component ``prior``: the Parzen table and ``lambda`` (Eq. 8).
 
-    ``lambda`` is learned from the detector's held-out detections: on scenes that trained it, its scores leave nothing
+    ``lambda`` is learned from the detector's held-out detections, because its scores on training scenes leave nothing
     to correct. Raw scores are first mapped linearly onto the labels +-1, as Eq. 8 compares them; ``lambda`` is mapped
     back to the raw scale.
 

@@ -1,4 +1,4 @@
-"""Works on many items with all cores; the result does not depend on their number."""
+"""Processes items on all cores; the result does not depend on their number."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ Item = TypeVar("Item")
 Made = TypeVar("Made")
 
 _AHEAD = 2
-"""Items a core that are begun before their turn comes: results wait in memory."""
+"""Items per core that are started ahead; their results wait in memory."""
 
 
 def on_cores(
     work: Callable[[Item, np.random.Generator], Made], items: Sequence[Item], rng: np.random.Generator
 ) -> Iterator[Made]:
-    """What ``work`` makes of each item, in the order of the items.
+    """Yield the result of ``work`` for each item, in order.
 
-    Each item has random numbers of its own, so that neither the number of cores nor their speed changes a result.
+    Each item has its own random numbers, so neither the number of cores nor their speed changes a result.
 
     Args:
-        work: called on several threads at a time; what is compiled or OpenCV's runs beside each other there.
-        items: what is worked on.
-        rng: the generator that those of the items come from.
+        work: called in several threads at once; only compiled code and OpenCV's run in parallel.
+        items: the items to process.
+        rng: generator from which each item's generator is made.
     """
     own = rng.spawn(len(items))
     count = training_threads()

@@ -1,4 +1,4 @@
-"""Draws the offline samples of the online detector, its data before a track's first frame (section III-D.1)."""
+"""Draws the offline samples of the online detector: its data before a track's first frame (section III-D.1)."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from tsr_engine.records import FloatArray
 __all__ = ["train_online"]
 
 TRIES: Final = 1000
-"""Windows that are drawn for one negative sample before it is given up; a scene with any room needs a few."""
+"""Number of windows tried for a negative sample; a scene with any room needs a few."""
 
 
 def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) -> Component:
     """Draw balanced offline samples from annotated scenes.
 
-    Signs are drawn evenly over their classes. Each gives one positive sample, its box, and one negative sample:
-    in turn a window that is shifted off the sign by 0.4 to 1 sides, or one from anywhere in the same scene. A sign that
-    leaves no room for the latter, because it fills its scene, gives neither.
+    Signs are drawn evenly over their classes. Each gives one positive sample, its box, and one negative sample,
+    alternately a window shifted off the sign by 0.4 to 1 sides and a random one of the same scene. A sign that
+    fills its scene leaves no room for a random window, and gives neither.
 
     Args:
         scenes: scenes with at least one sign among them.
-        seed: of the random choices.
-        positives: number of positive samples, and of negative ones, at most.
+        seed: seed of the random choices.
+        positives: largest number of positive samples, and of negative ones.
 
     Returns:
         Component ``online`` with arrays ``X`` (2 * positives, 324) float32 and ``y`` (2 * positives,) int8.
 
     Raises:
-        InputError: no signs, none that leaves room for a window without it, or a picture that cannot be read.
+        InputError: there are no signs, none leaves room for a window beside it, or a picture cannot be read.
     """
     rng = np.random.default_rng(seed)
     signs = [(s, k) for s, scene in enumerate(scenes) for k in range(len(scene.boxes))]
@@ -70,7 +70,7 @@ def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) ->
 
 
 def _balanced(classes: Sequence[int], count: int, rng: np.random.Generator) -> list[int]:
-    """Indices drawn in rounds, one of each class a round; signs repeat only when a class has run out."""
+    """Indices drawn in rounds with one of each class; signs repeat only after all of a class were drawn."""
     queues = {c: list(rng.permutation([k for k, other in enumerate(classes) if other == c])) for c in set(classes)}
     chosen: list[int] = []
     while len(chosen) < count:
@@ -84,7 +84,7 @@ def _balanced(classes: Sequence[int], count: int, rng: np.random.Generator) -> l
 def _negative(
     box: FloatArray, signs: FloatArray, width: int, height: int, near: bool, rng: np.random.Generator
 ) -> FloatArray | None:
-    """A window of the sign's size that overlaps no sign by more than an IoU of 0.4; None: there seems to be none."""
+    """A window of the sign's size with an IoU of at most 0.4 with every sign; None: none was found."""
     cx, cy, w, h = to_cxcywh(box)
     for _ in range(TRIES):
         if near:

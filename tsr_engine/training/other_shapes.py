@@ -1,6 +1,6 @@
-"""Training of the detector of other shapes: signs that the 43 classes lack, from annotated scenes and drawn signs.
+"""Trains the detector of other shapes, for signs that the 43 classes lack, on annotated scenes and drawn signs.
 
-It is an ACF model like the detector of the 43 classes and uses the same pyramid, which is computed once a picture.
+It is an ACF model like the detector of the 43 classes and uses the same pyramid, which is computed once per picture.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops
 __all__ = ["OtherShapesPlan", "fit_other_shapes", "train_other_shapes"]
 
 FOLDS: Final = 2
-"""Parts of the scenes of which each is judged by a model that the others trained."""
+"""Number of parts of the scenes; each is evaluated by a model that was trained on the others."""
 FALSE_A_PICTURE: Final = 0.2
 """Rate of false detections at which recall is reported."""
 LEAST: Final = 20.0
-"""Signs whose longer side is shorter are not counted, px."""
+"""Smallest longer side of a counted sign, px."""
 
 
 @dataclass(frozen=True, slots=True)
 class OtherShapesPlan:
-    """How the detector of other shapes is trained.
+    """Settings of the training of the detector of other shapes.
 
     Attributes:
-        drawn: the drawn signs.
-        detector: the cascade; its refinement and sign verifier are those below.
+        drawn: settings of the drawn signs.
+        detector: settings of the cascade; the fields below replace its refinement and sign verifier.
     """
 
     drawn: DrawnScenesPlan = field(default_factory=DrawnScenesPlan)
@@ -87,18 +87,18 @@ class OtherShapesPlan:
 
 
 def fit_other_shapes(scenes: Sequence[Scene], base: AcfModel, plan: OtherShapesPlan, seed: int, tick: Tick) -> AcfModel:
-    """Train a detector of the signs that the scenes hold, and of drawn ones.
+    """Train a detector on the signs of the scenes and on drawn signs.
 
     Args:
-        scenes: with the annotated signs as signs, see :func:`~tsr_engine.training.gtsdb_signs.other_signs`.
-        base: the detector beside which it works; window, pyramid and box refinement are its own.
-        plan: see :class:`OtherShapesPlan`.
-        seed: of everything random.
-        tick: told what is going on.
+        scenes: scenes with the annotated signs as signs, see :func:`~tsr_engine.training.gtsdb_signs.other_signs`.
+        base: the detector that it extends, which supplies window, pyramid and box refinement.
+        plan: the settings.
+        seed: seed of all randomness.
+        tick: progress.
 
     Raises:
         InputError: a picture cannot be decoded.
-        ValueError: no scene holds a sign.
+        ValueError: no scene has a sign.
     """
     if not any(len(scene.boxes) for scene in scenes):
         raise ValueError("A detector is trained on scenes with signs. Got none.")
@@ -107,7 +107,7 @@ def fit_other_shapes(scenes: Sequence[Scene], base: AcfModel, plan: OtherShapesP
     with tempfile.TemporaryDirectory(prefix="tsr-drawn-") as name:
         rng = np.random.default_rng([seed, 41])
         drawn = drawn_scenes(scenes, plan.drawn, Path(name), rng)
-        # drawings weigh by their group, annotated signs by their label: so neither outweighs the other
+        # Drawings are weighted by group and annotated signs by label, so that neither outweigh the others.
         every = [*scenes, *(replace(scene, class_ids=_FIRST + _groups_of(scene)) for scene in drawn)]
         positives, weights = sign_positives(every, [], base.window, finer, own, rng, tick)
         cascade, _ = fit_cascade(positives, weights, every, base.window, finer, own, rng, tick)
@@ -123,21 +123,21 @@ def fit_other_shapes(scenes: Sequence[Scene], base: AcfModel, plan: OtherShapesP
 def train_other_shapes(
     scenes: Sequence[Scene], detector: Component, seed: int, progress: Tick, plan: OtherShapesPlan | None = None
 ) -> Component:
-    """Train the component ``other_shapes`` and judge it by cross-validation over scenes.
+    """Train the component ``other_shapes`` and evaluate it by cross-validation over scenes.
 
-    Each part of the scenes is judged by a model of the other parts, calibrated on candidates of these others' models.
-    The model that is returned learns from all scenes, with a calibration on the candidates of all parts.
+    Each part of the scenes is evaluated by a model of the other parts, calibrated on candidates of their models.
+    The returned model is trained on all scenes and calibrated on the candidates of all parts.
 
     Args:
         scenes: see :func:`fit_other_shapes`.
-        detector: component of the detector beside which it works.
-        seed: of the parts and everything random.
-        progress: told stage, number done and number in all.
+        detector: component of the detector that it extends.
+        seed: seed of the parts and all randomness.
+        progress: called with stage, number done and total.
         plan: unset: :class:`OtherShapesPlan`'s defaults.
 
     Raises:
         InputError: a picture cannot be decoded.
-        ValueError: no scene holds a sign.
+        ValueError: no scene has a sign.
     """
     plan = plan or OtherShapesPlan()
     base = AcfModel.from_arrays(detector.arrays, detector.params)
@@ -184,17 +184,17 @@ def _named(what: str, progress: Tick) -> Tick:
 
 
 _FIRST: Final = 1000
-"""Class ids of the groups of drawn signs begin here, above those of every label."""
+"""First class id of the groups of drawn signs, above the ids of all labels."""
 
 
 def _groups_of(scene: Scene) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Groups of the scene's signs in place of their labels."""
+    """Groups of the scene's signs, in place of their labels."""
     labels = {label.id: label for label in shipped_set(LABEL_SET)}
     return np.array([_group(labels[int(i)]) for i in scene.class_ids], np.int64)
 
 
 def _group(label: Label) -> int:
-    """What a label looks like from afar; the sign verifier has a machine for each group."""
+    """Group of labels with a similar appearance; the sign verifier has one machine per group."""
     for number, words in enumerate(_LOOKS):
         if any(word in label.key for word in words):
             return number
@@ -212,6 +212,6 @@ _LOOKS: Final = (
     ("bus-stop", "tram-stop", "transport-stop"),
     ("motorway", "motor-vehicles"),
 )
-"""Words in the keys of the labels of a group; the first that fits counts."""
+"""Words in the keys of a group's labels; the first match counts."""
 _SHAPES: Final = ("rectangle", "circle", "triangle")
-"""Shapes with a group of their own for labels that no words fit."""
+"""Shapes that form a group of labels without a matching word."""

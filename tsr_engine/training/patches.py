@@ -1,7 +1,7 @@
-"""Cuts training windows of signs with wide surroundings, jitters and relights them, and computes the channels.
+"""Cuts training windows of signs with wide surroundings, jitters and relights them, and computes their channels.
 
-Channels are computed on a patch of 96 px around a sign of 24 px and cropped afterwards: normalisation at the window's
-border needs what lies beyond it.
+Channels are computed on a patch of 96 px around a sign of 24 px and cropped afterwards, because normalisation at the
+window's border needs the pixels beyond it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PATCH: Final = 96
 
 
 def window_features(patch: Picture, window: Window) -> NDArray[np.uint8]:
-    """The detector's features of the window in the middle of a patch, shape (10 * cells * cells,), uint8."""
+    """Features of the detector's window in the middle of a patch, shape (10 * cells * cells,), uint8."""
     cells = smooth(channel_bytes(patch, window.shrink))
     first = (cells.shape[1] - window.cells) // 2
     middle = cells[:, first : first + window.cells, first : first + window.cells]
@@ -31,7 +31,7 @@ def window_features(patch: Picture, window: Window) -> NDArray[np.uint8]:
 
 
 def jitter(box: FloatArray, rng: np.random.Generator, shift: float, log_scale: float) -> FloatArray:
-    """A box moved by up to ``shift`` of its side and scaled by up to ``exp(+-log_scale)``, uniformly."""
+    """Move a box by up to ``shift`` of its side and scale it by up to ``exp(+-log_scale)``, uniformly."""
     side = np.sqrt((box[2] - box[0]) * (box[3] - box[1]))
     dx, dy = rng.uniform(-shift, shift, 2) * side
     grow = np.exp(rng.uniform(-log_scale, log_scale))
@@ -41,7 +41,7 @@ def jitter(box: FloatArray, rng: np.random.Generator, shift: float, log_scale: f
 
 
 def drawn_distortion(rng: np.random.Generator, aspect: float, turn: float) -> FloatArray:
-    """A stretch of unchanged area, then a turn; shape (2, 2). Both are normal, cut at two standard deviations.
+    """A stretch of constant area, then a rotation; shape (2, 2). Both are normal, cut at two standard deviations.
 
     Args:
         rng: randomness.

@@ -1,4 +1,4 @@
-"""Refines the classifier by corrected crops, with the smallest change of its hyperplanes.
+"""Refines the classifier with corrected crops, by the smallest change of its hyperplanes.
 
 The feature map stays. The hyperplanes are fitted to views of the corrected crops with the squared hinge loss of their
 training, and a penalty on changes for the earlier data: a change ``D`` costs the mean square of the margins that it
@@ -28,7 +28,7 @@ __all__ = ["ClassifierRefinement", "SignCrop", "refine_classifier", "sign_crops"
 Progress = Callable[[str, int, int], None]
 
 _ROOM = 0.6
-"""Pixels kept around a crop, share of its side: views are shifted and turned."""
+"""Pixels kept around a crop, as a share of its side: views are shifted and rotated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +36,8 @@ class ClassifierRefinement:
     """The settings of a refinement of the classifier.
 
     Attributes:
-        views: views of each crop, the first as it stands.
-        weight: what one corrected sign weighs against one track of the earlier data.
+        views: views per crop; the first is unchanged.
+        weight: weight of one corrected sign relative to one track of the earlier data.
         strength: of the views' distortions, 0 to 1.
     """
 
@@ -72,11 +72,11 @@ def sign_crops(scenes: Sequence[CorrectedScene], progress: Progress) -> list[Sig
 
 
 def with_labels(classifier: SignClassifier, keys: Sequence[str]) -> SignClassifier:
-    """The classifier with a machine for each further label, which refuses everything so far.
+    """Add a machine for each further label to a classifier; the new machines reject everything so far.
 
     Args:
-        classifier: the earlier one.
-        keys: of labels that it lacks; they take the numbers after its own.
+        classifier: the earlier classifier.
+        keys: labels that it lacks; their numbers follow its own.
     """
     if not keys:
         return classifier
@@ -100,8 +100,8 @@ def refine_classifier(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """New hyperplanes.
 
-    Not scikit-learn's ``LinearSVC``: that pulls hyperplanes towards zero, this one towards the earlier ones, by the
-    moment of their data.
+    scikit-learn's ``LinearSVC`` pulls hyperplanes towards zero; this pulls them towards the earlier ones, weighted by
+    the moment of their data.
 
     Args:
         classifier: the earlier one.

@@ -1,11 +1,11 @@
-"""Refines a detector by corrections, in minutes instead of the hour of a whole training.
+"""Refines a detector with corrections in minutes; a whole training takes an hour.
 
-The cascade's trees stay. The verifier of the refine-and-verify stage, which decides, gets further trees: boosting goes
-on from the log-odds that the detector gives already, on corrected signs, on what the reviewed videos show besides, on
-rejected tracks, and on what is remembered of the earlier training (:mod:`~.memory`), so that signs which nobody has
-corrected keep their scores. The box refinement's outputs are pulled towards the corrected boxes, with the earlier
-answers on remembered windows as the other half of the equation. Log-odds are calibrated anew so that background which
-the new trees did not see keeps its level. The cascade's last floor is lowered where it loses corrected signs.
+The cascade's trees stay. The verifier of the refine-and-verify stage, which decides, gets further trees: boosting
+continues from the detector's log-odds on corrected signs, on background of the reviewed videos,
+on rejected tracks, and on samples of the earlier training (:mod:`~.memory`), so that other signs
+keep their scores. The box refinement's outputs are pulled towards the corrected boxes and, on remembered windows,
+towards the earlier answers. Log-odds are recalibrated so that background which
+the new trees did not see keeps its level. The cascade's last floor is lowered if it loses corrected signs.
 """
 
 from __future__ import annotations
@@ -35,31 +35,31 @@ __all__ = ["DetectorRefinement", "RefinementNotes", "refine_detector"]
 Progress = Callable[[str, int, int], None]
 
 _BACKGROUND: Final = (0.5, 0.97)
-"""Quantiles of the background whose log-odds a refinement leaves where they are."""
+"""Quantiles of the background whose log-odds a refinement keeps."""
 _LEAST_SLOPE: Final = 1e-3
-"""A calibration that hardly heeds the verifier leaves nothing to refine."""
+"""Least weight of the verifier in the calibration; below it there is nothing to refine."""
 
 
 @dataclass(frozen=True, slots=True)
 class DetectorRefinement:
-    """The settings of a refinement of a detector.
+    """Settings of a detector's refinement.
 
-    The defaults were chosen by leaving out one of three clips in turn, none of which any figure is taken from.
+    The defaults were chosen by leaving out each of three clips in turn, which are not used for figures.
 
     Attributes:
-        trees: most trees that are added to the verifier.
-        trees_a_sign: trees for each corrected sign, up to ``trees``: few signs cannot tell what signs look like.
-        shrinkage: factor on their leaves.
-        feature_share: share of the features that one tree may look at.
-        cutting: how many windows.
-        sign: what a corrected sign weighs in all.
-        other: what a candidate that is none weighs; a rejected box three times as much.
-        remembered: what a remembered sample weighs.
-        inertia: resistance of a leaf against change, in the same units.
-        box_ridge: resistance of the box refinement's outputs against change.
-        box_memory: what one remembered window weighs there, relative to one corrected.
+        trees: largest number of trees added to the verifier.
+        trees_a_sign: trees per corrected sign, up to ``trees``: few signs do not show what signs look like.
+        shrinkage: factor on the new leaves.
+        feature_share: share of features available to one tree.
+        cutting: numbers of windows.
+        sign: total weight of a corrected sign.
+        other: weight of a background candidate; a rejected box weighs three times as much.
+        remembered: weight of a remembered sample.
+        inertia: resistance of a leaf to change, in the same units.
+        box_ridge: resistance of the box refinement's outputs to change.
+        box_memory: weight of a remembered window there, relative to a corrected one.
         lowest_floor: the cascade's last floor is not lowered below this, in half log-odds.
-        least_signs: with fewer corrected signs nothing of the detector is refined.
+        least_signs: with fewer corrected signs the detector is not refined.
     """
 
     trees: int = 64
@@ -79,7 +79,7 @@ class DetectorRefinement:
 
 @dataclass(frozen=True, slots=True)
 class RefinementNotes:
-    """The data of a refinement, for the lineage."""
+    """Facts about a refinement's data, for the lineage."""
 
     signs: int
     windows: int
@@ -105,15 +105,15 @@ def refine_detector(
     """Refine a detector.
 
     Args:
-        model: the earlier one.
+        model: the earlier detector.
         scenes: corrected frames.
         remembered: signs and background of the earlier training; unset: corrections alone, which forgets more.
-        settings: how strongly.
-        seed: of all draws.
-        progress: told stage, number done, number in all; may raise to stop.
+        settings: the settings.
+        seed: seed of all draws.
+        progress: called with stage, number done and total; may raise to stop.
 
     Raises:
-        ValueError: fewer corrected signs than ``settings.least_signs``, or a model that heeds no verifier.
+        ValueError: fewer corrected signs than ``settings.least_signs``, or a calibration that ignores the verifier.
         InputError: a picture cannot be decoded.
     """
     names = sorted({sign for scene in scenes for sign in scene.signs})
@@ -151,7 +151,7 @@ def _trees(
     seed: int,
     others_used: NDArray[np.bool_],
 ) -> TreeEnsemble:
-    """New trees of the verifier, on its own scale: boosted in log-odds, divided by the calibration's slope."""
+    """New trees of the verifier on its own scale: boosted in log-odds, divided by the calibration's slope."""
     others = material.others.pick(others_used)
     parts = [material.signs, others]
     targets = [np.ones(len(material.signs)), np.zeros(len(others))]
@@ -198,7 +198,7 @@ def _pulled(
     remembered: tuple[Samples, Samples] | None,
     settings: DetectorRefinement,
 ) -> BoxRefinement:
-    """The box refinement, its answers moved to the corrected boxes as little as possible.
+    """The box refinement with its answers moved to the corrected boxes by the smallest change.
 
     Minimises ``sum_new |x (W + D) - y|^2 + m sum_remembered |x D|^2 + r |D|^2`` over D, where x are the map's features
     and 1 for the bias.
@@ -229,10 +229,10 @@ def _calibrated(
     seed: int,
     progress: Progress,
 ) -> LogOdds:
-    """Calibration under which background keeps the log-odds that it had: thresholds keep their false alarms.
+    """Calibrate so that background keeps its log-odds, and thresholds keep their false detections.
 
-    The new trees' answers on background come from trees that did not see it (two halves, each scored by the other's
-    trees). Its median and its upper end are then mapped to where they were.
+    The new trees' answers on background come from trees that did not see it: two halves, each scored by the other's
+    trees. Its median and an upper quantile are mapped to their earlier values.
     """
     rng = np.random.default_rng([seed, 23])
     half_of_new = _halves(material.video_of_other, rng)
@@ -259,7 +259,7 @@ def _calibrated(
 
 
 def _halves(videos: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Background in two halves: by video where there are several, else at random."""
+    """Split background into halves, by video if there are several, else at random."""
     names = np.unique(videos)
     if len(names) > 1:
         return np.isin(videos, rng.permutation(names)[: len(names) // 2])
@@ -267,7 +267,7 @@ def _halves(videos: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.b
 
 
 def _lowered(cascade: TreeEnsemble, missed: FloatArray, lowest: float) -> tuple[float, TreeEnsemble]:
-    """The cascade with a last floor that lets through corrected signs it has lost; the floor, in half log-odds."""
+    """Lower the cascade's last floor so that lost corrected signs pass; return the floor, in half log-odds, and it."""
     floor = cascade.rejection[-1] / UNIT
     within = missed[(missed >= lowest) & (missed < floor)] if len(missed) else missed
     if cascade.rejection[-1] <= NEVER or not len(within):

@@ -1,4 +1,4 @@
-"""Warm-starts the online detector from corrected signs: exchanges some of the offline samples (III-D.1)."""
+"""Replaces some offline samples of the online detector by corrected signs (III-D.1)."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from tsr_engine.training.online import train_online
 __all__ = ["refine_online"]
 
 SHARE = 0.4
-"""Largest share of the offline samples that corrected signs take over."""
+"""Largest share of the offline samples that corrected signs replace."""
 PER_SIGN = 3
-"""Most samples of one sign: every track starts from these, few signs must not rule them."""
+"""Largest number of samples per sign: every track starts from them, so few signs must not dominate."""
 
 
 def refine_online(parent: Component, scenes: Sequence[CorrectedScene], seed: int) -> Component:
-    """Exchange positive samples and as many negative ones; the number of samples, and so the speed, stays.
+    """Replace positive samples and as many negative ones; the number of samples, and so the speed, stays.
 
     Args:
         parent: component ``online``.
         scenes: corrected frames.
-        seed: of all draws.
+        seed: seed of all draws.
 
     Raises:
-        InputError: no corrected signs, or a picture that cannot be decoded.
+        InputError: there are no corrected signs, or a picture cannot be decoded.
     """
     rng = np.random.default_rng([seed, 41])
     vectors, labels = parent.arrays["X"], parent.arrays["y"].astype(np.int8, copy=False)
@@ -47,6 +47,6 @@ def refine_online(parent: Component, scenes: Sequence[CorrectedScene], seed: int
 
 
 def _kept(labels: NDArray[np.int8], sign: int, gone: int, rng: np.random.Generator) -> NDArray[np.int64]:
-    """Which of the samples of one sign stay when some go."""
+    """Indices of one sign's samples that stay when ``gone`` are removed."""
     mine = np.flatnonzero(labels == sign)
     return np.asarray(np.sort(rng.permutation(mine)[min(gone, len(mine) - 1) :]))

@@ -1,4 +1,4 @@
-"""Refinement of the spatial prior and of lambda by corrected boxes (section III-A, Eq. 2 and 8)."""
+"""Refines the spatial prior and lambda with corrected boxes (section III-A, Eq. 2 and 8)."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ __all__ = ["SceneDetections", "blended_table", "detect_scenes", "refined_lambda"
 Progress = Callable[[str, int, int], None]
 
 SceneDetections = tuple[FloatArray, FloatArray, FloatArray]
-"""Detections on corrected frames: centres (n, 2) in shares of the picture, raw scores (n,), labels +-1 (n,)."""
+"""Detections on corrected frames: centres (n, 2) as shares of the picture, raw scores (n,), labels +-1 (n,)."""
 
 
 def blended_table(
     table: NDArray[np.float32], earlier: int, scenes: Sequence[CorrectedScene], sizes: Sequence[tuple[int, int]]
 ) -> tuple[NDArray[np.float32], int]:
-    """The Parzen table of the earlier signs and the corrected ones together.
+    """The Parzen table of earlier and corrected signs together.
 
-    A Parzen estimate is a mean of kernels, so that two of them blend by their numbers of centres. The frames taken of
-    one corrected track count as one sign each, as the pictures of one sign in GTSDB do.
+    A Parzen estimate is a mean of kernels, so two of them are averaged with their numbers of centres as weights. Each
+    frame of a corrected track counts as one sign, as each picture of a sign in GTSDB does.
 
     Args:
-        table: the earlier estimate.
-        earlier: centres that it was made from.
+        table: the earlier table.
+        earlier: number of its centres.
         scenes: corrected frames.
         sizes: (width, height) of each frame's picture.
 
@@ -55,7 +55,7 @@ def blended_table(
 
 
 def detect_scenes(model: AcfModel, scenes: Sequence[CorrectedScene], progress: Progress) -> SceneDetections:
-    """Detections of a detector that has not been trained on the frames; ignored places are left out."""
+    """Detect with a model that was not trained on the frames; ignored regions are left out."""
     detector = AcfDetector(model, params=DetectorParams(second_core=False, keep_score=-8.0))
     centres, scores, labels = [np.zeros((0, 2))], [np.zeros(0)], [np.zeros(0)]
     for done, scene in enumerate(scenes):
@@ -72,7 +72,7 @@ def detect_scenes(model: AcfModel, scenes: Sequence[CorrectedScene], progress: P
 
 
 def _covered(boxes: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
-    """Which boxes touch an ignored place; shape (n,)."""
+    """Which boxes touch an ignored region; shape (n,)."""
     if not len(ignored) or not len(boxes):
         return np.zeros(len(boxes), bool)
     apart = (
@@ -94,12 +94,12 @@ def refined_lambda(
 
     Args:
         table: the prior.
-        detector_arrays: of the component ``detector``, with its held-out detections.
-        picture: (width, height) of the pictures that those are on.
+        detector_arrays: arrays of the component ``detector``, with its held-out detections.
+        picture: (width, height) of the pictures of these detections.
         detected: see :func:`detect_scenes`.
 
     Returns:
-        ``lambda`` in units of the raw score; None where the detections of one kind are missing.
+        ``lambda`` in units of the raw score; None: there are no true or no false detections.
     """
     prior = SpatialPrior(table, 0.0)
     centres, raw, labels = detected

@@ -1,9 +1,9 @@
 """Cuts training windows out of corrected frames.
 
-Windows as the refine-and-verify stage sees them, of signs and of the rest.
+The windows, of signs and of background, are those that the refine-and-verify stage sees.
 
-Corrected boxes touch their sign. The detector's training scenes leave a margin, which the detector removes in use. So
-the margin is added before anything is cut.
+Corrected boxes touch their sign. The detector's training scenes have a margin, which the detector removes in use. So
+the margin is added before windows are cut.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ __all__ = ["Cutting", "Material", "cut_windows", "loosened"]
 Progress = Callable[[str, int, int], None]
 
 REJECTED_WEIGHT = 3.0
-"""What a rejected box weighs against a candidate of the background: it has fooled the whole engine."""
+"""Weight of a rejected box relative to a background candidate: it has passed the whole engine."""
 STARTS = RefinementPlan()
-"""Where the regressions that are refined were trained to start from."""
+"""Displacements of the starting boxes in the training of the regressions."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cutting:
-    """How many windows are cut.
+    """Numbers of windows.
 
     Attributes:
-        views: looks at each corrected box, the first neither relit nor softened.
-        starts: jittered starting boxes a look.
-        background: hardest candidates a frame that lie on nothing annotated.
-        tight: corrected boxes touch the sign, as people draw them; False: they carry the margin of GTSDB.
+        views: views per corrected box; the first is neither relit nor softened.
+        starts: jittered starting boxes per view.
+        background: hardest candidates per frame that lie on no annotation.
+        tight: whether corrected boxes touch the sign, as people draw them; False: they have GTSDB's margin.
     """
 
     views: int = 3
@@ -56,17 +56,17 @@ class Cutting:
 
 @dataclass(slots=True)
 class Material:
-    """The windows that are cut out of the scenes once, with the earlier model.
+    """Windows of all scenes, cut once with the earlier model.
 
     Attributes:
-        signs: windows of signs, n.
-        sign_weights: shape (n,); the windows of one sign weigh 1 in all.
-        sign_of: shape (n,), which sign.
-        steps: shape (n, 4), what the box refinement should answer.
-        others: windows of background and of rejected boxes, m.
+        signs: n windows of signs.
+        sign_weights: shape (n,); the windows of one sign sum to 1.
+        sign_of: shape (n,), index of the sign.
+        steps: shape (n, 4), targets of the box refinement.
+        others: m windows of background and rejected boxes.
         other_weights: shape (m,).
-        video_of_other: shape (m,), which video.
-        floors: cascade scores of the frames of signs that the cascade lost.
+        video_of_other: shape (m,), index of the video.
+        floors: cascade scores of frames with signs that the cascade lost.
         rejected: number of rejected boxes.
     """
 
@@ -82,7 +82,7 @@ class Material:
 
 
 def loosened(boxes: FloatArray, params: DetectorParams | None = None) -> FloatArray:
-    """Tight boxes (n, 4) with the margin that the detector's training scenes have: what it takes off again."""
+    """Tight boxes (n, 4) with the margin of the detector's training scenes, which it removes again."""
     return BoxInset.of(params or DetectorParams()).undo(boxes)
 
 
@@ -94,7 +94,7 @@ def cut_windows(
     rng: np.random.Generator,
     progress: Progress,
 ) -> Material:
-    """Windows of signs and of everything else, as the refine-and-verify stage sees them."""
+    """Cut windows of signs and of everything else in the form that the refine-and-verify stage uses."""
     number_of = {name: k for k, name in enumerate(names)}
     videos = {name: k for k, name in enumerate(sorted({scene.video for scene in scenes}))}
     frames = np.zeros(len(names))
@@ -151,7 +151,7 @@ def cut_windows(
 def _looks(
     model: AcfModel, picture: Picture, box: FloatArray, settings: Cutting, rng: np.random.Generator
 ) -> tuple[Samples, FloatArray]:
-    """Samples around one sign, and the steps that the box refinement should answer."""
+    """Samples around one sign, and the targets of the box refinement."""
     side = float(np.sqrt((box[2] - box[0]) * (box[3] - box[1])))
     reach = int(2.5 * side + 20)
     x, y = max(0, int(box[0] - reach)), max(0, int(box[1] - reach))

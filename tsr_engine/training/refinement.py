@@ -23,27 +23,27 @@ from tsr_engine.training.mining import Changed, Tick, away_from_signs, backgroun
 from tsr_engine.training.patches import jitter
 
 FEWEST_NEGATIVES: Final = 400
-"""Where a cascade leaves less background than this, random boxes are added: a verifier needs something to refuse."""
+"""If a cascade leaves fewer background windows, random boxes are added, because a verifier needs negatives."""
 
 
 @dataclass(frozen=True, slots=True)
 class RefinementPlan:
-    """How the refine-and-verify stage is trained.
+    """Settings of the refine-and-verify stage's training.
 
     Attributes:
-        views: relit and softened copies of each sign, besides the original; each also mirrored.
-        starts: starting boxes a view.
+        views: relit and softened copies of each sign, besides the original; each is also mirrored.
+        starts: starting boxes per view.
         shift: largest displacement of a start, as a share of the side. Candidates are means of many windows, so they
-            lie near; regressions that need not reach far answer more exactly.
+            lie close; regressions with a short range answer more exactly.
         log_scale: largest change of a start's scale, natural logarithm.
         ridge: regularisation of the regressions.
-        candidates: hardest background candidates a scene.
-        relit: share of the scenes that are searched for them a second time, under another light.
-        other_cameras: share of the copies that show a sign as another camera would, and of these second searches that
-            look at such a picture instead.
-        shaded: share of the copies with a shadow on the sign.
-        yellow: share of the copies with a yellow ground, of signs that have one.
-        boosting: the verifier.
+        candidates: hardest background candidates per scene.
+        relit: share of scenes that are searched again under another light.
+        other_cameras: share of copies changed as by another camera, and of second searches that use such a change
+            instead.
+        shaded: share of copies with a shadow on the sign.
+        yellow: share of copies with a yellow ground, of signs with a ground.
+        boosting: settings of the verifier.
     """
 
     views: int = 5
@@ -63,7 +63,7 @@ class RefinementPlan:
 
 @dataclass(slots=True)
 class _View:
-    """One look of one sign, with boxes that start around it."""
+    """One view of a sign, with starting boxes around it."""
 
     picture: Picture
     truth: FloatArray
@@ -82,8 +82,8 @@ def train_refine_stage(
 ) -> RefineStage:
     """Train regressions and verifier for a cascade.
 
-    The verifier's background is what the cascade lets through on the scenes, moved by the first regression as it
-    will be in use.
+    The verifier's background is what passes the cascade on the scenes, moved by the first regression as in
+    detection.
     """
     views = _views(scenes, plan, rng, tick)
     weights, biases = [], []
@@ -91,7 +91,7 @@ def train_refine_stage(
         features = np.concatenate([features_of(v.picture, v.boxes) for v in views])
         wanted = np.concatenate([steps_to(v.boxes, np.repeat(v.truth[None], len(v.boxes), 0)) for v in views])
         weight, bias = ridge(features, wanted, plan.ridge)
-        # what is stored is half precision: go on with just that
+        # Stored values have half precision, so training continues with those.
         weights.append(weight.astype(np.float16).astype(np.float32))
         biases.append(bias)
         if step == 0:
@@ -158,7 +158,7 @@ def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generat
 
 
 def square_about(box: FloatArray) -> FloatArray:
-    """The square of the box's area about its centre: what the cascade answers."""
+    """The square of the box's area around its centre, in the form of the cascade's answers."""
     half = np.sqrt((box[2] - box[0]) * (box[3] - box[1])) / 2
     cx, cy = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2
     return np.array([cx - half, cy - half, cx + half, cy + half])

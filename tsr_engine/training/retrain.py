@@ -51,20 +51,20 @@ Progress = Callable[[str, int, int], None]
 Parts = dict[str, Component]
 
 _SCENE: Final = (1360, 800)
-"""Size of GTSDB's pictures, px: what a detector's held-out detections lie on."""
+"""Size of GTSDB's pictures, px, for the detector's held-out detections."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """The settings of a retraining; with data and parent they decide every byte.
+    """Settings of a retraining; with data and parent they decide every byte.
 
     Attributes:
-        parts: of ``PARTS``.
-        seed: of everything random.
-        held_out: share of the corrected videos or signs for figures; 0: none.
+        parts: names among ``PARTS``.
+        seed: seed of all randomness.
+        held_out: share of the corrected videos or signs held out for figures; 0: none.
         sampling: which frames of a corrected video are used.
-        detector: how strongly the detector is changed.
-        classifier: likewise.
+        detector: settings of the detector's refinement.
+        classifier: settings of the classifier's refinement.
     """
 
     parts: tuple[str, ...] = PARTS
@@ -85,7 +85,7 @@ class Report:
     """The result of a retraining.
 
     Attributes:
-        figures: of the new version and its parent on the same data; ``regressions`` says in sentences what got worse.
+        figures: figures of the new version and its parent on the same data; ``regressions`` names what is worse.
         lineage: exports, parent, parts, seed, settings, counts.
         models: component -> SHA-256.
     """
@@ -106,24 +106,24 @@ def retrain(
     gtsdb: Path | None = None,
     gtsrb: Path | None = None,
 ) -> Report:
-    """Make a version.
+    """Make a new version.
 
     Args:
-        exports: corrections.
-        recipe: what to do.
+        exports: the corrections.
+        recipe: the settings.
         parent: folder of the earlier version; unset: the shipped one.
         out: folder for the new one; parts that are not trained are taken over from the parent.
-        work: folder for pictures while it goes on.
-        progress: told stage, number done, number in all; raises to stop.
-        gtsdb: scenes for figures; those that training reported on.
-        gtsrb: crops for figures; held-out tracks.
+        work: folder for temporary pictures.
+        progress: called with stage, number done and total; may raise to stop.
+        gtsdb: scenes for figures, of which training's report part is used.
+        gtsrb: crops for figures, of which held-out tracks are used.
 
     Raises:
-        InputError: no corrections to learn from, or a file that cannot be read.
+        InputError: there are no corrections to learn from, or a file cannot be read.
         ModelError: the parent is damaged or has no memory of its training.
-        StorageError: no room.
+        StorageError: no space.
     """
-    with one_blas_thread():  # the order of sums, and so every byte, does not depend on the number of cores
+    with one_blas_thread():  # the order of sums, and so every byte, is independent of the number of cores
         return _retrain(exports, recipe, parent, out, work, progress, gtsdb, gtsrb)
 
 
@@ -208,7 +208,7 @@ def _load(parent: Path | None) -> Parts:
 
 
 def _memory(parts: Parts) -> tuple[tuple[Samples, Samples] | None, Component | None]:
-    """What training may lean on: two thirds of the remembered windows; the rest is for figures."""
+    """Samples for training: two thirds of the remembered windows; the rest is for figures."""
     memory = parts.get(MEMORY)
     if memory is None:
         return None, None
@@ -219,7 +219,7 @@ def _memory(parts: Parts) -> tuple[tuple[Samples, Samples] | None, Component | N
 def _refined(
     old: Parts, scenes: Sequence[CorrectedScene], recipe: Recipe, progress: Progress
 ) -> tuple[Parts, JsonObject]:
-    """All parts, refined or as they were, and counts for the lineage."""
+    """All parts, refined or unchanged, and counts for the lineage."""
     new, counts = dict(old), {}
     remembered, memory = _memory(old)
     model = AcfModel.from_arrays(old["detector"].arrays, old["detector"].params)
@@ -253,7 +253,7 @@ def _refined(
 def _prior(
     old: Parts, model: AcfModel, scenes: Sequence[CorrectedScene], recipe: Recipe, progress: Progress
 ) -> Component:
-    """Table and lambda; the detector that has not seen the frames is asked for lambda."""
+    """Refine table and lambda; lambda uses detections of the detector that has not seen the frames."""
     before = old["prior"]
     table: NDArray[np.float32] = before.arrays["table"].astype(np.float32)
     centres = int(before.data.get("centres", old["detector"].data.get("scenes", {}).get("signs", 852)))
@@ -312,7 +312,7 @@ def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -
 
 
 def _own(name: str, component: Component, figures: JsonMapping) -> JsonMapping:
-    """Figures that go into the component's own entry; a part that was taken over keeps its own."""
+    """Figures for the component's own entry; an unchanged part keeps its own."""
     if component.figures or name == MEMORY:
         return component.figures
     return json.loads(json.dumps(figures))  # type: ignore[no-any-return]

@@ -1,7 +1,7 @@
-"""Trains the sign verifier: crops of signs against background that the cascade takes for signs.
+"""Trains the sign verifier: crops of signs against background that passes the cascade.
 
-Signs are GTSRB crops, those of the scenes, and drawn ones in the manner of other countries
-(:mod:`~tsr_engine.training.drawn_signs`): a machine that knows one drawing of a class alone refuses the others.
+Signs are GTSRB crops, signs of the scenes, and signs drawn in the style of other countries
+(:mod:`~tsr_engine.training.drawn_signs`): a machine that has seen only one drawing of a class rejects the others.
 """
 
 from __future__ import annotations
@@ -34,25 +34,25 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class SignVerifierPlan:
-    """How the sign verifier score is trained.
+    """Settings of the sign verifier's training.
 
     Attributes:
         steps: gradient steps.
-        batch: views a step.
-        showings: how often a view is shown on average.
-        scene_signs: share of the views that show signs of the scenes; the other signs are GTSRB crops.
-        background: share of the views that show none.
-        drawn: share of the views that are drawn.
-        drawn_crops: drawn crops of each class that has any.
-        rings: drawn crops of *no vehicles*: its only drawing is the ring.
-        candidates: most background candidates a scene.
-        relit: share of the scenes that are searched for them a second time, under another light.
-        other_cameras: share of these searches that look at a picture of another camera instead, and of all views that
-            show their crop so.
-        shaded: share of the views with a shadow.
-        yellow: share of the views with a yellow ground, of signs that have one.
-        balance: exponent on class sizes in the draw of signs: 1 as they are, 0 all classes alike.
-        strength: of the views, see :func:`~tsr_engine.training.classifier_jitter.jittered_view`.
+        batch: views per step.
+        showings: average number of times that a view is shown.
+        scene_signs: share of views with signs of the scenes; the other signs are GTSRB crops.
+        background: share of views without a sign.
+        drawn: share of views with drawn signs.
+        drawn_crops: drawn crops of each class with a drawing.
+        rings: drawn crops of *no vehicles*, whose only drawing is the ring.
+        candidates: largest number of background candidates per scene.
+        relit: share of scenes that are searched again under another light.
+        other_cameras: share of these searches that use another camera's picture instead, and of all views that are
+            changed so.
+        shaded: share of views with a shadow.
+        yellow: share of views with a yellow ground, of signs with a ground.
+        balance: exponent of class sizes in the draw of signs: 1: proportional, 0: all classes equally often.
+        strength: strength of the views, see :func:`~tsr_engine.training.classifier_jitter.jittered_view`.
         network: size and regularisation.
     """
 
@@ -87,9 +87,9 @@ def train_sign_verifier(
     Args:
         crops: GTSRB crops; may be empty.
         scene_signs: signs of the scenes; may be empty when there are crops.
-        background: what the cascade let through on the scenes, class ``BACKGROUND``.
+        background: windows of the scenes that passed the cascade, class ``BACKGROUND``.
         plan: see :class:`SignVerifierPlan`.
-        rng: of weights and views.
+        rng: source of weights and views.
         progress: called as the work proceeds.
     """
     drawn = drawn_crops(plan.drawn_crops, rng, PRINTED) if plan.drawn > 0 else []
@@ -122,7 +122,7 @@ def train_sign_verifier(
 
 
 def _by_another_camera(crop: LoadedCrop, plan: SignVerifierPlan, rng: np.random.Generator) -> LoadedCrop:
-    """The crop as it is, with a yellow ground, with a shadow on it, or as another camera would have taken it."""
+    """The crop unchanged, with a yellow ground, with a shadow, or as taken by another camera."""
     crop = replace(crop, pixels=sometimes_yellow(crop.pixels, crop.box, crop.class_id, plan.yellow, rng))
     if rng.random() < plan.shaded:
         crop = replace(crop, pixels=shade(crop.pixels, crop.box, rng))
@@ -132,7 +132,7 @@ def _by_another_camera(crop: LoadedCrop, plan: SignVerifierPlan, rng: np.random.
 
 
 def sign_crops(scenes: Sequence[Scene]) -> list[LoadedCrop]:
-    """The annotated signs of scenes with what surrounds them.
+    """The annotated signs of scenes with their surroundings.
 
     Raises:
         InputError: a picture cannot be decoded.
@@ -156,7 +156,7 @@ def background_crops(
     rng: np.random.Generator,
     progress: Progress,
 ) -> list[LoadedCrop]:
-    """Windows that pass the cascade and are no signs, as the refine-and-verify stage has moved them.
+    """Windows that pass the cascade and are not signs, as moved by the refine-and-verify stage.
 
     Raises:
         InputError: a picture cannot be decoded.
@@ -175,7 +175,7 @@ def background_crops(
 
 
 def _within(boxes: FloatArray, picture: Picture) -> NDArray[np.bool_]:
-    """Which boxes have their middle in the picture and are large enough to show something; shape (n,)."""
+    """Which boxes have their centre in the picture and are large enough to be useful; shape (n,)."""
     middle, size = (boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2]
     height, width = picture.shape[:2]
     return np.asarray(((middle >= 0) & (middle < [width, height]) & (size >= 6)).all(axis=1))

@@ -26,17 +26,17 @@ from tsr_engine.training.exports import OpenedExport
 __all__ = ["further_keys", "only_shown", "taught"]
 
 _SAME = 0.5
-"""IoU from which on two boxes of one frame are of one sign."""
+"""Least IoU of two boxes of one frame that are the same sign."""
 _REPORTED = 20
-"""Contradictions that are named; more are counted."""
+"""Largest number of contradictions that are listed; the rest are counted."""
 
 
 def further_keys(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> tuple[str, ...]:
-    """Keys of the labels that tracks of signs have and a model lacks, in order.
+    """Keys of labels that tracks of signs have and a model lacks, in order.
 
     Args:
-        exports: with labels of their sets.
-        keys: of the model's classes, by number; None: those of ``gtsrb-43``.
+        exports: exports with labels of their own sets.
+        keys: keys of the model's classes by number; None: those of ``gtsrb-43``.
     """
     found: dict[str, str] = {}
     for export in exports:
@@ -52,11 +52,11 @@ def further_keys(exports: Sequence[OpenedExport], keys: Sequence[str] | None) ->
 def only_shown(
     scenes: Sequence[CorrectedScene], known: int, further: Sequence[str]
 ) -> tuple[list[CorrectedScene], tuple[str, ...]]:
-    """The further labels that some frame shows, and the scenes with their classes numbered without the others.
+    """The further labels that occur in a frame, and the scenes with classes renumbered without the other labels.
 
     Args:
         scenes: corrected frames.
-        known: number of the model's own classes; those of ``further`` follow.
+        known: number of the model's own classes; ``further`` follows them.
         further: keys of the labels to add.
     """
     numbers = np.unique(np.concatenate([np.zeros(0, np.int64), *(each.scene.class_ids for each in scenes)]))
@@ -70,11 +70,11 @@ def only_shown(
 
 
 def taught(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> list[OpenedExport]:
-    """The exports with the model's class numbers in place of labels, and with notes on what does not teach.
+    """The exports with the model's class numbers in place of labels, and with notes on unused tracks.
 
     Args:
-        exports: with labels of their sets.
-        keys: of the model's classes, by number; None: those of ``gtsrb-43``.
+        exports: exports with labels of their own sets.
+        keys: keys of the model's classes by number; None: those of ``gtsrb-43``.
     """
     tracks = [[tuple(video.tracks()) for video in export.dataset.videos] for export in exports]
     found = _contradictions(exports, tracks, keys)
@@ -99,7 +99,7 @@ def taught(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> list[
 
 
 def _as_classes(track: Track, classes: RunClasses, lacking: Counter[str]) -> Track:
-    """A track as the model is taught it; labels that it lacks are counted."""
+    """A track with the model's classes; labels that it lacks are counted."""
     label = classes.labels.get(classes.labels.resolved(track.label))
     says = verdict(track)
     if label is not None and says == "sign":
@@ -117,7 +117,7 @@ def _own(track: Track) -> set[int]:
 
 
 def _number(label_id: int, classes: RunClasses) -> int:
-    """The model's class of a label that it is taught as a sign; ``NO_CLASS``: it is not."""
+    """The model's class that a label trains as a sign; ``NO_CLASS``: none."""
     label = classes.labels.get(classes.labels.resolved(label_id))
     number = None if label is None or label.teach != "sign" else classes.to_class(label_id)
     return NO_CLASS if number is None else number
@@ -127,28 +127,28 @@ def _lacking(export: OpenedExport, lacking: Counter[str]) -> Iterator[str]:
     if lacking:
         named = ", ".join(f"'{name}' ({counted(count, 'track')})" for name, count in sorted(lacking.items()))
         yield (
-            f"{export.about['name']}: the model has no label for {named}. They teach nothing, neither a sign nor "
+            f"{export.about['name']}: the model has no label for {named}. They are not used, neither as signs nor as "
             "background."
         )
 
 
 @dataclass(frozen=True, slots=True)
 class _Said:
-    """A track that speaks, and where it stands."""
+    """A track that is used, with its place."""
 
     export: int
     video: int
     uid: str
     track: Track
     what: str
-    """Name of its label; ``no sign`` where it is background."""
+    """Name of its label; ``no sign`` for background."""
     key: str
-    """What it is compared by: the model's class, else the key of its label; empty where it is background."""
+    """Key for comparison: the model's class, else the key of its label; empty for background."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Pair:
-    """Two tracks that lie on each other and say something else."""
+    """Two tracks on each other with different labels."""
 
     sides: tuple[_Said, _Said]
     sentence: str
@@ -161,7 +161,7 @@ class _Pair:
 def _contradictions(
     exports: Sequence[OpenedExport], tracks: Sequence[Sequence[Sequence[Track]]], keys: Sequence[str] | None
 ) -> list[_Pair]:
-    """Tracks of one video, of the same export or of two, that cannot both be right."""
+    """Tracks of one video, in the same export or in two, that contradict each other."""
     by_video: dict[str, list[_Said]] = {}
     names: dict[str, str] = {}
     for number, export in enumerate(exports):
@@ -188,7 +188,7 @@ def _contradictions(
 
 
 def _what(track: Track, classes: RunClasses) -> tuple[str, str] | None:
-    """What a track says, as people read it, and as it is compared; None: nothing that is taught."""
+    """What a track teaches, in words and as key for comparison; None: it is not used."""
     says = verdict(track)
     label = classes.labels.get(classes.labels.resolved(track.label))
     if not len(track.frames) or (track.ignore is not None and track.ignore.all()):
@@ -197,12 +197,12 @@ def _what(track: Track, classes: RunClasses) -> tuple[str, str] | None:
         return "no sign", ""
     if says != "sign" or label is None or label.teach != "sign":
         return None
-    number = classes.to_class(label.id)  # of one class in two sets the keys may be others
+    number = classes.to_class(label.id)  # keys of one class may differ between two sets
     return label.name, label.key if number is None else f"#{number}"
 
 
 def _together(a: Track, b: Track) -> tuple[int, int] | None:
-    """First and last frame in which two tracks lie on each other, if they do in half of their common frames."""
+    """First and last frame in which two tracks overlap, if they do in half of their common frames."""
     both, i, j = np.intersect1d(a.frames, b.frames, assume_unique=True, return_indices=True)
     if not len(both):
         return None
@@ -220,7 +220,7 @@ def _sentence(video: str, sides: tuple[_Said, _Said], span: tuple[int, int]) -> 
 
 
 def _short(notes: Sequence[str]) -> list[str]:
-    """The notes; contradictions beyond the first few are counted."""
+    """The notes; contradictions beyond the first few are only counted."""
     against = [note for note in notes if "Neither of them teaches" in note]
     if len(against) <= _REPORTED:
         return list(notes)

@@ -1,4 +1,4 @@
-"""Trains models on public data part by part into one folder; parts that exist already are not trained again."""
+"""Trains models on public data, part by part, into one folder; existing parts are kept."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tsr_engine.training.retrain import Report
 __all__ = ["WHOLE", "train_component", "train_parts"]
 
 WHOLE: Final = ("detector", "prior", "classifier", "online", MEMORY, OTHER_SHAPES)
-"""Components that are trained on public data, in this order."""
+"""Components trained on public data, in this order."""
 Progress = Callable[[str, int, int], None]
 
 
@@ -43,17 +43,17 @@ def train_component(
     """Train one component on public data.
 
     Args:
-        name: of ``WHOLE``.
-        out: where the components lie that it builds on: the prior and the detector of other shapes on the detector,
-            the memory on that and the classifier.
-        seed: of everything random.
-        progress: told stage, number done, number in all.
+        name: a name in ``WHOLE``.
+        out: folder of components that it needs: prior and detector of other shapes need the detector, the memory needs
+            detector and classifier.
+        seed: seed of all randomness.
+        progress: called with stage, number done and total.
         gtsdb: annotated scenes.
         gtsrb: crops.
-        signs: annotations of the scenes' other signs, which are no background then; unset: there are none.
+        signs: annotations of other signs in the scenes, which are then not background; None: no annotations.
 
     Raises:
-        UsageError: data that it needs was not named.
+        UsageError: required data is not named.
         InputError: the data cannot be read.
     """
     needs = {"classifier": (gtsrb,), MEMORY: (gtsdb, gtsrb), OTHER_SHAPES: (gtsdb, signs)}.get(name, (gtsdb,))
@@ -99,29 +99,29 @@ def train_parts(
     gtsdb: Path | None = None,
     gtsrb: Path | None = None,
 ) -> Report:
-    """Train parts on public data; the others are taken over from a parent.
+    """Train parts on public data; the others are copied from a parent.
 
-    What an earlier, interrupted call has finished in ``out`` stays. The memory is made anew if detector or
-    classifier are, as far as the data for it is named.
+    Parts that an interrupted call has finished in ``out`` are kept. The memory is rebuilt if detector or
+    classifier are, if the data for it is named.
 
     Args:
-        parts: names of ``tsr_engine.training.retrain.PARTS``.
+        parts: names in ``tsr_engine.training.retrain.PARTS``.
         parent: folder of the earlier version; unset: the shipped one.
         out: folder for the new one.
-        seed: of everything random.
-        progress: told stage, number done, number in all; raises to stop.
+        seed: seed of all randomness.
+        progress: called with stage, number done and total; may raise to stop.
         gtsdb: annotated scenes.
         gtsrb: crops.
 
     Raises:
-        UsageError: data that a part needs was not named.
+        UsageError: data for a part is not named.
         InputError: the data cannot be read.
     """
     folder = SHIPPED if parent is None else parent
     old = {name: load_component(name, folder) for name in sorted(read_manifest(folder)["components"])}
     asked = {"prior" if name == "lambda" else name for name in parts}
     if "detector" in asked:
-        asked.add("prior")  # lambda is in units of the detector's score
+        asked.add("prior")  # lambda depends on the scale of the detector's score
     if asked & {"detector", "classifier"} and gtsdb is not None and gtsrb is not None:
         asked.add(MEMORY)
     for name in asked:

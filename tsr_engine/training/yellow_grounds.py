@@ -1,7 +1,7 @@
-"""Signs with a yellow or orange ground in place of white, as Finland, Poland, Sweden and road works have them.
+"""Paints sign grounds yellow or orange in place of white, as in Finland, Poland, Sweden and at road works.
 
-The Vienna Convention (1968, annex 1, C and A) leaves white or yellow to each country; GTSDB and GTSRB show white alone.
-Ring, symbol and surroundings stay as they are.
+The Vienna Convention (1968, annex 1, C and A) leaves the choice to each country; GTSDB and GTSRB have only white.
+Ring, symbol and surroundings stay unchanged.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ __all__ = ["GROUNDED", "sometimes_yellow", "yellow_ground"]
 Inside = Callable[[FloatArray, FloatArray], NDArray[np.bool_]]
 
 FEWEST: Final = 6
-"""A ground of fewer pixels is left as it is."""
+"""Smallest ground that is painted, px."""
 OFTENER: Final = 3
-"""An empty ring is little but ground, and rare: signs with a symbol hardly teach what a yellow one looks like."""
+"""Factor for empty rings, which are mostly ground and rare: signs with a symbol hardly show a yellow ring."""
 LEAST_CONTRAST: Final = 20.0
-"""Levels between ground and paint; what differs by less is left as it is."""
+"""Least difference of grey levels between ground and paint; with less, the ground is unchanged."""
 
 
 def _disc(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
@@ -41,24 +41,24 @@ def _inverted(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
 
 
 _INSIDE: Final[Mapping[str, Inside]] = {"circle": _disc, "triangle": _triangle, "inverted triangle": _inverted}
-"""Shape -> what lies within a sign's outer rim, in coordinates from -1 to 1 across its box."""
+"""Shape -> test whether points lie within a sign's outer rim, in coordinates from -1 to 1 across its box."""
 GROUNDED: Final = {
     label.id: label.shape for label in shipped_set(DEFAULT) if label.shape in _INSIDE and label.category != "mandatory"
 }
-"""GTSRB class -> shape, of the classes that have a ground."""
+"""GTSRB class -> shape, for classes with a ground."""
 
 
 def sometimes_yellow(
     picture: Picture, box: FloatArray, class_id: int, share: float, rng: np.random.Generator
 ) -> Picture:
-    """The picture, in a share of the calls with a yellow ground on its sign.
+    """Return the picture, in a share of the calls with a yellow ground on its sign.
 
     Args:
         picture: BGR, uint8.
         box: the sign, shape (4,).
-        class_id: of the sign; below 0: there is none.
-        share: in [0, 1 / ``OFTENER``], of an empty ring ``OFTENER`` times as much; 0 draws no random number.
-        rng: of the choice and the paint.
+        class_id: class of the sign; below 0: there is none.
+        share: probability in [0, 1 / ``OFTENER``], ``OFTENER`` times that for an empty ring; 0 draws no random number.
+        rng: source of the choice and the paint.
     """
     if not share or class_id not in GROUNDED or rng.random() >= share * (OFTENER if class_id == EMPTY else 1):
         return picture
@@ -66,18 +66,19 @@ def sometimes_yellow(
 
 
 def yellow_ground(picture: Picture, box: FloatArray, class_id: int, rng: np.random.Generator) -> Picture:
-    """A BGR picture whose sign has a yellow or orange ground.
+    """Give a sign in a BGR picture a yellow or orange ground.
 
-    Blue and green tell white from red and black. A pixel loses them by as much as it is white, so that edges stay soft.
+    Blue and green separate white from red and black. A pixel loses them in proportion to its whiteness, so edges
+    stay soft.
 
     Args:
         picture: uint8.
         box: the sign, shape (4,).
-        class_id: of the sign; others than those of ``GROUNDED`` have no ground and stay as they are.
-        rng: of the paint.
+        class_id: class of the sign; classes outside ``GROUNDED`` have no ground and stay unchanged.
+        rng: source of the paint.
 
     Returns:
-        A copy, or the picture itself where there is no ground.
+        A copy, or the picture itself if there is no ground.
     """
     if class_id not in GROUNDED:
         return picture

@@ -173,7 +173,7 @@ def test_an_import_becomes_truth_run_and_annotation(
         (6, ["export", "RUN", "--format", "cvat-video", "--out", "FILE/x"], "Cannot write"),
         (2, ["import", "FILE", "--onto", "VIDEO", "--as", "poem"], "--as must be"),
         (2, ["import", "FILE", "--onto", "VIDEO", "--as", "truth", "--run", "RUN"], "--run is for"),
-        (3, ["import", "FILE", "--onto", "VIDEO", "--as", "truth"], "is none of"),
+        (3, ["import", "FILE", "--onto", "VIDEO", "--as", "truth"], "matches none of"),
         (3, ["import", "absent.xml", "--onto", "VIDEO", "--as", "truth"], "There is no file at"),
         (
             3,

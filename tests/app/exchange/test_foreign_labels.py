@@ -108,8 +108,8 @@ def test_what_was_answered_is_remembered_and_told(desk: Desk) -> None:
     )
     assert {track.label for track in desk.tracks(first["id"]).values()} == {27, -1}
     again = desk.bring_in(THEIRS, "truth", name="b.xml")
-    assert "'pedestrian_crossing' was taken as 'pedestrians', as was said for an earlier file." in again["repaired"]
-    assert "'yield' was taken as no label of the set, as was said for an earlier file." in again["repaired"]
+    assert "'pedestrian_crossing' was taken as 'pedestrians', the choice for an earlier file." in again["repaired"]
+    assert "'yield' was taken as no label of the set, the choice for an earlier file." in again["repaired"]
     third = desk.bring_in(THEIRS, "run", name="c.xml", label_map=json.dumps({"yield": 13}))
     assert {track.label for track in desk.tracks(third["id"]).values()} == {27, 13}
 

@@ -35,7 +35,7 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "frame": (lambda text: text.replace(b'frame="30"', b'frame="3000"'), {}, "must be in 0 to 74"),
     "nan": (lambda text: text.replace(b'xtl="', b'xtl="nan', 1), {}, "line"),
     "cut": (lambda text: text[: len(text) // 2], {}, ""),
-    "nothing": (lambda _: b"hello", {}, "is none of"),
+    "nothing": (lambda _: b"hello", {}, "matches none of"),
     "half an archive": (lambda text: zipped({"annotations.xml": text})[:-40], {}, "whose end is missing"),
     **{
         name: (lambda text, change=change: change(zipped({"annotations.xml": text})), {}, "the archive is damaged")

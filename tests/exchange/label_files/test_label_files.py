@@ -139,11 +139,11 @@ def test_cvats_own_file_is_read(tmp_path: Path) -> None:
     assert [refused.reason for refused in found.refused] == ["file, label 2: 'Car' is the same label as 'car' here."]
     assert [sentence.partition(": ")[2] for sentence in found.reported] == [
         "'car' is a label for skeleton; it was taken as one for boxes.",
-        "the default of 'make' is none of its values; it was left out.",
+        "the default of 'make' is not one of its values; it was left out.",
         "the step of 'x' is not kept.",
         "an attribute was left out: attribute 'broken': a select has values, and nothing else has.",
-        "the attribute 'x' is there twice; the first counts.",
-        "the colour of 'Car' was left out: 'red' is not written #rrggbb.",
+        "the attribute 'x' occurs twice; the first counts.",
+        "the colour of 'Car' was left out: 'red' is not in the form #rrggbb.",
     ]
 
 
@@ -200,7 +200,7 @@ def test_a_label_studio_configuration_of_people_is_read(tmp_path: Path) -> None:
         ),
         ("a\n\nb\n", "obj.names", "obj.names, line 2: is empty"),
         (b"a\n\xff\n", "obj.names", "obj.names"),
-        (b"\x00\x01", "obj.names", "no file of labels"),
+        (b"\x00\x01", "obj.names", "not a file of labels"),
         ("names: 3\n", "data.yaml", "must be a list or a map"),
         ("a: 3\n", "data.yaml", "has no names"),
         ("names: !!python/object:os.system [a]\n", "data.yaml", "tag"),
@@ -210,7 +210,7 @@ def test_a_label_studio_configuration_of_people_is_read(tmp_path: Path) -> None:
         ("<View>" * 40 + "</View>" * 40, "a.xml", "nested deeper"),
         ("<View/>", "a.xml", "has no labels"),
         ('{"schema": 2, "labels": []}', "a.json", "Update tsr"),
-        ('{"schema": 1, "key": "a", "name": "b"' + "[" * 100_000, "a.json", "no JSON"),
+        ('{"schema": 1, "key": "a", "name": "b"' + "[" * 100_000, "a.json", "not JSON"),
         ([{"name": f"label {n}"} for n in range(MOST_LABELS + 1)], "a", f"more than the {MOST_LABELS} labels"),
         (
             {"schema": 1, "key": "a", "name": "b", "labels": [{"id": n} for n in range(2 * MOST_LABELS)]},

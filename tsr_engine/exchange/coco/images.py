@@ -1,4 +1,4 @@
-"""The images, categories and videos of COCO files, and which frame each image shows."""
+"""Reads the images, categories and videos of COCO files, and finds the frame of each image."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _LINKED = Custom(1, "files whose images have prev_image_id count frame_id from 1
 
 @dataclass(slots=True)
 class Image:
-    """An image of the video: its frame, and the factors to the video's size."""
+    """An image of the video: its frame, and the factors from its size to the video's."""
 
     frame: int
     scale: tuple[float, float]
@@ -53,8 +53,8 @@ class Head:
     Attributes:
         file: its name.
         categories: names by id.
-        videos: as they stand in the file, by id.
-        listed: its images as they stand in the file; only what counts of each, as there can be 100,000.
+        videos: as in the file, by id.
+        listed: the images, reduced to what is needed, since a file can have 100,000.
         images: by id; None: of another video.
     """
 
@@ -66,14 +66,14 @@ class Head:
 
 
 def head_of(path: Path, name: str) -> Head | None:
-    """The head of a file; None: it is a list of results.
+    """Read a file except its annotations; None: the file is a list of results.
 
     Args:
         path: the file.
-        name: what to call it in messages.
+        name: the file's name for messages.
 
     Raises:
-        ImportFormatError: it has no images or categories, or one of their ids is missing or there twice.
+        ImportFormatError: images or categories are missing, or an id is missing or occurs twice.
     """
     head = Head(name)
     there: set[str] = set()
@@ -99,12 +99,12 @@ def head_of(path: Path, name: str) -> Head | None:
         number = _key_of(value.get("id"), name, where)
         table = tables[key]
         if number in table:
-            raise refuse(name, where, f"its id {number} is there twice. Give each its own.")
+            raise refuse(name, where, f"the id {number} occurs twice. Give each a unique id.")
         table[number] = str(value.get("name", "")) if key == "categories" else value if key == "videos" else None
         if key == "images":
             image = {kept: value[kept] for kept in _KEPT if kept in value}
             if isinstance(image.get("video_sha256"), str):
-                # one text for all equal hashes
+                # one object for all equal hashes
                 image["video_sha256"] = texts.setdefault(image["video_sha256"], image["video_sha256"])
             head.listed.append(image)
     for key in ("categories", "images"):
@@ -114,15 +114,15 @@ def head_of(path: Path, name: str) -> Head | None:
 
 
 def no_list(file: str, key: str) -> ImportFormatError:
-    """The error for a list that is missing, or none."""
+    """The error for a list that is missing or is not a list of objects."""
     return refuse(file, None, f"must have {key}, a list of objects. Export as COCO again.")
 
 
 def _key_of(value: object, file: str, where: str) -> int | str:
-    """An id that must be there.
+    """A required id.
 
     Raises:
-        ImportFormatError: it is missing, or no id.
+        ImportFormatError: it is missing or not an id.
     """
     found = id_of(value)
     if found is None:
@@ -131,15 +131,15 @@ def _key_of(value: object, file: str, where: str) -> int | str:
 
 
 def take_images(heads: Sequence[Head], validator: ImportValidator, folder: Path) -> None:
-    """Find the frames of the images of all files, once all of them are known.
+    """Find the frame of each image, once all files are known.
 
     Args:
-        heads: of the files; their ``images`` are filled, their ``listed`` emptied.
+        heads: heads of the files; fills ``images`` and empties ``listed``.
         validator: takes the reports.
-        folder: of the import.
+        folder: the import's folder.
 
     Raises:
-        ImportFormatError: a size that is not the video's, or as ``frames_of_pictures``.
+        ImportFormatError: an image has another size than the video, or as ``frames_of_pictures``.
     """
     video = validator.target.video
     hashes = {str(image.get("video_sha256") or "") for head in heads for image in head.listed} - {""}
@@ -149,9 +149,7 @@ def take_images(heads: Sequence[Head], validator: ImportValidator, folder: Path)
         for place, image in enumerate(head.listed, start=1)
     ]
     if hashes and video.sha256 and video.sha256 not in hashes:
-        validator.repair(
-            f"{heads[0].file}: speaks of another file than {video.name}, by its hash. It was taken anyway."
-        )
+        validator.repair(f"{heads[0].file}: names another file than {video.name} by its hash. It was imported anyway.")
     frames = iter(frames_of_pictures(listed, validator, folder))
     for head in heads:
         for place, image in enumerate(head.listed, start=1):
@@ -172,7 +170,7 @@ def _listed(image: JsonObject, where: str, head: Head, hashes: set[str], video: 
         called = f"{called} ({digest[:8]})"
     name = str(image.get("file_name", ""))
     return Listed(
-        f"{_spoken(head.file)}/{name}" if several else name,
+        f"{_video_part(head.file)}/{name}" if several else name,
         head.file,
         where,
         frame=numbers.get("frame"),
@@ -183,8 +181,8 @@ def _listed(image: JsonObject, where: str, head: Head, hashes: set[str], video: 
     )
 
 
-def _spoken(file: str) -> str:
-    """The part of a file's name that may name a video, as a folder does, if there are several files."""
+def _video_part(file: str) -> str:
+    """The part of a file's name that may name a video; used if there are several files, as a folder's name is."""
     folder, _, name = file.rpartition("/")
     stem = name.removesuffix(".json").removesuffix(".coco").strip("_")
     for start in ("instances_", "person_keypoints_", "captions_", "image_info_", "labels_", "annotations_"):
@@ -193,12 +191,12 @@ def _spoken(file: str) -> str:
 
 
 def _video_of(image: JsonObject, head: Head, where: str) -> str:
-    """What the file calls the video of an image; empty: nothing."""
+    """The file's name for the video of an image; empty: none."""
     name = image.get("video")
     if image.get("video_id") is not None:
         key = _key_of(image["video_id"], head.file, where)
         if head.videos and key not in head.videos:
-            raise refuse(head.file, where, f"video_id {str(key)[:40]!r} is the id of no video. Correct it.")
+            raise refuse(head.file, where, f"video_id {str(key)[:40]!r} matches no video of the file. Correct it.")
         about = head.videos.get(key, {})
         name = about.get("name") or about.get("file_name") or name or f"video {key}"
     parts = [part for part in str(name or "").replace("\\", "/").split("/") if part and part != "img1"]
@@ -206,7 +204,7 @@ def _video_of(image: JsonObject, head: Head, where: str) -> str:
 
 
 def _scale(image: JsonObject, head: Head, where: str, validator: ImportValidator) -> tuple[float, float]:
-    """Factors from the size of an image, or else that of its video in the file."""
+    """Factors from the size of an image, or of its video in the file, to the video's size."""
     key = id_of(image.get("video_id"))
     for sized in (image, head.videos.get(key, {})):
         size = sized.get("width"), sized.get("height")

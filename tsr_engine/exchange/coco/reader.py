@@ -30,14 +30,14 @@ _TRUE = (True, 1, "true", "True", "1")
 _OWN = frozenset(
     {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
 )
-"""Attributes that are ours or CVAT's, not a label's."""
+"""Attributes that this tool or CVAT writes, which are not a label's."""
 
 
 def read_coco(path: Path, target: ImportTarget) -> Dataset:
-    """Read a file or folder.
+    """Read a COCO file or a folder of such files.
 
     Raises:
-        ImportFormatError: a broken rule.
+        ImportFormatError: a file breaks a rule.
     """
     validator = ImportValidator(target)
     files = json_files(path)
@@ -59,12 +59,12 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
 
 
 def _called(file: Path, folder: Path) -> str:
-    """The name of a file in messages: Roboflow gives one name to the files in all subsets' folders."""
+    """The name of a file for messages: Roboflow uses one name for the files of all subsets."""
     return file.name if file.parent in (folder, folder / "annotations") else f"{file.parent.name}/{file.name}"
 
 
 class _Annotations:
-    """The annotations of a file whose head is known."""
+    """The annotations of a file whose head has been read."""
 
     def __init__(self, path: Path, head: Head, validator: ImportValidator, loose: LooseBoxes) -> None:
         self._path = path
@@ -75,7 +75,7 @@ class _Annotations:
         self._seen: set[int | str] = set()
 
     def read(self) -> None:
-        """Take all annotations, one in memory at a time."""
+        """Take all annotations; only one is in memory at a time."""
         for key, place, value in members(self._path):
             if key != "annotations":
                 continue
@@ -88,7 +88,7 @@ class _Annotations:
         key = id_of(note.get("id"))
         if key is not None:
             if key in self._seen:
-                self._validator.count("Annotation ids that were there twice were passed over", self._name, where)
+                self._validator.count("Repeated annotation ids were ignored", self._name, where)
             self._seen.add(key)
         image = _look_up(self._head.images, note.get("image_id"), "image", self._name, where)
         if image is None:
@@ -129,7 +129,7 @@ class _Annotations:
             )
 
     def _edges(self, box: object, turn: object, scale: tuple[float, float], where: str) -> Edges:
-        """Edges in px of the video; a turned box becomes the upright one around it."""
+        """Edges in px of the video; a rotated box is replaced by the upright box around it."""
         edges = _edges(box, self._name, where)
         if turn:
             degrees = real_of(turn, "rotation", self._name, where, in_text=True)
@@ -137,7 +137,7 @@ class _Annotations:
         return _scaled(edges, scale)
 
     def _track(self, note: JsonObject, said: JsonObject, where: str) -> str:
-        """A name for the track of an annotation, by the id that CVAT, or CocoVID, gives it; empty: it has none."""
+        """Name of an annotation's track, by CVAT's or CocoVID's id; empty: it has none."""
         for name, reported in (("track_id", said), ("track_id", note), ("instance_id", note)):
             found = track_of(reported.get(name), name, self._name, where)
             if found is not None:
@@ -146,7 +146,7 @@ class _Annotations:
 
 
 class _Results:
-    """A flat list of results; without the images that it belongs to, ids are counted."""
+    """A flat list of results; ids are counted if the list comes without its images."""
 
     def __init__(
         self, path: Path, heads: list[Head], validator: ImportValidator, loose: LooseBoxes, folder: Path
@@ -163,7 +163,7 @@ class _Results:
         self._first = int(validator.target.switches.get("first_id", "1"))
 
     def read(self) -> None:
-        """Take all results, one in memory at a time."""
+        """Take all results; only one is in memory at a time."""
         if self._alone:
             self._find_frames()
         number = 0
@@ -181,7 +181,7 @@ class _Results:
             )
 
     def _find_frames(self) -> None:
-        """Frames of image ids that are names of pictures, which need all of them."""
+        """Find the frames of image ids that are picture names; this needs all of them."""
         listed: dict[str, Listed] = {}
         for _, place, result in members(self._path):
             key = id_of(result.get("image_id")) if place and isinstance(result, dict) else None
@@ -224,7 +224,7 @@ class _Results:
 
 
 def _merged(tables: list[dict[object, _T]]) -> dict[object, _T]:
-    """One table of several files; an id that means two things is in none."""
+    """Join the tables of several files; an id with two meanings is left out."""
     out: dict[object, _T] = {}
     twice: set[object] = set()
     for table in tables:
@@ -237,7 +237,7 @@ def _merged(tables: list[dict[object, _T]]) -> dict[object, _T]:
 def _look_up(table: dict[object, _T], key: object, kind: str, file: str, where: str) -> _T:
     found = id_of(key)
     if found is None or found not in table:
-        raise refuse(file, where, f"{kind}_id {str(key)[:40]!r} is the id of no {kind}, or of several. Correct it.")
+        raise refuse(file, where, f"{kind}_id {str(key)[:40]!r} matches no {kind}, or several. Correct it.")
     return table[found]
 
 

@@ -64,13 +64,13 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
 
 
 def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
-    """An image; its id follows from video and frame, so that results of a detector can be matched without this file.
+    """One image; its id follows from video and frame, so a detector's results can be matched without this file.
 
-    ``about`` is the text of the video's name, and of the keys behind it.
+    ``about`` is the text of the video's name and of the keys after it.
     """
     video = part.video
     time = "" if video.times is None else f'"pts":{round(float(video.times[frame]), 6)},'
-    # One of these a picture: put together by hand, since encoding a dictionary takes several times as long.
+    # There is one per picture, and encoding a dictionary takes several times as long as this text.
     return (
         f'{{"id":{part.first_frame + frame + 1},"width":{video.width},"height":{video.height},'
         f'"file_name":{json.dumps(f"{part.stem(frame)}.{suffix}")},"license":0,"flickr_url":"","coco_url":"",'
@@ -79,7 +79,7 @@ def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
 
 
 def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) -> Iterator[str]:
-    """The text of each annotation; ``before`` have been written in the files before."""
+    """The text of each annotation; ``before`` is the number of annotations in earlier files."""
     rows = part.rows.plain()
     numbers = {label: labels.place(label) + 1 for label in set(rows.class_id)}
     heads = [
@@ -130,7 +130,7 @@ def _sniff(path: Path) -> bool:
 FORMAT = Format(
     name="coco",
     title="COCO",
-    summary="Boxes by picture in JSON, for most detectors; tracks as attributes that CVAT understands.",
+    summary="Boxes per picture in one JSON file, for most detectors; tracks as attributes that CVAT reads.",
     write=_write,
     read=read_coco,
     sniff=_sniff,
@@ -138,9 +138,9 @@ FORMAT = Format(
     import_switches=(
         *PICTURE_SWITCHES,
         SIZE_SWITCH,
-        Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),
+        Switch("interpolate", ("no", "yes"), "Interpolate linearly between the boxes of a track, for sparse files."),
         LINK_SWITCH,
-        Switch("first_id", ("1", "0"), "Where ids count from in a list of results that comes without its images."),
+        Switch("first_id", ("1", "0"), "First id in a list of results that comes without its images."),
     ),
     key_frames=True,
     docs="coco.md",

@@ -1,4 +1,4 @@
-"""What CVAT for video and CVAT for images 1.1 have in common: the header, labels, attributes, and finding the files."""
+"""Shares code between CVAT for video and CVAT for images 1.1: header, labels, attributes, and finding the files."""
 
 from __future__ import annotations
 
@@ -44,25 +44,25 @@ __all__ = [
 ]
 
 SHAPES = frozenset({"polygon", "polyline", "points", "ellipse", "cuboid", "skeleton", "mask"})
-"""Shapes of CVAT that are no boxes."""
+"""CVAT's shapes other than boxes."""
 
 _FIXED = ("uid", "state", "source", "note")
-"""Attributes that hold for a whole track."""
+"""Attributes of a whole track."""
 
 _CHANGING = ("score",)
 """Attributes that change from frame to frame."""
 _COLOUR = re.compile("#[0-9a-f]{6}")
 OWN_NAMES = frozenset({*_FIXED, *_CHANGING, "ignore", "frame_label"})
-"""Attributes that are ours, not a label's."""
+"""Attributes that this tool writes, which are not a label's."""
 
 
 def label_lines(labels: ClassMap, extra: Iterable[str], *, mutable: bool) -> Iterator[str]:
     """The ``<labels>`` element, line by line.
 
     Args:
-        labels: to declare, with their attributes and colours.
-        extra: further attributes of ours that change from frame to frame.
-        mutable: the task is a video; in tasks of pictures nothing changes.
+        labels: the labels to declare, with their attributes and colours.
+        extra: further attributes of this tool that change from frame to frame.
+        mutable: whether the task is a video; in tasks of pictures nothing changes.
     """
     own = [Attribute(name=name, kind="text", mutable=name not in _FIXED) for name in (*_FIXED, *_CHANGING, *extra)]
     declared = [(label.name, label.id, label.colour, label.attributes) for label in labels.labels]
@@ -87,7 +87,7 @@ def _color(place: int) -> str:
 
 
 def _declaration(attribute: Attribute, name: str, mutable: bool) -> str:
-    """One attribute of a label; ``values`` of a number are its least, its largest and its step."""
+    """One attribute of a label; ``values`` of a number are its minimum, maximum and step."""
     values: Iterable[str] = attribute.values
     if attribute.kind == "number" and attribute.low is not None and attribute.high is not None:
         values = (as_text(attribute.low), as_text(attribute.high), "1")
@@ -123,7 +123,7 @@ def _tasks_in(node: Node) -> Iterable[Node]:
 
 
 def _attribute(node: Node) -> Attribute | None:
-    """An attribute as a file declares it; None: it is one of ours, or can be none of a label."""
+    """An attribute that a file declares; None: it is the tool's own, or cannot belong to a label."""
     name, kind = node.value("name").strip(), node.value("input_type").strip()
     if name in OWN_NAMES:
         return None
@@ -169,7 +169,7 @@ def header(
         mode: ``interpolation`` for videos, ``annotation`` for pictures.
         subset: of the split.
         labels: lines of ``label_lines``.
-        video: where all is about one; gives size and file name.
+        video: the only video of the file, which gives size and file name; None: there are several.
     """
     last = max(size - 1, 0)
     yield '<?xml version="1.0" encoding="utf-8"?>\n<annotations>\n <version>1.1</version>\n <meta>\n  <task>\n'
@@ -188,7 +188,7 @@ def header(
 
 
 def attribute_line(name: str, value: str) -> str:
-    """One ``<attribute>``; nothing for an empty value, which is what a missing one means."""
+    """One ``<attribute>``; empty for an empty value, which means the same as a missing attribute."""
     return f"<attribute name={quoted(name)}>{text(value)}</attribute>" if value else ""
 
 
@@ -198,15 +198,15 @@ def source_of(track: Track) -> str:
 
 
 def attributes_of(node: Node) -> dict[str, str]:
-    """Attributes of a box by name; their text as it is."""
+    """Attributes of a box by name, with unchanged text."""
     return {child.attrib.get("name", ""): child.raw for child in node.all("attribute")}
 
 
 def flag(node: Node, name: str, file: str, default: str | None = None) -> bool:
-    """A flag that is written 0 or 1, or as older versions of FiftyOne write it, False or True.
+    """A flag that is 0 or 1, or False or True as older versions of FiftyOne write it.
 
     Raises:
-        ImportFormatError: another value, or missing without default.
+        ImportFormatError: the value is another one, or is missing and has no default.
     """
     value = node.attrib.get(name, default) if default is not None else attribute(node, name, file)
     if str(value).lower() not in ("0", "1", "false", "true"):
@@ -219,10 +219,10 @@ def box_edges(
 ) -> tuple[float, float, float, float]:
     """Edges of a ``<box>`` in px, for ``ImportValidator.box``.
 
-    A turned box becomes the upright one around it, with a sentence.
+    A rotated box is replaced by the upright box around it, which is reported.
 
     Raises:
-        ImportFormatError: an edge is missing or no number, or the turn is not finite.
+        ImportFormatError: an edge is missing or not a number, or the rotation is not finite.
     """
     return validator.boxes.edges(lambda: _edges(node, file, validator, scale))
 
@@ -239,17 +239,17 @@ def _edges(
 def find_files(path: Path, video: DatasetVideo) -> list[tuple[Path, str]]:
     """The XML files about a video, with their names for messages.
 
-    A file is itself; a folder has ``annotations.xml``, or several files or folders, of which those that are named after
-    the video or after a subset count.
+    ``path`` is a file, a folder with ``annotations.xml``, or a folder with several files or folders. Of the latter only
+    those named after the video or after a subset are taken.
 
     Raises:
-        ImportFormatError: there is none, or it is not clear which one.
+        ImportFormatError: there is none, or the choice is ambiguous.
     """
     if path.is_file():
         return [(path, path.name)]
     if (path / "annotations.xml").is_file():
         return [(path / "annotations.xml", "annotations.xml")]
-    # FiftyOne has a folder of labels with a file for each video; Datumaro and CVAT a folder or file for each subset.
+    # FiftyOne has a folder of labels with a file per video; Datumaro and CVAT have a folder or file per subset.
     for pattern in ("*.xml", "labels/*.xml", "*/annotations.xml"):
         found = sorted(file for file in path.glob(pattern) if file.is_file())
         folders = pattern.startswith("*/")
@@ -275,9 +275,9 @@ def _is_about(path: Path, called: str, video: DatasetVideo) -> bool:
 
 
 def sniff_mode(path: Path) -> str | None:
-    """``interpolation`` or ``annotation`` of a file or folder; None: not of CVAT.
+    """``interpolation`` or ``annotation`` for a file or folder of CVAT, else None.
 
-    A broken file counts as ``interpolation``, so that its reader can say what is wrong with it.
+    A broken file counts as ``interpolation``, so that its reader can report the error.
     """
     if path.is_dir():
         below = (file for part in ("*.xml", "labels/*.xml", "*/annotations.xml") for file in sorted(path.glob(part)))

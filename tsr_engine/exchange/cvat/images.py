@@ -84,7 +84,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
 
 
 def _heads(rows: FrameRows) -> list[str]:
-    """The attributes that all boxes of a track share."""
+    """Attributes that all boxes of a track share."""
     return [
         attribute_line("uid", info.uid)
         + attribute_line("state", info.state)
@@ -127,7 +127,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
                 _read_image(node, frame, sizes.get((name, node.attrib.get("task_id", ""))), name, validator)
         for count, what, reason in (
             (tags, "tags", "They are about whole pictures."),
-            (shapes, "shapes", "They are no boxes."),
+            (shapes, "shapes", "They are not boxes."),
         ):
             if count:
                 validator.skip(f"{name}: {count} {what}", reason)
@@ -137,7 +137,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
 def _listed(
     files: list[tuple[Path, str]], validator: ImportValidator
 ) -> tuple[list[Listed], dict[tuple[str, str], Node]]:
-    """The pictures of all files, and the ``<original_size>`` of each task, the only one without its id too."""
+    """The pictures of all files, and each task's ``<original_size>``; a single task is also found without its id."""
     listed: list[Listed] = []
     sizes: dict[tuple[str, str], Node] = {}
     for file, name in files:
@@ -145,7 +145,7 @@ def _listed(
         pictures: list[Node] = []
         for node in elements(file, "annotations", ("meta",), bare=("image", "track"), name=name):
             if node.tag == "track":
-                raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it as that.")
+                raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it in that format.")
             if node.tag == "meta":
                 declare_labels(node, validator)
                 tasks = _tasks(node)
@@ -166,7 +166,7 @@ def _listed(
 
 
 def _tasks(meta: Node) -> dict[str, Node]:
-    """The tasks that a file tells of by id; the only one by an empty id too, as its pictures do not name it."""
+    """The tasks in a file by id; a single task has the empty id too, because its pictures do not name it."""
     found: dict[str, Node] = {}
     for node in meta.children:
         tasks = node.child("tasks")
@@ -179,7 +179,7 @@ def _tasks(meta: Node) -> dict[str, Node]:
 
 
 def _scale(node: Node, size: Node | None, file: str, validator: ImportValidator) -> tuple[float, float]:
-    # Datumaro leaves the size out where it does not know the picture.
+    # Datumaro leaves the size out if it does not know the picture.
     if "width" in node.attrib or "height" in node.attrib:
         return validator.scale(number(node, "width", file), number(node, "height", file), file, node.line)
     if size is None:
@@ -192,11 +192,11 @@ def _scale(node: Node, size: Node | None, file: str, validator: ImportValidator)
 
 
 def _read_image(node: Node, frame: int, size: Node | None, file: str, validator: ImportValidator) -> None:
-    """Takes the boxes of one picture."""
+    """Take the boxes of one picture."""
     scale = _scale(node, size, file, validator)
     for count, child in enumerate(node.all("box")):
         if flag(child, "outside", file, "0"):
-            # Datumaro carries CVAT's marks of the end of a track into pictures.
+            # Datumaro copies CVAT's marks of the end of a track into pictures.
             continue
         values = attributes_of(child)
         ours = ours_in(values)
@@ -235,7 +235,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
 FORMAT = Format(
     name="cvat-images",
     title="CVAT for images 1.1",
-    summary="Boxes by picture in one XML file; tracks are kept together by an attribute.",
+    summary="Boxes per picture in one XML file; an attribute names the track of each box.",
     write=_write,
     read=_read,
     sniff=lambda path: sniff_mode(path) == "annotation",

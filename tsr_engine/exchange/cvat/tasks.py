@@ -1,4 +1,4 @@
-"""The tasks in the ``<meta>`` of a CVAT file: one, a job of one, or all of a project.
+"""Reads the tasks in the ``<meta>`` of a CVAT file: one task, a job of one, or all tasks of a project.
 
 A project's file numbers the frames of its tasks one after the other. Each task begins after the end of those before it,
 and each subset begins at 0 again (``_init_task_frame_offsets`` in CVAT's ``dataset_manager/bindings.py``).
@@ -25,14 +25,14 @@ class Task:
     """One task.
 
     Attributes:
-        id: CVAT's number of it.
-        name: as people call it.
-        source: file name of its video; empty: not told.
-        step: every so many frames of the video are in the task, >= 1.
-        stop: its last frame in the video; None: not told.
-        offset: the number that the file adds to the frames of its video.
-        size: ``<original_size>``; None: there is none.
-        project: whether the file is one of a project, where tracks name their task.
+        id: CVAT's id.
+        name: the name that people see.
+        source: file name of its video; empty: not stated.
+        step: the task holds every ``step``-th frame of the video, >= 1.
+        stop: its last frame in the video; None: not stated.
+        offset: added by the file to the frames of the task's video.
+        size: ``<original_size>``; None: missing.
+        project: whether the file is of a project, where tracks name their task.
     """
 
     id: str
@@ -46,10 +46,10 @@ class Task:
 
 
 def tasks_of(meta: Node, file: str) -> list[Task]:
-    """The tasks of a ``<meta>`` element, in its order; a job counts as one.
+    """The tasks of a ``<meta>`` element in their order; a job counts as one task.
 
     Raises:
-        ImportFormatError: a number of a project's task is none.
+        ImportFormatError: a number of a project's task is not a whole number.
     """
     project = meta.child("project")
     inside = project.child("tasks") if project is not None else None
@@ -81,10 +81,10 @@ def tasks_of(meta: Node, file: str) -> list[Task]:
 
 
 class TaskOfVideo:
-    """The one task of a file that is about the video of an import."""
+    """The task of a file that is about the video of an import."""
 
     def __init__(self, meta: Node, validator: ImportValidator, file: str) -> None:
-        """Choose it; what is left out is reported.
+        """Choose the task, and report what is left out.
 
         Raises:
             ImportFormatError: no task is about the video, two are, or its pictures have another size.
@@ -103,25 +103,25 @@ class TaskOfVideo:
             )
         self._said = ""
         self.others = 0
-        """Elements of other tasks."""
+        """Number of elements of other tasks."""
         size = self._task.size if self._task is not None else meta.child("original_size")
         self.scale = (1.0, 1.0) if size is None else _scale(size, validator, file)
 
     @property
     def offset(self) -> int:
-        """The number that the file adds to the frames of the video."""
+        """The number that the file adds to the video's frames."""
         return 0 if self._task is None else self._task.offset
 
     @property
     def step(self) -> int:
-        """Every so many frames of the video are in the task."""
+        """The task holds every ``step``-th frame of the video."""
         return 1 if self._task is None else self._task.step
 
     def has(self, node: Node, file: str) -> bool:
         """Whether a track or picture is of the task; ``others`` counts those that are not.
 
         Raises:
-            ImportFormatError: it says no task, or one that the file does not tell of.
+            ImportFormatError: it names no task, or one that the file does not have.
         """
         said = node.attrib.get("task_id", "")
         if self._task is None or not self._task.project:
@@ -133,7 +133,7 @@ class TaskOfVideo:
                 raise refuse(file, node.line, f"{of}. Export the task of this video alone.")
             return True
         if said not in {task.id for task in self._known} and (said or len(self._known) > 1):
-            of = f"task_id {said[:20]!r} is the id of no task" if said else "it does not say its task_id"
+            of = f"task_id {said[:20]!r} matches no task" if said else "it has no task_id"
             raise refuse(file, node.line, f"{of} of the project. Export the task of this video alone.")
         if said and said != self._task.id:
             self.others += 1

@@ -94,7 +94,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
 
 
 def _folders(dataset: Dataset, subsets: list[str]) -> dict[tuple[int, str], str]:
-    """Folder of each video and subset; CVAT holds one video in one file, so several need a folder each."""
+    """Folder of each video and subset; a CVAT file holds one video, so several videos need a folder each."""
     found: dict[tuple[int, str], str] = {}
     for place, own in enumerate(video_names(dataset.videos)):
         for subset in subsets:
@@ -106,7 +106,7 @@ def _folders(dataset: Dataset, subsets: list[str]) -> dict[tuple[int, str], str]
 
 
 def _stem(folders: dict[tuple[int, str], str], place: int) -> str:
-    """Where the pictures of a video go that has several subsets: beside their folders."""
+    """Folder of the pictures of a video with several subsets, beside the subsets' folders."""
     names = [name for (at, _), name in folders.items() if at == place]
     return names[0].rsplit("_", 1)[0] if "_" in names[0] else ""
 
@@ -127,7 +127,7 @@ def _pictures(
 def _write_track(
     out: TextIO, number: int, track: Track, video: DatasetVideo, labels: ClassMap, options: ExportOptions
 ) -> int:
-    """Writes one ``<track>``; returns the number of its key frames."""
+    """Write one ``<track>``; return the number of its key frames."""
     key = key_frames(track, options.thin_px, rounding=_ROUNDING)
     boxes = rounded(track.boxes, _DECIMALS, video.width, video.height).tolist()
     uid = attribute_line("uid", track.uid)
@@ -177,7 +177,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
                 task = TaskOfVideo(node, validator, name)
                 declare_labels(node, validator)
             elif node.tag == "image":
-                raise refuse(name, node.line, "has <image> elements: it is CVAT for images. Import it as that.")
+                raise refuse(name, node.line, "has <image> elements: it is CVAT for images. Import it in that format.")
             elif task.has(node, name):
                 _read_track(node, name, validator, task)
         if task.others:
@@ -188,7 +188,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
 def _read_track(node: Node, file: str, validator: ImportValidator, task: TaskOfVideo) -> None:
     shapes = {child.tag for child in node.children} & SHAPES
     if shapes:
-        validator.skip(f"{file}, line {node.line}: track", f"It consists of {', '.join(sorted(shapes))}, not boxes.")
+        validator.skip(f"{file}, line {node.line}: track", f"It consists of {', '.join(sorted(shapes))}, not of boxes.")
         return
     label = validator.label(attribute(node, "label", file), file, node.line)
     rows = [(child, attributes_of(child)) for child in node.all("box")]
@@ -196,7 +196,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: TaskOfV
     uid = validator.unique(said or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
     first: Mapping[str, str] = {}
     last_row = -1
-    # FiftyOne says which boxes are key frames only of labels that know it. Its others are boxes of their own.
+    # FiftyOne marks key frames only for labels that know them. Its other boxes are all stated.
     says = any("keyframe" in child.attrib for child, _ in rows)
     for child, values in rows:
         is_key = flag(child, "keyframe", file, str(int(not says)))
@@ -236,7 +236,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: TaskOfV
 
 def _frame(node: Node, file: str, validator: ImportValidator, task: TaskOfVideo, *, outside: bool) -> int:
     value, count = attribute(node, "frame", file), validator.target.video.frames
-    # The mark of the end may lie one step of the task behind the last frame.
+    # The mark of the end may lie one step of the task after the last frame.
     if outside and value in {str(task.offset + count + more) for more in range(task.step)}:
         return count
     return validator.frame(value, file, node.line, origin=task.offset)
@@ -254,13 +254,15 @@ def _score(value: str, file: str, node: Node) -> float:
 FORMAT = Format(
     name="cvat-video",
     title="CVAT for video 1.1",
-    summary="Tracks with key frames in one XML file, for correcting in CVAT and back.",
+    summary="Tracks with key frames in one XML file, for correction in CVAT.",
     write=_write,
     read=_read,
     sniff=lambda path: sniff_mode(path) == "interpolation",
     export_switches=(
-        Switch("rows", ("all", "keys"), "Every shown frame, as CVAT writes it, or only key frames: a smaller file."),
-        Switch("image", ("png", "jpg"), "Format of the pictures, where they go out."),
+        Switch(
+            "rows", ("all", "keys"), "Write every shown frame, as CVAT does, or only key frames for a smaller file."
+        ),
+        Switch("image", ("png", "jpg"), "Format of the exported pictures."),
     ),
     import_switches=(TASK_SWITCH, SIZE_SWITCH),
     key_frames=True,

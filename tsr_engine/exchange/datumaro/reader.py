@@ -26,17 +26,17 @@ __all__ = ["read_datumaro", "sniff_datumaro"]
 _OWN = frozenset(
     {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
 )
-"""Attributes that are ours or CVAT's, not a label's."""
+"""Attributes that this tool or CVAT writes, which are not a label's."""
 _CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
-"""Older versions, and CVAT's, do not name the format; categories are an object in no other."""
+"""Older versions, and CVAT's, do not name the format; categories are an object in no other format."""
 
 
 def read_datumaro(path: Path, target: ImportTarget) -> Dataset:
-    """The data set of a file, or of the files of all subsets.
+    """Read one file, or the files of all subsets.
 
     Args:
         path: a JSON file, or the folder of an export.
-        target: the video that it is about.
+        target: the video that the file is about.
 
     Raises:
         ImportFormatError: an item or annotation breaks a rule.
@@ -64,12 +64,12 @@ def read_datumaro(path: Path, target: ImportTarget) -> Dataset:
             for count, note in enumerate(item.get("annotations", [])):
                 shapes += not _annotation(note, names, frame, scale, validator, file.name, f"{where}, box {count + 1}")
     if shapes:
-        validator.skip(f"{shapes} annotations", "They are no boxes.")
+        validator.skip(f"{shapes} annotations", "They are not boxes.")
     return validator.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
 
 
 def _listed(file: Path, several: bool) -> Iterator[Listed]:
-    """The pictures of a file; of several files, the name of each says something as a folder does."""
+    """The pictures of a file; with several files, a file's name counts as a folder's name does."""
     found = False
     for key, place, item in members(file):
         found |= key == "items" and place is not None
@@ -117,7 +117,7 @@ def _annotation(
     file: str,
     where: str,
 ) -> bool:
-    """Takes one annotation; False: it is no box."""
+    """Take one annotation; False: it is not a box."""
     if not isinstance(note, dict):
         raise refuse(file, where, "must be an object. Correct it.")
     if note.get("type") != "bbox":
@@ -133,7 +133,7 @@ def _annotation(
     if not uid:
         uid = validator.unique(f"{frame}-{where.rsplit(' ', 1)[1]}", file, where)
     if said.get("outside") in (True, "true", "True"):
-        # Datumaro keeps CVAT's marks of the end as boxes.
+        # Datumaro keeps CVAT's end marks as boxes.
         validator.end(uid, frame)
         return True
     score = said.get("score")
@@ -166,7 +166,7 @@ def _annotation(
 def _edges(
     box: object, turn: object, scale: tuple[float, float], validator: ImportValidator, file: str, where: str
 ) -> Edges:
-    """Edges in px of the video; a turned box becomes the upright one around it."""
+    """Edges in px of the video; a rotated box is replaced by the upright box around it."""
     if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
         raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     x, y, width, height = (real_of(side, "bbox", file, where) for side in box)

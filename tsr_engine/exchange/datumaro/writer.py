@@ -64,7 +64,7 @@ def _head(labels: ClassMap) -> str:
                     ),
                     *([{"name": UNKNOWN, "parent": "", "attributes": []}] if labels.unknown else []),
                 ],
-                # Attributes that are declared survive Datumaro's conversion to other formats.
+                # Datumaro keeps only declared attributes when it converts to other formats.
                 "attributes": ["occluded", "uid", "score", "state", "source", "note", "ignore"],
             },
             "mask": {"colormap": []},
@@ -118,7 +118,7 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
 FORMAT = Format(
     name="datumaro",
     title="Datumaro JSON",
-    summary="Boxes by picture with tracks as attributes, for Datumaro and everything that it converts to.",
+    summary="Boxes per picture with tracks as attributes, for Datumaro and every format that it converts to.",
     write=_write,
     read=read_datumaro,
     sniff=sniff_datumaro,
@@ -126,7 +126,7 @@ FORMAT = Format(
     import_switches=(
         *PICTURE_SWITCHES,
         SIZE_SWITCH,
-        Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),
+        Switch("interpolate", ("no", "yes"), "Interpolate linearly between the boxes of a track, for sparse files."),
     ),
     key_frames=True,
     docs="datumaro.md",

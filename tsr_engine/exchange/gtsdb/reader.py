@@ -25,11 +25,11 @@ _BENCHMARK = Custom(0, "the benchmark's scenes begin with 00000", before="", dig
 
 
 def read_gtsdb(path: Path, target: ImportTarget) -> Dataset:
-    """The data set of a ``gt.txt``, or of one in each subset's folder.
+    """Read a ``gt.txt``, or one in the folder of each subset.
 
     Args:
         path: the file, or the folder that has it.
-        target: the video that it is about.
+        target: the video that the file is about.
 
     Raises:
         ImportFormatError: a row breaks a rule.

@@ -52,21 +52,21 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         lambda part, frame, subset: (f"{subset}/" if options.split else "") + _name(part, frame, suffix),
     )
     skipped = [Skipped(f"{ignored} boxes to ignore", "gt.txt has no such mark.")] if ignored else []
-    why = "Their label is none of the 43 classes that gt.txt has numbers for."
+    why = "Their label is not one of the 43 classes that gt.txt has numbers for."
     skipped += [Skipped(counted(unknown, "box", "boxes"), why)] if unknown else []
     what = "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"
     return skipped, {"origin": 0, "corners": corners, "meaning": what, "pictures": pictures}
 
 
 def _name(part: PictureList, frame: int, suffix: str) -> str:
-    """As in the benchmark, ``00010.ppm``; with several videos, after the name of each."""
+    """As in the benchmark, ``00010.ppm``; with several videos, the video's name comes first."""
     return f"{part.stem(frame) if part.prefix else f'{frame:05d}'}.{suffix}"
 
 
 FORMAT = Format(
     name="gtsdb",
     title="GTSDB gt.txt",
-    summary="One line a sign in whole pixels, as the German detection benchmark has it; without tracks.",
+    summary="One line per sign in whole pixels, as in the German detection benchmark; without tracks.",
     write=_write,
     read=read_gtsdb,
     sniff=sniff_gtsdb,
@@ -75,7 +75,9 @@ FORMAT = Format(
         Switch("image", ("jpg", "png", "ppm"), IMAGE_SWITCH.help),
     ),
     import_switches=(
-        Switch("corners", ("auto", "inclusive", "exclusive"), "As for export; auto: by the manifest, else inclusive."),
+        Switch(
+            "corners", ("auto", "inclusive", "exclusive"), "As for export; auto: as the manifest says, else inclusive."
+        ),
         *PICTURE_SWITCHES,
         LINK_SWITCH,
     ),

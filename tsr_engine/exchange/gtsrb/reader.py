@@ -1,4 +1,4 @@
-"""Reads GTSRB class folders that say, in ``crops.csv``, where each crop was cut out of its video."""
+"""Reads GTSRB class folders with a ``crops.csv``, which says where each crop was cut out of its video."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ _NUMBERS = ("Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2", "ClassId")
 
 
 def read_crops(path: Path, target: ImportTarget) -> Dataset:
-    """Read a folder.
+    """Read a folder of class folders.
 
     Raises:
-        ImportFormatError: a broken rule, or nothing says where the crops were cut out.
+        ImportFormatError: the folder breaks a rule, or does not say where the crops were cut out.
     """
     root = path if path.is_dir() else path.parent
     if not (root / SIDE).is_file():
         raise refuse(
             path.name,
             None,
-            f"has no {SIDE}: crops alone do not say where in the video they were cut out. Train from them, or export "
-            "from this tool again.",
+            f"has no {SIDE}: crops alone do not say where in the video they were cut out. Use them for training, or "
+            "export from this tool again.",
         )
     tables: dict[str, tuple[str, int, tuple[int, ...]]] = {}
     for table in sorted(root.rglob("GT-*.csv")):
@@ -83,9 +83,9 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         if taken and (entry.note or not known):
             entry.tell(validator, frame)
     if others:
-        validator.skip(f"{others} crops", f"They are of another video than {video.name}.")
+        validator.skip(f"{others} crops", f"They are from another video than {video.name}.")
     if missing:
-        validator.skip(f"{missing} crops of {SIDE}", "No table GT-*.csv lists them any more.")
+        validator.skip(f"{missing} crops of {SIDE}", "No table GT-*.csv lists them.")
     if len(names) == 1 and tables:
         validator.skip(f"{len(tables)} crops", f"{SIDE} does not say where they were cut out.")
     return validator.finish(SIDE)
@@ -98,7 +98,7 @@ def _read_table(table: Path, root: Path, out: dict[str, tuple[str, int, tuple[in
         given = row.get("Path") or row.get("Filename", "")
         file = (table.parent.relative_to(root) / given.lstrip("/")).as_posix()
         if file in out:
-            raise refuse(name, line, f"{given[:60]} is there twice. Delete one of the lines.")
+            raise refuse(name, line, f"{given[:60]} occurs twice. Delete one of the lines.")
         out[file] = (name, line, numbers)
 
 

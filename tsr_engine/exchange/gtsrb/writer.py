@@ -23,9 +23,9 @@ from tsr_engine.exchange.subject import TASK_SWITCH
 __all__ = ["BORDER", "FORMAT", "LEAST_BORDER", "crop_with_border"]
 
 BORDER = 0.1
-"""Of the sign's side."""
+"""Border as a share of the sign's side."""
 LEAST_BORDER = 5
-"""px."""
+"""Smallest border, px."""
 _HEADER = "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId\n"
 _PER_TRACK = 30
 
@@ -33,14 +33,14 @@ _PER_TRACK = 30
 def crop_with_border(
     picture: NDArray[np.uint8], box: tuple[int, int, int, int]
 ) -> tuple[NDArray[np.uint8], tuple[int, int, int, int]]:
-    """A sign with its border.
+    """Crop a sign with its border.
 
     Args:
         picture: BGR, shape (h, w, 3).
-        box: whole px edges inside of the picture.
+        box: whole px edges inside the picture.
 
     Returns:
-        the crop, and the sign's box within it, edges, right and lower one exclusive.
+        The crop, and the sign's box within it (edges, the right and lower one exclusive).
     """
     x1, y1, x2, y2 = box
     height, width = picture.shape[:2]
@@ -59,7 +59,7 @@ def crop_with_border(
 
 
 def border_of(side: int) -> int:
-    """Border of a side in px: 10 %, at least 5."""
+    """Border in px of a side in px: 10 %, at least 5."""
     return max(LEAST_BORDER, int(BORDER * side + 0.5))
 
 
@@ -73,9 +73,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     skipped = [
         Skipped(f"{count} {what}", reason)
         for count, what, reason in (
-            (writer.without_class, "tracks", "Their label is none of the 43 classes that GTSRB has folders for."),
+            (writer.without_class, "tracks", "Their label is not one of the 43 classes that GTSRB has folders for."),
             (writer.ignored, "boxes to ignore", "Crops have no such mark."),
-            (writer.thinned, "boxes", f"{_PER_TRACK} crops a track were asked for."),
+            (writer.thinned, "boxes", f"The export takes {_PER_TRACK} crops per track (per_track)."),
         )
         if count
     ]
@@ -89,7 +89,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
 
 
 class _Writer:
-    """Cuts out one frame after the other; tables are written when all crops are."""
+    """Cut out frame after frame; the tables follow when all crops are written."""
 
     def __init__(self, dataset: Dataset, out: OutputSink, options: ExportOptions) -> None:
         self._out = out
@@ -130,7 +130,7 @@ class _Writer:
                 self._options.progress(self.crops, max(self._total, self.crops))
 
     def write_tables(self) -> None:
-        """One table a class and subset, ordered by track, then time."""
+        """Write one table for each class and subset, ordered by track, then by time."""
         for (subset, label), lines in sorted(self._tables.items()):
             text = "".join(line for _, line in sorted(lines))
             self._out.put(f"{self._home(subset, label)}/GT-{label:05d}.csv", (_HEADER + text).encode("ascii"))
@@ -147,7 +147,7 @@ class _Writer:
         return wanted
 
     def _choose(self, rows: FrameRows) -> NDArray[np.bool_]:
-        """Which boxes are cut out: none to ignore, and of each track as many as asked for, evenly."""
+        """Which boxes are cut out: none to ignore, and of each track the wanted number at even distances."""
         chosen = ~rows.table.ignore
         self.ignored += int(rows.table.ignore.sum())
         if self._most is not None:
@@ -160,7 +160,7 @@ class _Writer:
         return chosen
 
     def _number(self, label: int) -> int:
-        """Number of a new track within its class, over all videos and subsets: no two ever share a name."""
+        """Number of a new track within its class, unique over all videos and subsets."""
         number = self._next_track.get(label, 0)
         self._next_track[label] = number + 1
         return number
@@ -180,7 +180,7 @@ class _Writer:
 FORMAT = Format(
     name="gtsrb",
     title="GTSRB crops",
-    summary="Signs cut out, by class and track, for training a classifier.",
+    summary="Cropped signs by class and track, for training a classifier.",
     write=_write,
     read=read_crops,
     sniff=sniff_crops,

@@ -1,4 +1,4 @@
-"""Names by number, as YOLO has them: ``obj.names`` (one a line) and ``data.yaml``."""
+"""Reads and writes class names by number in YOLO's files: ``obj.names`` (one a line) and ``data.yaml``."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ __all__ = ["read_names", "read_yaml_names", "write_names", "write_yaml_names"]
 
 
 def read_names(path: Path, key: str, name: str) -> FileLabels:
-    """One name a line; its number is the place.
+    """Read one name per line; the number is the line's index from 0.
 
     Raises:
-        ImportFormatError: an empty line among them; says which.
+        ImportFormatError: an empty line between names; names the line.
     """
     taken = Collector(path.name)
     lines = read_text(path, limit=MAX_YAML_BYTES).splitlines()
@@ -24,16 +24,16 @@ def read_names(path: Path, key: str, name: str) -> FileLabels:
         lines.pop()
     for number, line in enumerate(lines):
         if not line.strip():
-            raise refuse(path.name, number + 1, "is empty; every line must have a name. Fill it in.")
+            raise refuse(path.name, number + 1, "is empty; every line must have a name. Add one.")
         taken.add(line, number + 1, number)
     return taken.finish(key, name)
 
 
 def read_yaml_names(path: Path, key: str, name: str) -> FileLabels:
-    """``names`` of a ``data.yaml``: a list, or a map of number and name.
+    """Read ``names`` of a ``data.yaml``: a list, or a map from number to name.
 
     Raises:
-        ImportFormatError: no YAML, or no names; says the line.
+        ImportFormatError: not YAML, or no names; names the line.
     """
     taken = Collector(path.name)
     found = names_of(path)
@@ -45,10 +45,10 @@ def read_yaml_names(path: Path, key: str, name: str) -> FileLabels:
 
 
 def write_names(labels: LabelSet) -> str:
-    """Names alone, in the order of the set."""
+    """The names alone, in the order of the set."""
     return "".join(f"{label.name}\n" for label in labels.offered())
 
 
 def write_yaml_names(labels: LabelSet) -> str:
-    """Names by place; YOLO wants 0, 1, 2 ... without gaps, so places are no ids."""
+    """The names by index: YOLO needs 0, 1, 2 ... without gaps, so the indices are not ids."""
     return "names:\n" + "".join(f"  {at}: {quoted_name(label.name)}\n" for at, label in enumerate(labels.offered()))

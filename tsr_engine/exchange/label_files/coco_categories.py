@@ -17,10 +17,10 @@ _CATEGORIES = frozenset(get_args(Category))
 
 
 def read_categories(path: Path, key: str, name: str) -> FileLabels:
-    """Ids, names and supercategories; the rest of the file is not read.
+    """Read ids, names and supercategories; the rest of the file is ignored.
 
     Raises:
-        ImportFormatError: no JSON, or no categories; says the line or the place.
+        ImportFormatError: not JSON, or no categories; names the line or the place.
     """
     taken = Collector(path.name)
     found = heads(path, ("categories",)).get("categories")
@@ -35,14 +35,14 @@ def read_categories(path: Path, key: str, name: str) -> FileLabels:
             raise refuse(path.name, where, "id must be a whole number. Correct it.")
         if above not in _CATEGORIES:
             if above not in (None, "", "none"):
-                taken.tell(f"{path.name}: the supercategory {str(above)[:60]!r} is none of ours; taken as 'other'.")
+                taken.tell(f"{path.name}: the supercategory {str(above)[:60]!r} is unknown; 'other' was used.")
             above = "other"
         taken.add(each["name"], where, number, category=above)
     return taken.finish(key, name)
 
 
 def write_categories(labels: LabelSet) -> str:
-    """A COCO file with categories and nothing else; ids are those of the set."""
+    """Write a COCO file with categories only; ids are those of the set."""
     rows = [
         json.dumps({"id": label.id, "name": label.name, "supercategory": label.category}, ensure_ascii=False)
         for label in labels.offered()

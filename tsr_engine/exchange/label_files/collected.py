@@ -20,7 +20,7 @@ _MOST_NUMBER = 2**31 - 1
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """A name in the file that no label can have, and why."""
+    """A name in the file that cannot be a label, with the reason."""
 
     name: str
     reason: str
@@ -31,9 +31,9 @@ class FileLabels:
     """The labels of a file.
 
     Attributes:
-        labels: a set; ids are the numbers of the file where it has such numbers, else the order.
-        refused: names that are no labels.
-        reported: what the file says and a set cannot hold, in sentences.
+        labels: a label set; ids are the file's numbers if it has them, else the order.
+        refused: names that cannot be labels.
+        reported: sentences about what a set cannot hold.
     """
 
     labels: LabelSet
@@ -55,12 +55,12 @@ class Collector:
         self._digits: set[int] = set()
 
     def tell(self, sentence: str) -> None:
-        """Report once what is left out."""
+        """Report a sentence once."""
         if sentence not in self._reported:
             self._reported.append(sentence)
 
     def attribute(self, label: str, facts: JsonObject) -> Attribute | None:
-        """An attribute; None: it is left out, which is reported."""
+        """Make an attribute; None: it is invalid, which is reported."""
         try:
             return Attribute(**facts)
         except ValidationError as error:
@@ -70,16 +70,16 @@ class Collector:
             return None
 
     def add(self, name: str, where: str | int | None, number: int | None = None, **facts: Any) -> None:
-        """Take a label.
+        """Add a label.
 
         Args:
-            name: as the file writes it.
+            name: as in the file.
             where: line or place, for messages.
-            number: in the file; None: labels are numbered by their order.
+            number: in the file; None: number the labels in their order.
             facts: further fields of :class:`Label`.
 
         Raises:
-            ImportFormatError: two labels have one number, or there are too many.
+            ImportFormatError: two labels have the same number, or there are too many.
         """
         if len(self._labels) == MOST_LABELS:
             raise refuse(self.file, where, f"is more than the {MOST_LABELS} labels that a set holds. Split the file.")
@@ -90,7 +90,7 @@ class Collector:
             raise refuse(self.file, where, f"{name!r} has the number {number} of {self._ids[number]!r}. Correct one.")
         other = self._words.get(comparable(name))
         if other is not None:
-            same = "is there twice" if other == name else f"is the same label as {other!r} here"
+            same = "occurs twice" if other == name else f"is the same label as {other!r} here"
             self._refused.append(Refused(name, f"{self._at(where)} {name!r} {same}."))
             return
         facts["aliases"] = self._free_aliases(name, facts.get("aliases", ()))
@@ -109,11 +109,11 @@ class Collector:
         self._labels.append(label)
 
     def finish(self, key: str, name: str) -> FileLabels:
-        """All labels.
+        """Return all labels.
 
         Args:
-            key: of the set.
-            name: of the set.
+            key: key of the new set.
+            name: name of the new set.
 
         Raises:
             ImportFormatError: the file has no labels.
@@ -126,7 +126,7 @@ class Collector:
         return FileLabels(made, tuple(self._refused), tuple(self._reported))
 
     def _with_free_key(self, label: Label) -> Label:
-        """The label with a key that does not read like a word of another label."""
+        """The label with a key that is not a word of another label."""
         key = key_of(label.name, lambda key: self._words.get(comparable(key), label.name) != label.name)
         self._words[comparable(key)] = label.name
         return label.model_copy(update={"key": key})
@@ -136,7 +136,7 @@ class Collector:
         for alias in map(str.strip, aliases):
             other = self._words.get(comparable(alias))
             if other is not None:
-                self.tell(f"{self.file}: the alias {alias!r} of {name!r} was left out: it names {other!r}.")
+                self.tell(f"{self.file}: the alias {alias!r} of {name!r} was left out: {other!r} has it.")
             elif alias and comparable(alias) != comparable(name):
                 free.append(alias)
         return tuple(free)

@@ -19,27 +19,27 @@ __all__ = ["MOST_BYTES", "read_cvat_labels", "write_cvat_labels"]
 MOST_BYTES: Final = 16 << 20
 _COLOUR = re.compile("#[0-9a-f]{6}")
 _OPEN: Final = 10**9
-"""Stands for a limit that a number does not have: CVAT asks for both."""
+"""Written for a missing limit of a number: CVAT needs both limits."""
 _BOXES = frozenset({"any", "rectangle"})
 
 
 def read_cvat_labels(path: Path, key: str, name: str) -> FileLabels:
-    """Labels with colours and attributes; ``id`` is CVAT's own and is not read.
+    """Read labels with colours and attributes; CVAT's ``id`` is ignored.
 
     Raises:
-        ImportFormatError: no list of labels; says the line or the place.
+        ImportFormatError: not a list of labels; names the line or the place.
     """
     taken = Collector(path.name)
     for member, place, found in members(path, limit=MOST_BYTES):
         if member or place is None:
-            raise refuse(path.name, None, "must be a list of labels, as CVAT shows it under Raw.")
+            raise refuse(path.name, None, "must be a list of labels, as CVAT's tab Raw shows it.")
         if place:
             _take(found, f"label {place}", taken)
     return taken.finish(key, name)
 
 
 def write_cvat_labels(labels: LabelSet) -> str:
-    """The labels that are offered; aliases and pictograms stay behind."""
+    """Write the labels that are offered, without aliases and pictograms."""
     content = [
         {
             "name": label.name,
@@ -59,7 +59,9 @@ def _take(found: object, where: str, taken: Collector) -> None:
     if kind not in _BOXES:
         taken.tell(f"{taken.file}: {name!r} is a label for {str(kind)[:40]}; it was taken as one for boxes.")
     if colour is not None and not (isinstance(colour, str) and _COLOUR.fullmatch(colour.lower())):
-        taken.tell(f"{taken.file}: the colour of {name!r} was left out: {str(colour)[:40]!r} is not written #rrggbb.")
+        taken.tell(
+            f"{taken.file}: the colour of {name!r} was left out: {str(colour)[:40]!r} is not in the form #rrggbb."
+        )
         colour = None
     if not isinstance(listed, list):
         raise refuse(taken.file, where, "attributes must be a list. Copy it from CVAT again.")
@@ -70,7 +72,7 @@ def _take(found: object, where: str, taken: Collector) -> None:
         attribute = taken.attribute(name, _facts(each, name, where, taken))
         if attribute is not None and attribute.name in {known.name for known in attributes}:
             taken.tell(
-                f"{taken.file}, label {name!r}: the attribute {attribute.name!r} is there twice; the first counts."
+                f"{taken.file}, label {name!r}: the attribute {attribute.name!r} occurs twice; the first counts."
             )
         elif attribute is not None:
             attributes.append(attribute)
@@ -99,7 +101,7 @@ def _facts(each: JsonObject, label: str, where: str, taken: Collector) -> JsonOb
         given = None if default is None else _number(str(default), label, where, taken)
         return {**facts, "kind": "number", "default": given, **limits}
     if default is not None and str(default) not in values:
-        said = f"the default of {each.get('name')!r} is none of its values; it was left out."
+        said = f"the default of {each.get('name')!r} is not one of its values; it was left out."
         taken.tell(f"{taken.file}, label {label!r}: {said}")
         default = None
     chosen = None if default is None else str(default)
@@ -114,7 +116,7 @@ def _number(value: str, label: str, where: str, taken: Collector) -> float:
 
 
 def _written(attribute: Attribute) -> JsonObject:
-    """An attribute as CVAT has it, where every one has a default."""
+    """An attribute in CVAT's form, in which each has a default."""
     default, values = attribute.default, list(attribute.values)
     if attribute.kind == "checkbox":
         shown = str(default is True).lower()

@@ -24,15 +24,15 @@ _HEAD: Final = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class LabelFormat:
-    """One format.
+    """A file format of label sets.
 
     Attributes:
-        id: its name in commands and addresses.
-        file: usual name of such a file.
+        id: name of the format in commands and URLs.
+        file: usual file name.
         media: media type.
-        loses: what the format cannot hold, as a sentence; empty: nothing.
-        read: path, key and name of the set -> labels.
-        write: set -> text.
+        loses: one sentence on what the format cannot hold; empty: it holds everything.
+        read: makes labels from a path and the key and name of the set.
+        write: makes the text of a file.
     """
 
     id: str
@@ -55,7 +55,7 @@ LABEL_FORMATS: Final = {
             "cvat",
             "labels.json",
             "application/json",
-            "CVAT's labels have names, colours and attributes; aliases, shapes and pictures stay behind.",
+            "CVAT's labels have names, colours and attributes; aliases, shapes and pictograms are lost.",
             read_cvat_labels,
             write_cvat_labels,
         ),
@@ -74,7 +74,7 @@ LABEL_FORMATS: Final = {
             "coco",
             "categories.json",
             "application/json",
-            "COCO's categories hold ids, names and categories; the rest stays behind.",
+            "COCO's categories have ids, names and supercategories; all else is lost.",
             read_categories,
             write_categories,
         ),
@@ -82,7 +82,7 @@ LABEL_FORMATS: Final = {
             "label-studio",
             "config.xml",
             "application/xml",
-            "Label Studio holds one alias a label, and attributes of whole tracks; shapes and pictures stay behind.",
+            "Label Studio has one alias per label, and attributes of whole tracks; shapes and pictograms are lost.",
             read_label_config,
             write_label_config,
         ),
@@ -92,14 +92,14 @@ LABEL_FORMATS: Final = {
 
 
 def format_of(path: Path, file: str = "") -> str:
-    """The format of a file, by what is in it and what it is called.
+    """Recognise the format of a file by its content and name.
 
     Args:
         path: the file.
-        file: what it was called where it came from; empty: as ``path``.
+        file: original name of the file; empty: that of ``path``.
 
     Raises:
-        ImportFormatError: it cannot be read, or is of no such format.
+        ImportFormatError: the file cannot be read, or has no known format.
     """
     file = (file or path.name).lower()
     try:
@@ -119,22 +119,22 @@ def format_of(path: Path, file: str = "") -> str:
     if file.endswith((".yaml", ".yml")) or any(line.startswith(b"names:") for line in head.splitlines()):
         return "yaml"
     if b"\0" in head:
-        raise refuse(path.name, None, f"is no file of labels. Known are {', '.join(LABEL_FORMATS)}.")
+        raise refuse(path.name, None, f"is not a file of labels. Known formats are {', '.join(LABEL_FORMATS)}.")
     return "names"
 
 
 def read_labels(path: Path, key: str, name: str, format: str | None = None) -> FileLabels:
-    """The labels of a file.
+    """Read the labels of a file.
 
     Args:
         path: the file.
-        key: of the set that they become; our own files have a key.
-        name: of that set; our own files have a name.
-        format: see ``LABEL_FORMATS``; None: found out.
+        key: key of the new set; our own files have one already.
+        name: name of the new set; our own files have one already.
+        format: an id in ``LABEL_FORMATS``; None: recognise it.
 
     Raises:
-        UsageError: there is no such format.
-        InputError: the file breaks a rule of its format; names it and where.
+        UsageError: the format is unknown.
+        InputError: the file breaks a rule of its format; names the file and the place.
     """
     chosen = format_of(path) if format is None else format
     if chosen not in LABEL_FORMATS:
@@ -143,10 +143,10 @@ def read_labels(path: Path, key: str, name: str, format: str | None = None) -> F
 
 
 def write_labels(labels: LabelSet, format: str) -> str:
-    """The text of a file.
+    """Return the text of a file.
 
     Raises:
-        UsageError: there is no such format.
+        UsageError: the format is unknown.
     """
     if format not in LABEL_FORMATS:
         raise UsageError(f"Expected a format of labels, one of {', '.join(LABEL_FORMATS)}. Got {format!r}.")

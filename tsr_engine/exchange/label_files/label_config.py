@@ -19,19 +19,19 @@ __all__ = ["MOST_BYTES", "read_label_config", "write_label_config"]
 MOST_BYTES: Final = 16 << 20
 _QUESTIONS: Final = {"Choices": "select", "Number": "number", "TextArea": "text"}
 _RGBA: Final = re.compile(r"^\s*rgba\((.*),[^,]*\)\s*$")
-"""A colour with its transparency, which a label does not have."""
+"""A colour with transparency, which is dropped."""
 _ALL: Final = None
-"""The labels that a question is about where it names none."""
+"""The labels of a question that names none."""
 
 
 def read_label_config(path: Path, key: str, name: str) -> FileLabels:
-    """Labels of ``<Labels>``, ``<RectangleLabels>`` and the like; questions for each region become attributes.
+    """Read the labels of ``<Labels>``, ``<RectangleLabels>`` and the like; per-region controls become attributes.
 
-    A configuration without such a list has its labels in ``<Choices>``. What an ``alias`` says stands in exported
-    results, so it becomes an alias. A ``hotkey`` that is a digit becomes the pinned digit.
+    A configuration without such a list has its labels in ``<Choices>``. Exported results hold the ``alias`` instead of
+    the name, so it becomes an alias of the label. A ``hotkey`` that is a digit becomes the label's digit.
 
     Raises:
-        ImportFormatError: no XML, another root, or no labels; says the line.
+        ImportFormatError: not XML, another root, or no labels; names the line.
     """
     if path.stat().st_size > MOST_BYTES:
         raise refuse(path.name, None, f"is larger than the {MOST_BYTES} bytes that are read.")
@@ -65,7 +65,7 @@ def read_label_config(path: Path, key: str, name: str) -> FileLabels:
 
 
 def write_label_config(labels: LabelSet) -> str:
-    """A configuration for videos; of the aliases the first is kept, and no attribute can change inside a track."""
+    """Write a configuration for videos; only the first alias is kept, and attributes cannot change within a track."""
     offered = labels.offered()
     lines = ["<View>", '  <Labels name="label" toName="video" allowEmpty="false">']
     for label in offered:
@@ -78,7 +78,7 @@ def write_label_config(labels: LabelSet) -> str:
         lines.append(f"    <Label{_facts(facts)}/>")
     lines += ["  </Labels>", '  <Video name="video" value="$video"/>', '  <VideoRectangle name="box" toName="video"/>']
     for question, about in _grouped(offered):
-        lines += _asked(question, about, len(offered))
+        lines += _control(question, about, len(offered))
     return "\n".join([*lines, "</View>"]) + "\n"
 
 
@@ -89,10 +89,10 @@ def _below(node: Node) -> Iterator[Node]:
 
 
 def _question(node: Node, taken: Collector) -> tuple[Attribute, frozenset[str] | None] | None:
-    """The attribute that a control asks for, and the labels that it is about."""
+    """The attribute of a control, and the labels that it applies to."""
     name = node.attrib.get("name", "")
     if node.attrib.get("perRegion", "false").lower() != "true":
-        taken.tell(f"{taken.file}, line {node.line}: <{node.tag}> {name!r} asks about whole tasks; it was left out.")
+        taken.tell(f"{taken.file}, line {node.line}: <{node.tag}> {name!r} is about whole tasks; it was left out.")
         return None
     if node.attrib.get("choice") == "multiple":
         taken.tell(f"{taken.file}, line {node.line}: {name!r} allows several answers; an attribute has one. Left out.")
@@ -141,7 +141,7 @@ def _digit(entry: Node, taken: Collector) -> int | None:
 
 
 def _grouped(offered: list[Label]) -> list[tuple[Attribute, list[str]]]:
-    """Equal attributes of several labels as one, with the names of the labels."""
+    """Equal attributes of several labels, joined, with the names of the labels."""
     found: dict[str, tuple[Attribute, list[str]]] = {}
     for label in offered:
         for each in label.attributes:
@@ -149,8 +149,8 @@ def _grouped(offered: list[Label]) -> list[tuple[Attribute, list[str]]]:
     return list(found.values())
 
 
-def _asked(question: Attribute, about: list[str], everything: int) -> list[str]:
-    """The control that asks for an attribute."""
+def _control(question: Attribute, about: list[str], everything: int) -> list[str]:
+    """The control of an attribute."""
     facts = {"name": question.name, "toName": "video", "perRegion": "true"}
     if len(about) < everything:
         facts |= {"whenTagName": "label", "whenLabelValue": ",".join(about)}

@@ -1,7 +1,7 @@
-"""Attributes of labels in Label Studio: controls of a region, ``perRegion`` in the labelling configuration.
+"""Converts attributes of labels to and from Label Studio's controls of a region (``perRegion``).
 
-A checkbox and a select are choices, a number is a number, a text is a text area. A region has one answer for all of its
-frames, so attributes that change from frame to frame have no place there.
+A checkbox or select becomes choices, a number a number, a text a text area. A region has one answer for all of its
+frames, so attributes that change from frame to frame cannot be written.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _name(name: str) -> str:
 
 
 def controls(labels: ClassMap) -> str:
-    """The controls of all attributes that labels have for a whole track; one of two labels has both their values."""
+    """The controls of all whole-track attributes; an attribute of two labels gets the values of both."""
     found: dict[str, list[Attribute]] = {}
     for label in labels.labels:
         for each in label.attributes:
@@ -71,7 +71,7 @@ def results(track: Track, labels: ClassMap) -> list[JsonObject]:
 
 
 def answers_of(regions: Iterable[object]) -> dict[str, dict[str, AttributeValue]]:
-    """What controls say of regions, by the region's id, then by the name of the control."""
+    """The answers in the file by region id, then by name of the control."""
     found: dict[str, dict[str, AttributeValue]] = {}
     for region in regions:
         if not isinstance(region, dict) or not isinstance(region.get("id"), str):
@@ -94,12 +94,12 @@ def _answer(kind: str, value: JsonMapping) -> AttributeValue | None:
 
 
 def declare_controls(folder: Path, validator: ImportValidator) -> None:
-    """Declare to a validator the questions in the labelling configuration beside the tasks; it may be missing."""
+    """Declare to a validator the questions of the labelling configuration beside the tasks, if there is one."""
     path = folder / CONFIG
     if not path.is_file():
         return
     attributes: list[Attribute] = []
-    with suppress(ImportFormatError):  # it only adds to what the tasks say
+    with suppress(ImportFormatError):  # the configuration is optional
         for node in elements(path, "View", ("Choices", "Number", "TextArea")):
             name = restored(node.attrib.get("name", ""))
             values = tuple(dict.fromkeys(choice.attrib.get("value", "") for choice in node.all("Choice")))

@@ -19,24 +19,24 @@ __all__ = ["FILES", "read_label_studio", "sniff_label_studio"]
 
 FILES = ("tasks.json", *(f"tasks_{name}.json" for name in SUBSETS))
 _OTHER = frozenset({"video", "sha256", "subset"})
-"""Keys of a task that are no further addresses."""
+"""Keys of a task that are not addresses of its video."""
 _TABLE = frozenset({"annotation_id", "annotator", "lead_time"})
-"""Columns of Label Studio's CSV and TSV, which are keys of JSON-MIN."""
+"""Columns of Label Studio's CSV and TSV, which are also the keys of JSON-MIN."""
 _JSON = "Export as JSON, not JSON-MIN or CSV."
 
 
 def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
-    """Read a file or folder.
+    """Read a file or folder of tasks.
 
     Raises:
-        ImportFormatError: a broken rule.
+        ImportFormatError: a task breaks a rule.
     """
     video = target.video
     if not video.constant_rate or video.rate is None:
         raise refuse(
             path.name,
             None,
-            f"counts frames by time, but {video.name} has a variable frame rate, so its frames are others. Use CVAT.",
+            f"counts frames by time, but {video.name} has a variable frame rate, so its frames differ. Use CVAT.",
         )
     validator = ImportValidator(target)
     files = _files(path)
@@ -50,7 +50,7 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
         task, file_name, where = part.content
         if not part.name and part.known is None:
             validator.repair(
-                f"{file_name}, {where}: does not say which video it is about. It was taken for {video.name}."
+                f"{file_name}, {where}: does not say which video it is about. It was imported onto {video.name}."
             )
         _read_task(task, validator, file_name, where)
     return validator.finish(files[0].name, interpolate=True)
@@ -65,7 +65,7 @@ def _files(path: Path) -> list[Path]:
 
 def _tasks(file: Path, video: DatasetVideo) -> list[Part[tuple[JsonObject, str, str]]]:
     if file.suffix.lower() != ".json":
-        raise refuse(file.name, None, f"is a table of Label Studio, which does not say all of a video. {_JSON}")
+        raise refuse(file.name, None, f"is a table of Label Studio, which lacks a part of the annotations. {_JSON}")
     tasks = read_json(file)
     tasks = [tasks] if isinstance(tasks, dict) else tasks
     if not isinstance(tasks, list) or not all(isinstance(task, dict) for task in tasks):
@@ -79,11 +79,11 @@ def _tasks(file: Path, video: DatasetVideo) -> list[Part[tuple[JsonObject, str, 
 
 
 def _part(task: JsonObject, file: str, where: str, video: DatasetVideo) -> Part[tuple[JsonObject, str, str]]:
-    """A task with what it says of its video: by the hash where we wrote it, else by the addresses in its data."""
+    """A task and the video that it is about: by our hash if there is one, else by the addresses in its data."""
     data = task.get("data")
     data = data if isinstance(data, dict) else {}
     digest = data.get("sha256")
-    # What a region is drawn on is called as the key of its address in most projects.
+    # In most projects, ``to_name`` of a region is the key of the address of its video.
     drawn = {name for answer in _answers(task) for region in answer["result"] if (name := drawn_on(region))}
     values = [data.get(name) for name in sorted(drawn)]
     if not any(isinstance(value, str) for value in values):
@@ -101,7 +101,7 @@ def _part(task: JsonObject, file: str, where: str, video: DatasetVideo) -> Part[
 
 
 def _are_ours(parts: list[Part[tuple[JsonObject, str, str]]]) -> bool:
-    """Whether all that are about the video say so by its hash: the sides of a split are tasks of one video."""
+    """Whether all tasks of the video name it by its hash: the subsets of a split are tasks of one video."""
     return all(part.known is not None for part in parts)
 
 
@@ -117,7 +117,7 @@ def _answers(task: JsonObject) -> list[JsonObject]:
 def _left(answers: list[JsonObject]) -> str:
     drawn = [any(map(is_rectangle, answer["result"])) for answer in answers]
     empty = "; it has no video rectangles, and others have" if any(drawn) and not drawn[0] else ""
-    return f"Only the first of a task is taken{empty}."
+    return f"Only the first annotation of a task is imported{empty}."
 
 
 def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: str) -> None:
@@ -154,11 +154,11 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
         read_region(region, labels.get(str(region.get("id")), []), said, times, validator, file, spot)
     times.settle((task.get("data") or {}).get("fps") if isinstance(task.get("data"), dict) else None)
     if other:
-        validator.skip(f"{file}, {where}: {other} results", "They are no video rectangles.")
+        validator.skip(f"{file}, {where}: {other} results", "They are not video rectangles.")
 
 
 def _others(task: JsonObject, regions: list[object], video: DatasetVideo) -> dict[str, str]:
-    """What regions of a task with several videos are drawn on that is not the video: key -> name."""
+    """Other videos that regions of a task are drawn on: key -> name."""
     data = task.get("data")
     known = {name for region in regions if (name := drawn_on(region))}
     found = {name: data[name] for name in known if isinstance(data, dict) and isinstance(data.get(name), str)}
@@ -167,9 +167,9 @@ def _others(task: JsonObject, regions: list[object], video: DatasetVideo) -> dic
 
 
 def sniff_label_studio(path: Path) -> bool:
-    """Whether it is, or has, an export of Label Studio.
+    """Whether the path is, or holds, an export of Label Studio.
 
-    Those that cannot be read count, so that they can be reported.
+    Unreadable files count, so that the reader can report them.
     """
     for file in _files(path)[:1] if path.is_dir() else [path]:
         with file.open("rb") as stream:

@@ -16,18 +16,18 @@ __all__ = ["Times", "as_list", "drawn_on", "is_rectangle", "read_region"]
 
 
 def drawn_on(region: object) -> str:
-    """Name of what a region is drawn on; empty: it does not say."""
+    """Name of the object that a region is drawn on (``to_name``); empty: not stated."""
     name = region.get("to_name") if isinstance(region, dict) else None
     return name if isinstance(name, str) else ""
 
 
 def is_rectangle(region: object) -> bool:
-    """Whether it is a box that moves through a video."""
+    """Whether a region is a video rectangle."""
     return isinstance(region, dict) and region.get("type") == "videorectangle"
 
 
 def as_list(value: object) -> list[object]:
-    """The value if it is a list, else none."""
+    """The value if it is a list, else an empty list."""
     return value if isinstance(value, list) else []
 
 
@@ -45,21 +45,21 @@ class Times:
         self._early = 0
 
     def look(self, frame: int, time: object, spot: str) -> None:
-        """Take a key frame: its time is that of its number from 1, or of its ordinal."""
+        """Compare the time of a key frame with its number from 1, or with its ordinal."""
         if not is_number(time):
             return
         self._seen += 1
         self._early += abs(time * self._rate - frame) < 0.25
-        # Half a frame on either side: times are rounded, and some are those of the player.
+        # A tolerance of half a frame, because times are rounded and some come from the player.
         if not frame - 0.5 <= time * self._rate <= frame + 1.5:
             self._wrong.append(spot)
             self._first = self._first or f"frame {frame + 1} is at {time:g} s"
 
     def settle(self, fps: object) -> None:
-        """Report the times that disagree.
+        """Report times that disagree.
 
         Raises:
-            ImportFormatError: most times are those of other frames.
+            ImportFormatError: most times belong to other frames.
         """
         video, rate = self._validator.target.video, f"{self._rate:g} frames/s"
         if len(self._wrong) * 2 > self._seen:
@@ -89,19 +89,19 @@ def read_region(
     file: str,
     where: str,
 ) -> None:
-    """Hand the boxes of a region to the validator.
+    """Pass the boxes of a region to the validator.
 
     Args:
         region: a video rectangle.
-        labels: what is said of its label apart from it.
+        labels: labels stated outside the region.
         said: answers to questions about it.
-        times: are told of its key frames.
+        times: collects its key frames.
         validator: takes the boxes.
         file: for messages.
         where: for messages.
 
     Raises:
-        ImportFormatError: a broken rule.
+        ImportFormatError: the region breaks a rule.
     """
     value = region.get("value")
     if not isinstance(value, dict) or not isinstance(value.get("sequence"), list):
@@ -130,7 +130,7 @@ def read_region(
             validator.end(uid, frame + 1)
     if enabled_at and not any(isinstance(key, dict) and "enabled" in key for key in value["sequence"]):
         validator.count(
-            "Regions without enabled do not say where they end; they were shown to the last frame", file, where
+            "Regions without enabled do not state their end; they were shown up to the last frame", file, where
         )
     validator.describe(
         uid,
@@ -138,7 +138,7 @@ def read_region(
         source=(meta.get("source") or ["imported"])[0],
         notes=notes_from_text("\n".join(meta.get("note", [])), min(enabled_at, default=0)),
         said=said,
-        # Enabled at its last key frame, a region stays to the end of the video.
+        # A region that is enabled at its last key frame lasts to the end of the video.
         until=video.frames - 1 if enabled_at and enabled_at[max(enabled_at)] else -1,
     )
 
@@ -152,13 +152,13 @@ def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -
     turn = _number(key, "rotation", file, where) if key.get("rotation") else 0.0
     if turn % 360 and math.isfinite(turn):
         x, y, width, height = _upright(x, y, width, height, turn)
-        validator.count("Turned boxes were replaced by the upright boxes around them", file, where)
+        validator.count("Rotated boxes were replaced by the upright boxes around them", file, where)
     return x, y, x + width, y + height
 
 
 def _check_count(count: object, validator: ImportValidator, file: str, where: str) -> None:
     video = validator.target.video
-    # Label Studio rounds the duration, so it may be off by one.
+    # Label Studio rounds the duration, so the count may be off by one.
     if is_number(count) and abs(count - video.frames) > 1:
         raise refuse(
             file,
@@ -169,7 +169,7 @@ def _check_count(count: object, validator: ImportValidator, file: str, where: st
 
 
 def _meta(region: JsonObject) -> dict[str, list[str]]:
-    """What ``meta.text`` says, lines ``name=value`` by name; others are notes."""
+    """Lines ``name=value`` of ``meta.text`` by name; other lines are notes."""
     meta = region.get("meta")
     lines = meta.get("text") if isinstance(meta, dict) else None
     out: dict[str, list[str]] = {}
@@ -191,7 +191,7 @@ def _number(key: JsonObject, name: str, file: str, where: str) -> float:
 
 
 def _upright(x: float, y: float, width: float, height: float, turn: float) -> tuple[float, float, float, float]:
-    """The upright box around a box that is turned about its upper left corner, by degrees clockwise."""
+    """The upright box around a box that is rotated about its upper left corner, clockwise in degrees."""
     cos, sin = math.cos(math.radians(turn)), math.sin(math.radians(turn))
     corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]
     xs = [x + a * cos - b * sin for a, b in corners]

@@ -70,10 +70,10 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     )
     out.put(CONFIG, config.encode())
     skipped = [
-        Skipped(f"{lost_scores} scores", "Label Studio has one score a region; it is the mean of the track.")
+        Skipped(f"{lost_scores} scores", "Label Studio has one score per region, which is the mean of the track.")
         if lost_scores
         else None,
-        Skipped(f"{occluded} marks of occlusion", "Label Studio has none.") if occluded else None,
+        Skipped(f"{occluded} marks of occlusion", "Label Studio has no such mark.") if occluded else None,
         Skipped(f"{ignored} boxes to ignore", "Label Studio has no such mark.") if ignored else None,
         Skipped("Labels of single frames", "A region of Label Studio has one label.") if labels.changes else None,
     ]
@@ -85,18 +85,18 @@ def _constant_rate(video: DatasetVideo) -> float:
     """Frames a second.
 
     Raises:
-        ExportError: the video has none that holds.
+        ExportError: the video has a variable frame rate.
     """
     if not video.constant_rate or video.rate is None or video.rate <= 0:
         raise ExportError(
-            f"{video.name} has a variable frame rate; Label Studio finds frames by time and would show others. "
+            f"{video.name} has a variable frame rate. Label Studio finds frames by time and would show other frames. "
             "Convert it to a constant rate and import it again, or choose CVAT for video."
         )
     return float(video.rate)
 
 
 def _task_head(video: DatasetVideo, called: str, rate: float, subset: str | None, options: ExportOptions) -> str:
-    # Label Studio finds a video by this name alone, so two of one name must be distinguished.
+    # Label Studio finds a video by its name alone, so two videos of one name must be told apart.
     file = video.name if called == safe_stem(video.name) else called + Path(video.name).suffix
     data: JsonObject = {"video": file, "fps": rate, "sha256": video.sha256}
     if subset is not None:
@@ -110,7 +110,7 @@ def _region(
     track: Track, video: DatasetVideo, rate: float, labels: ClassMap, options: ExportOptions
 ) -> tuple[str, int]:
     """The text of a region and the number of its key frames."""
-    # A millionth of a percent is a hundred-thousandth of a pixel at most.
+    # A millionth of a percent is at most a hundred-thousandth of a pixel.
     key = key_frames(track, options.thin_px, rounding=1e-4)
     bounds = runs_of(track.frames)
     last = np.zeros(len(track.frames), dtype=np.bool_)
@@ -163,12 +163,12 @@ def _region(
 FORMAT = Format(
     name="label-studio",
     title="Label Studio video JSON",
-    summary="Tracks with key frames for Label Studio's video rectangles; videos of constant frame rate only.",
+    summary="Tracks with key frames as Label Studio's video rectangles; only for videos of constant frame rate.",
     write=_write,
     read=read_label_studio,
     sniff=sniff_label_studio,
     export_switches=(
-        Switch("as", ("predictions", "annotations"), "Suggestions to accept one by one, or finished annotations."),
+        Switch("as", ("predictions", "annotations"), "Predictions to accept one by one, or finished annotations."),
     ),
     import_switches=(TASK_SWITCH,),
     key_frames=True,

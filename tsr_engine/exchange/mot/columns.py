@@ -1,4 +1,4 @@
-"""Finds the meaning of the columns after the box in a file of MOT's rows.
+"""Finds the meaning of the columns after the box in a MOT file.
 
 All such files begin with frame, id, x, y, width and height. The columns after these depend on the tool:
 
@@ -9,7 +9,7 @@ All such files begin with frame, id, x, y, width and height. The columns after t
 ``visdrone`` 10   1 or 0 to ignore, or a score; VisDrone's category, truncation, occlusion (-1 in results)
 =========== ===== ================================================================
 
-The file does not name the tool. The values and the files beside it decide, and the import reports its choice.
+The file does not name the tool. The import decides by the values and the files beside it, and reports the choice.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ __all__ = ["COLUMNS_SWITCH", "HIDDEN", "SCORES_SWITCH", "VISDRONE", "Columns", "
 COLUMNS_SWITCH = Switch(
     "columns",
     ("auto", "truth", "boxmot", "results", "visdrone"),
-    "What stands behind the box: flag, class, visibility; flag, class, score; score, positions; VisDrone's. auto: as "
-    "the values and files beside tell.",
+    "Columns after the box: flag, class, visibility; flag, class, score; score, positions; VisDrone's. auto: by the "
+    "values and the files beside.",
 )
 SCORES_SWITCH = Switch(
-    "scores", ("refuse", "drop"), "Scores outside of 0 to 1, as detectors of MOTChallenge have them: leave them out."
+    "scores", ("refuse", "drop"), "Scores outside 0 to 1, as MOTChallenge's detectors write them: leave them out."
 )
 VISDRONE = (
     "ignored regions",
@@ -47,7 +47,7 @@ VISDRONE = (
 """Names of VisDrone's categories, from 0."""
 _WIDTHS = {"truth": (9,), "boxmot": (9,), "results": (7, 10), "visdrone": (10,)}
 HIDDEN = 0.5
-"""Signs that are less visible count as hidden."""
+"""Signs with a lower visibility count as hidden."""
 
 Row = Sequence[float]
 Rows = Sequence[Row]
@@ -55,17 +55,17 @@ Rows = Sequence[Row]
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """What each column is, by its place from 0; None: there is none.
+    """Index of each column from 0; None: there is no such column.
 
     Attributes:
         flag: 0 to ignore the box.
-        score: 0 to 1, -1: none.
+        score: 0 to 1, -1: no score.
         label: number of the class.
-        visibility: share of the sign that is seen.
+        visibility: visible share of the sign, 0 to 1.
         occlusion: VisDrone's, 0 to 2.
-        names: of the classes, from 0; None: they are in the file beside, or unknown.
-        first_class: number of the first class, if it is not given.
-        reported: what to say about it; empty: nothing, since there is no uncertainty.
+        names: class names from 0; None: in the file beside, or unknown.
+        first_class: number of the first class unless a person chooses it.
+        reported: the report of the choice; empty: the choice is certain.
     """
 
     flag: int | None = None
@@ -79,17 +79,17 @@ class Columns:
 
 
 def columns_of(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool = False) -> Columns | None:
-    """Find out what the columns of a file mean.
+    """Find the meaning of the columns of a file.
 
     Args:
         rows: all rows of the file as numbers, of one width: 7, 9 or 10; at least one.
         said: the value of the switch ``columns``.
-        truth: the file is called, or lies, as ground truth does.
-        named: a list of the class names lies beside.
-        ours: a manifest of ours lies beside.
+        truth: whether the file's name or place marks it as ground truth.
+        named: whether a list of class names lies beside it.
+        ours: whether our manifest lies beside it.
 
     Returns:
-        None: the file has another number of columns than what was said.
+        None: the file has another number of columns than ``said`` needs.
     """
     width = len(rows[0])
     if said != "auto" and width not in _WIDTHS[said]:
@@ -103,7 +103,7 @@ def _nine(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool) -> Col
     sure = truth or named
     seen = {row[8] for row in rows}
     plain = seen <= {-1.0, 0.0, 1.0}
-    # Visibilities of ground truth are mostly 1; a score of exactly 0 or 1 is rare.
+    # Most visibilities of ground truth are 1; a score of exactly 0 or 1 is rare.
     kind = said if said != "auto" else "truth" if sure or plain or seen & {0.0, 1.0} else "boxmot"
     if kind == "boxmot":
         reported = "Column 9 was taken as a score, column 8 as a class from 0, as BoxMOT writes them"

@@ -1,4 +1,4 @@
-"""Class, score, ignored and occluded of a row of MOT's, by what its columns mean."""
+"""Reads class, score, ignored and occluded from a MOT row by the meaning of its columns."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOSTLY = 2
 
 
 class Extras:
-    """Class, score, ignored and occluded of a row."""
+    """Reads class, score, ignored and occluded from a row."""
 
     def __init__(
         self, columns: Columns, names: list[str] | None, first: int | None, file: str, validator: ImportValidator
@@ -26,9 +26,9 @@ class Extras:
         """Take what holds for all rows.
 
         Args:
-            columns: what each column is.
+            columns: index of each column.
             names: lines of ``labels.txt``; None: there is none.
-            first: number of the first class as a person said it; None: nobody did.
+            first: number of the first class chosen by a person; None: no choice.
             file: for messages.
             validator: takes the reports.
         """
@@ -40,10 +40,10 @@ class Extras:
         self._validator = validator
 
     def __call__(self, values: Row, line: int) -> tuple[int, float, bool, bool]:
-        """Of one row.
+        """Return class, score, ignored and occluded of one row.
 
         Raises:
-            ImportFormatError: a column holds what it cannot hold.
+            ImportFormatError: a column holds an invalid value.
         """
         at = self._columns
         flag = 1.0 if at.flag is None or (at.score is not None and values[at.flag] == -1) else values[at.flag]
@@ -65,13 +65,13 @@ class Extras:
         if self._validator.target.switches.get("scores") != "drop":
             rule = f"score {score:g} must be in 0 to 1. Scale the scores, or leave them out with scores=drop."
             raise refuse(self._file, line, rule)
-        self._validator.count("Scores outside of 0 to 1 were left out", self._file, line)
+        self._validator.count("Scores outside 0 to 1 were left out", self._file, line)
         return math.nan
 
     def _label(self, number: float, line: int) -> int:
         if not (math.isfinite(number) and number == int(number)):
             raise refuse(self._file, line, f"the class must be a whole number. Got {number:g}.")
-        if number == -1:  # what the columns that nobody uses hold
+        if number == -1:  # unused columns hold it
             return UNSAID
         if not self._listed and str(int(number)) in self._validator.target.label_map:
             return self._validator.label(str(int(number)), self._file, line, number=True)
@@ -81,7 +81,7 @@ class Extras:
                 rule = f"class {int(number)} must be {self._first} to {len(self._names) - 1 + self._first}"
                 if not self._listed:
                     raise refuse(self._file, line, f"{rule}, VisDrone's classes. Import with columns=results.")
-                hint = f"Import with first_class={1 - self._first} if it counts from there."
+                hint = f"Import with first_class={1 - self._first} if the file counts from there."
                 raise refuse(self._file, line, f"{rule}, the lines of {NAMES}. {hint}")
             return self._validator.label(self._names[place], self._file, line)
         self._validator.count(

@@ -1,4 +1,4 @@
-"""Reads MOT's rows: ground truth (``gt/gt.txt``), results and detections, and those of other trackers."""
+"""Reads MOT rows: ground truth (``gt/gt.txt``), results and detections, also of other trackers."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ SIDE = "tracks.csv"
 SIDE_COLUMNS = ("id", "uid", "state", "source", "note")
 _WIDTHS = (7, 9, 10)
 _BOX = range(2, 6)
-"""Columns of the box, from 0."""
+"""Indices of the box's columns."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Counting:
-    """Where numbers begin."""
+    """First numbers of positions and classes."""
 
     frame: FrameOrigin
     place: int
@@ -47,7 +47,7 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     """Read a folder or one file of rows.
 
     Raises:
-        ImportFormatError: a broken rule.
+        ImportFormatError: a row breaks a rule.
     """
     validator = ImportValidator(target)
     switches = target.switches
@@ -122,14 +122,14 @@ def _read_sequence(
 def _edges(
     values: Row, broken: list[str] | None, origin: int, scale: tuple[float, float], file: str, line: int
 ) -> tuple[float, float, float, float]:
-    """Edges of a row; ``broken`` are its cells where one of the box is no number."""
+    """Edges of a row; ``broken`` holds its cells if one of the box is not a number."""
     x, y, w, h = values[2:6] if broken is None else (_real(broken[at], at, file, line) for at in _BOX)
     x, y = x - origin, y - origin
     return x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1]
 
 
 def _zero_is_an_id(rows: Rows) -> bool:
-    """Whether id 0 is a track, as trackers that count from 0 have it: no frame has it twice."""
+    """Whether id 0 is a track, as in trackers that count from 0: no frame has it twice."""
     frames = [values[0] for values in rows if values[1] == 0]
     return len(frames) == len(set(frames))
 
@@ -149,7 +149,7 @@ def _columns(
 
 
 def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
-    """Cells of each row with its line; all rows have as many as the first."""
+    """Yield line number and cells of each row; all rows have as many cells as the first."""
     width = 0
     for line, content in enumerate(read_text(path).splitlines(), start=1):
         if not content.strip():
@@ -170,7 +170,7 @@ def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _cells(content: str) -> list[str]:
-    """Cells between commas, semicolons, tabs or spaces; one mark may close the row."""
+    """Split a row at commas, semicolons, tabs or spaces; a trailing separator is allowed."""
     mark = next((mark for mark in ",;" if mark in content), None)
     cells = content.split(mark)
     return cells[:-1] if mark and not cells[-1].strip() else cells
@@ -184,7 +184,7 @@ def _real(cell: str, at: int, file: str, line: int) -> float:
 
 
 def _described(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]]:
-    """Name, state, source, notes and attributes of each track id, from the file beside."""
+    """Name, state, source, notes and attributes by track id, from the file beside."""
     out: dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]] = {}
     if not path.is_file():
         return out
@@ -192,7 +192,7 @@ def _described(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, Attr
     for line, cells in read_rows(path, SIDE_COLUMNS):
         number = real(cells["id"], "id", path.name, line)
         if number in out or cells["uid"] in names:
-            raise refuse(path.name, line, f"track {cells['id']} is there twice. Give each its own id and name.")
+            raise refuse(path.name, line, f"track {cells['id']} occurs twice. Give each its own id and name.")
         if not cells["uid"] or number != int(number):
             raise refuse(path.name, line, "must have a whole id and a name. Correct it.")
         names.add(cells["uid"])
@@ -202,7 +202,7 @@ def _described(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, Attr
 
 
 def sniff_mot(path: Path) -> bool:
-    """Whether it is a sequence, a folder of such, or a file of rows."""
+    """Whether the path is a sequence, a folder of sequences, or a file of rows."""
     if path.is_dir():
         if is_wrapper(path) and not (path / "gt").is_dir() and not (path / "det").is_dir():
             return False
@@ -223,5 +223,5 @@ def _looks_like_rows(path: Path) -> bool:
         values = [real_number(cell) for cell in cells]
     except ValueError:
         return False
-    # Polygons of YOLO have spaces between their numbers too, but shares of the picture for the second.
+    # Rows of YOLO polygons have spaces too, but their second number is a relative coordinate.
     return len(values) in _WIDTHS and ("," in line or (values[0] == values[0] // 1 and values[1] == values[1] // 1))

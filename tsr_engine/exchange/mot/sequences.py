@@ -26,22 +26,22 @@ _SAYS_NOTHING = re.compile(
     "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
     re.I,
 )
-"""Words in names of files and folders that are about no video."""
+"""Words in file and folder names that do not name a video."""
 
 
 @dataclass(frozen=True, slots=True)
 class SequenceFiles:
-    """Where the parts of a sequence lie; ``root`` has ``seqinfo.ini``."""
+    """Files of a sequence; ``root`` has ``seqinfo.ini``."""
 
     root: Path
     rows: Path
 
 
 def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles]:
-    """The sequences of a folder, or of a file of rows, that are about the video; the others are reported.
+    """The sequences of a folder or row file that are about the video; the others are reported.
 
     Raises:
-        ImportFormatError: there is none, or none of several has the video's name.
+        ImportFormatError: there is no sequence, or several and none has the video's name.
     """
     video = validator.target.video
     if path.is_file():
@@ -80,14 +80,14 @@ def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles
 
 
 def _tell_name(name: str, folder: Path, file: str, validator: ImportValidator) -> None:
-    """Report a sequence that has another video's name."""
+    """Report a sequence with another video's name."""
     video = validator.target.video
     if name and not name_similarity(name, video) and not is_called(folder, video, name):
-        validator.repair(f"{file}: speaks of {name[:80]}. It was taken to be about {video.name}.")
+        validator.repair(f"{file}: names {name[:80]}. It was imported onto {video.name}.")
 
 
 def class_names(sequence: SequenceFiles) -> list[str] | None:
-    """Names of the classes from the file beside the rows; None: there is none."""
+    """Class names from the file beside the rows; None: there is no file."""
     for place in (sequence.rows.parent / NAMES, sequence.root / "gt" / NAMES, sequence.root / NAMES):
         if place.is_file():
             names = [line.strip() for line in read_text(place, limit=1 << 24).splitlines()]
@@ -98,9 +98,9 @@ def class_names(sequence: SequenceFiles) -> list[str] | None:
 
 
 def picture_scale(sequence: SequenceFiles, folder: Path, validator: ImportValidator) -> tuple[float, float]:
-    """Factors from the sequence's pictures to those of the video, by ``seqinfo.ini`` if there is one.
+    """Factors from the sequence's picture size to the video's, by ``seqinfo.ini`` if there is one.
 
-    A name, length or rate that is not the video's is reported.
+    A name, length or rate that differs from the video's is reported.
 
     Raises:
         ImportFormatError: the file cannot be read, or the pictures have another size.

@@ -43,7 +43,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     done = 0
     for place, (video, stem) in enumerate(zip(dataset.videos, _folders(dataset), strict=True)):
         if video.rate is None:
-            skipped.append(Skipped(f"{video.name}: frame rate", "It is not known; seqinfo.ini must have one, so 25."))
+            skipped.append(Skipped(f"{video.name}: frame rate", "It is not known; seqinfo.ini needs one and says 25."))
         for subset in subsets:
             name = "/".join(part for part in (subset, stem) if part)
             only = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) == (subset or "default")}
@@ -67,7 +67,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
 
 
 def _folders(dataset: Dataset) -> list[str]:
-    """Folder of each video; a single one needs none."""
+    """Folder of each video; a single video needs none."""
     return [""] if len(dataset.videos) == 1 else video_names(dataset.videos)
 
 
@@ -126,7 +126,7 @@ def _write_sequence(
 
 
 def one_line(name: str) -> str:
-    """A name for a file with one name a line."""
+    """The name on one line, for files with one name a line."""
     return " ".join(name.encode("utf-8", "replace").decode().split()) or "-"
 
 
@@ -154,7 +154,7 @@ def _pictures(
 FORMAT = Format(
     name="mot",
     title="MOT 1.1",
-    summary="Rows of boxes with track ids, for tracker benchmarks (MOTChallenge, TrackEval) and CVAT.",
+    summary="Rows of boxes with track ids for CVAT and tracker benchmarks (MOTChallenge, TrackEval).",
     write=_write,
     read=read_mot,
     sniff=sniff_mot,
@@ -163,7 +163,7 @@ FORMAT = Format(
         IMAGE_SWITCH,
     ),
     import_switches=(
-        Switch("origin", ("auto", "0", "1"), "As for export; auto: as the manifest beside tells, else 0."),
+        Switch("origin", ("auto", "0", "1"), "As for export; auto: as the manifest beside the rows says, else 0."),
         Switch("first_frame", ("auto", "0", "1"), "Number of the first frame; auto: 1, as MOT says."),
         Switch(
             "first_class",

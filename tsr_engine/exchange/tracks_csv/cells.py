@@ -14,7 +14,7 @@ from tsr_engine.records import Source
 __all__ = ["differ", "edges_in", "flag_in", "real_in", "score_in", "uid_in", "whole_box"]
 
 _LOG_ODDS = frozenset(get_args(Source))
-"""What a row of ``tsr track --csv`` may have as its source."""
+"""Sources in rows of ``tsr track --csv``."""
 
 
 def differ(one: str, other: str) -> bool:
@@ -26,10 +26,10 @@ def differ(one: str, other: str) -> bool:
 
 
 def edges_in(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[float, float, float, float]:
-    """The edges of the box, px.
+    """Read the edges of the box, px.
 
     Raises:
-        ImportFormatError: a cell is no number; unless the table is the tool's ``own``, it lies within the first pixel.
+        ImportFormatError: a cell is not a number, or the box of another tool's table lies within the first pixel.
     """
     if "x1" in said:
         x1, y1, x2, y2 = (real_in(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
@@ -52,19 +52,19 @@ def edges_in(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[
 def whole_box(
     edges: tuple[float, float, float, float], file: str, line: int | str
 ) -> tuple[float, float, float, float]:
-    """A box in px; shares of the picture would be a box within its first pixel.
+    """Return a box in px; a box within the first pixel has relative coordinates.
 
     Raises:
-        ImportFormatError: it lies within the first pixel.
+        ImportFormatError: the box lies within the first pixel.
     """
     if all(0 <= edge <= 1 for edge in edges):
-        rule = "the box lies within one pixel: its edges are shares of the picture. Write px (normalize=False)."
+        rule = "the box lies within one pixel, so its edges are relative. Write px (normalize=False)."
         raise refuse(file, line, rule)
     return edges
 
 
 def uid_in(said: Mapping[str, str], file: str, line: int) -> str:
-    """Name of the track; empty: none."""
+    """Read the track's name; empty: none."""
     if said.get("uid"):
         return said["uid"]
     cell = said.get("track", "")
@@ -78,7 +78,7 @@ def uid_in(said: Mapping[str, str], file: str, line: int) -> str:
 
 
 def score_in(said: Mapping[str, str], file: str, line: int) -> float:
-    """In [0, 1], NaN where there is none. The table of `tsr track`, known by its sources, has log-odds."""
+    """Read a score in [0, 1]; NaN: none. The table of `tsr track`, recognised by its sources, has log-odds."""
     if not said.get("score"):
         return math.nan
     value = real_in(said, "score", file, line)
@@ -88,7 +88,7 @@ def score_in(said: Mapping[str, str], file: str, line: int) -> float:
 
 
 def flag_in(said: Mapping[str, str], name: str, file: str, line: int, default: bool) -> bool:
-    """A cell that says 0 or 1; empty: ``default``."""
+    """Read 0 or 1; an empty cell means ``default``."""
     cell = said.get(name, "").lower()
     if not cell:
         return default
@@ -98,7 +98,7 @@ def flag_in(said: Mapping[str, str], name: str, file: str, line: int, default: b
 
 
 def real_in(said: Mapping[str, str], name: str, file: str, line: int) -> float:
-    """A cell that is a finite number."""
+    """Read a finite number."""
     cell = said[name]
     try:
         value = real_number(cell)

@@ -40,21 +40,21 @@ from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["OWN_NUMBERS", "own_files", "read_tracks_csv", "sniff_tracks_csv"]
 
-OWN_NUMBERS = "Rows without a class name took their class number as the tool's"
+OWN_NUMBERS = "The class numbers of rows without a class name were taken as the tool's"
 _SOURCES = frozenset({"engine", "corrected", "human", "truth", "imported"})
 _TEXT = frozenset({"uid", "note"})
 _OPTIONAL = frozenset({"track", "score", "visibility", "occluded", "ignore", "key"})
-"""Cells that may say in words that there is nothing."""
+"""Cells that may be words for a missing value."""
 _NO_SCORE = frozenset({"-1", "-1.0"})
-"""As MOTChallenge says that there is none."""
+"""MOTChallenge's value for a missing class."""
 _OCCLUDED = 0.5
 
 
 def own_files(path: Path, video: DatasetVideo, suffix: str) -> list[Path]:
-    """The files of a folder that are about a video: named after it, also in the folders of a split; else the only one.
+    """The files of a folder that are named after a video, also in the folders of a split; else the only file.
 
     Raises:
-        ImportFormatError: there is none, or it is not clear which.
+        ImportFormatError: there is no file, or the choice is ambiguous.
     """
     if path.is_file():
         return [path]
@@ -78,7 +78,7 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
     """Read a file or folder.
 
     Raises:
-        ImportFormatError: a broken rule.
+        ImportFormatError: a row breaks a rule.
     """
     validator = ImportValidator(target)
     files = own_files(path, target.video, ".csv") if path.is_dir() else [path]
@@ -91,7 +91,7 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
 
 
 class _Table:
-    """One file."""
+    """Reads one file."""
 
     def __init__(self, path: Path, guarded: bool, validator: ImportValidator, loose: LooseBoxes) -> None:
         self._path = path
@@ -135,7 +135,7 @@ class _Table:
         return columns
 
     def _look(self) -> None:
-        """Find the first frame number of the file, and the video that it is about."""
+        """Find the first frame number of the file, and its video."""
         named = self._columns.named
         usual = 1 if self._columns.mot else 0 if self._columns.own else None
         self._origin = FrameOrigin(self._validator, usual, sure=self._columns.own)
@@ -152,7 +152,7 @@ class _Table:
                 try:
                     self._origin.look(real_number(number))
                 except ValueError:
-                    return  # the row is refused when it is read
+                    return  # read() refuses the row
             self._origin.decide(self._name)
 
     def _said(self, cells: Mapping[str, str]) -> dict[str, str]:
@@ -210,7 +210,7 @@ class _Table:
             )
 
     def _check_size(self, cells: Mapping[str, str], line: int) -> None:
-        """Report a picture size that is not the video's, in tables that have it beside corners."""
+        """Report a picture size that differs from the video's, in tables that state it beside corners."""
         video = self._validator.target.video
         size = (cells.get("width", ""), cells.get("height", ""))
         with suppress(ValueError):
@@ -250,10 +250,10 @@ def _delimiter(path: Path) -> str:
 
 
 def sniff_tracks_csv(path: Path) -> bool:
-    """Whether it is, or has, a CSV with a header of frames and boxes."""
+    """Whether the path is, or holds, a CSV with a header of frames and boxes."""
     files = [path]
     if path.is_dir():
-        # Deeper folders are looked at on their own.
+        # Deeper folders are checked separately.
         files = sorted([*path.glob("*.csv"), *(f for side in SUBSETS for f in path.glob(f"{side}/*.csv"))])[:20]
     for file in files:
         if file.suffix.lower() not in (".csv", ".tsv", ".txt"):
@@ -266,7 +266,7 @@ def sniff_tracks_csv(path: Path) -> bool:
             columns = columns_of(names)
         except ValueError:
             return True
-        # Without frames its own message says best what is missing.
+        # A table without frames counts, because the reader's message says best what is missing.
         if columns.box and ("frame" in columns.named or (columns.classes and names & {*PICTURES, "confidence"})):
             return True
     return False

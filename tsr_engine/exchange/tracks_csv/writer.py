@@ -38,7 +38,7 @@ _FORMULA = re.compile(r"[=+\-@\t\r]")
 
 
 def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[list[tuple[str, str]]]:
-    """For each video its files: subset (``default`` without split) and name."""
+    """The files of each video: subset (``default`` without split) and name."""
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
     return [
         [(subset, (f"{subset}/" if options.split else "") + name + suffix) for subset in subsets]
@@ -74,7 +74,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
 def _write_rows(table: Writer, rows: FrameRows, labels: Mapping[int, str], layout: str, guard: bool) -> None:
     ids = track_numbers(info.uid for info in rows.tracks)
     number = [ids[info.uid] for info in rows.tracks]
-    # The short layouts are what other commands read and compare; the full one gives back what went in.
+    # The short layouts are read and compared by other commands; the full one restores the whole data set.
     boxes = rows.table.boxes if layout == "full" else np.round(rows.table.boxes, 2)
     first: set[int] = set()
     places = zip(rows.table.frame.tolist(), rows.table.track.tolist(), boxes.tolist(), strict=True)
@@ -87,7 +87,7 @@ def _write_rows(table: Writer, rows: FrameRows, labels: Mapping[int, str], layou
             continue
         score = float(rows.table.score[k])
         if layout == "results":
-            # No empty cells here: the commands that read this layout want a number.
+            # Commands that read this layout need a number, so no cell is empty.
             table.writerow([*head, f"{score:.4f}" if score == score else "0.0000", info.source])
             continue
         note = "" if at in first else notes_to_text(info.notes)
@@ -110,7 +110,7 @@ def _write_rows(table: Writer, rows: FrameRows, labels: Mapping[int, str], layou
 
 
 def _guarded(cell: str) -> str:
-    """A cell that no spreadsheet takes for a formula."""
+    """Prefix a cell that a spreadsheet would take for a formula."""
     return f"'{cell}" if _FORMULA.match(cell) or cell.startswith("'") else cell
 
 
@@ -133,7 +133,7 @@ def _lost(dataset: Dataset, layout: str) -> list[Skipped]:
 FORMAT = Format(
     name="tracks-csv",
     title="Tracks as CSV",
-    summary="One row a box: as tsr track writes them, ground truth, or another tracker's.",
+    summary="One row per box: results of tsr track or of another tracker, or ground truth.",
     write=_write,
     read=read_tracks_csv,
     sniff=sniff_tracks_csv,

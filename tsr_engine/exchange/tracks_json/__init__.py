@@ -1,4 +1,4 @@
-"""Plain JSON of tracks or detections, for other detectors and trackers and for lossless copies.
+"""Reads and writes plain JSON of tracks or detections, for other detectors and trackers and for lossless copies.
 
 ::
 
@@ -9,6 +9,6 @@
      "detections": [{"frame": 10, "box": [x1, y1, x2, y2], "class": "stop", "score": 0.9}],
      "negatives": [{"id": "m9", ...}]}
 
-``negatives`` have the form of ``tracks`` and are those that people have rejected.
-Edges are px from 0, frames count from 0. A bare list of tracks or of detections is read too.
+``negatives`` are rejected tracks in the form of ``tracks``.
+Edges are px from 0, frames count from 0. The reader also takes a bare list of tracks or detections.
 """

@@ -31,7 +31,7 @@ from tsr_engine.track_table import NO_CLASS
 __all__ = ["read_tracks_json", "sniff_tracks_json"]
 
 _BOXES = (("box", False), ("xyxy", False), ("bbox", True), ("xywh", True))
-"""Keys of a box, and whether four numbers are a corner with a size."""
+"""Keys of a box, and whether its four numbers are a corner with a size."""
 _IDS = (*NAMES["track"], "uid")
 _VERSION = 1
 _HEADS = frozenset({"format", "version", "video", "classes", "width", "height"})
@@ -41,7 +41,7 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
     """Read a file or folder.
 
     Raises:
-        ImportFormatError: a broken rule.
+        ImportFormatError: an entry breaks a rule.
     """
     validator = ImportValidator(target)
     files = own_files(path, target.video, ".json")
@@ -53,7 +53,7 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
 
 
 class _File:
-    """One file."""
+    """Reads one file."""
 
     def __init__(self, path: Path, validator: ImportValidator, loose: LooseBoxes) -> None:
         self._path = path
@@ -81,11 +81,11 @@ class _File:
         if not known:
             raise refuse(self._name, None, "must be an object with tracks or detections, or a list of either.")
         if self._ordered:
-            reported = "lists without frame numbers were taken as those of the frames 0, 1, 2 ... in their order"
+            reported = "lists without frame numbers were taken as those of frames 0, 1, 2 ... in their order"
             self._validator.repair(f"{self._name}: {reported}.")
 
     def _settle(self) -> None:
-        """Find the video that the entries name, if they do, and its first frame number."""
+        """Find the video that the entries name, if any, and its first frame number."""
         documented = False
         videos = dict.fromkeys(_video_of(entry.value) for entry in entries(self._path) if entry is not None)
         if videos.keys() - {""}:
@@ -100,10 +100,10 @@ class _File:
         self._origin.decide(self._name, documented=documented)
 
     def _look(self, value: object, around: int | None) -> None:
-        """The frame numbers of an entry and of what is in it."""
+        """Collect the frame numbers of an entry and of its boxes."""
         number = _frame_of(value)
         number = around if number is None else number
-        # What is no number is refused when it is read.
+        # Values other than numbers are refused when they are read.
         with suppress(ValueError, OverflowError):
             if isinstance(number, str):
                 self._origin.look(real_number(number))

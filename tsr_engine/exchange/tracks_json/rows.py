@@ -1,8 +1,8 @@
 """Yields the entries of a JSON file of tracks or detections, whichever lists they are in.
 
 It reads ``tracks``, ``detections``, ``negatives`` and ``frames`` of an object, a list of entries, an object whose keys
-are frames (``{"10": [...]}``), and a list with a list for each frame, or with the text of one, as Ultralytics'
-``results.to_json()`` gives it.
+are frames (``{"10": [...]}``), and a list with one list per frame, or with the text of one, as Ultralytics'
+``results.to_json()`` writes it.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from tsr_engine.json_shapes import JsonMapping
 __all__ = ["FRAME_KEY", "Entry", "entries", "first_of", "inner_of"]
 
 FRAME_KEY = re.compile(r"(?:frame[_ ]?)?(\d{1,9})", re.ASCII | re.IGNORECASE)
-"""A key that is a frame."""
+"""Pattern of a key that is a frame."""
 _LISTS = {"tracks": "track", "detections": "detection", "negatives": "negative", "frames": "frame", "": "entry"}
 _INNER = ("detections", "objects", "predictions", "boxes", "annotations")
-"""Keys under which an entry about a frame has its boxes."""
+"""Keys of an entry about a frame that hold its boxes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +33,11 @@ class Entry:
     """One entry.
 
     Attributes:
-        kind: the key of its list; empty: the file is a list, or its keys are frames.
-        where: its place, in words.
-        value: as it stands.
-        frame: what stands around it says of its frame; None: nothing.
-        ordered: ``frame`` is the place of its list from 0, not a number in the file.
+        kind: key of its list; empty: the file is a list, or its keys are frames.
+        where: its place in words.
+        value: as in the file.
+        frame: frame stated outside the entry; None: none.
+        ordered: whether ``frame`` is the list's index from 0, not a number in the file.
     """
 
     kind: str
@@ -48,10 +48,10 @@ class Entry:
 
 
 def entries(path: Path) -> Iterator[Entry | None]:
-    """The entries of a file, one in memory at a time; None where a list begins, which may be empty.
+    """Yield the entries of a file, one in memory at a time; None where a list, which may be empty, begins.
 
     Raises:
-        ImportFormatError: as ``members``, or one of the known keys has no list.
+        ImportFormatError: as ``members``, or a known key has no list.
     """
     for key, place, value in members(path):
         frame = FRAME_KEY.fullmatch(key)
@@ -76,7 +76,7 @@ def entries(path: Path) -> Iterator[Entry | None]:
 
 
 def first_of(entry: JsonMapping, names: Sequence[str]) -> Any:
-    """What stands under the first of some keys that says something; None: nothing does."""
+    """The first informative value among some keys; None: there is none."""
     for name in names:
         value = entry.get(name)
         if value is not None and not (isinstance(value, str) and value.strip().lower() in EMPTY):
@@ -85,7 +85,7 @@ def first_of(entry: JsonMapping, names: Sequence[str]) -> Any:
 
 
 def inner_of(value: object) -> list[object] | None:
-    """The boxes that an entry about a frame or a track has; None: it has none of its own."""
+    """The boxes within an entry about a frame or track; None: it has no list of boxes."""
     if not isinstance(value, dict):
         return None
     return next((value[name] for name in _INNER if isinstance(value.get(name), list)), None)

@@ -97,7 +97,7 @@ def _track(track: Track, labels: Mapping[int, str]) -> str:
 FORMAT = Format(
     name="tracks-json",
     title="Tracks as JSON",
-    summary="Tracks or detections in plain JSON: loses nothing, and easy to write from any tracker.",
+    summary="Tracks or detections in plain JSON: lossless, and easy to write from any tracker.",
     write=_write,
     read=read_tracks_json,
     sniff=sniff_tracks_json,

@@ -1,4 +1,4 @@
-"""Reads Pascal VOC; the reading of corners is decided once for all files."""
+"""Reads Pascal VOC; the meaning of corners is decided once for all files."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ _CORNERS = ("xmin", "ymin", "xmax", "ymax")
 _TRUE = ("1", "true", "True")
 _NO_POSE = ("", "Unspecified", "unspecified")
 _OWN = frozenset({"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation"})
-"""Attributes that are ours or CVAT's, not a label's."""
+"""Attributes that this tool or CVAT writes, which are not a label's."""
 
 
 _Shared = dict[tuple[str, str, str], tuple[str, str, str]]
 
 
 class _Object(NamedTuple):
-    """One object of a file, without its XML: there can be hundreds of thousands.
+    """One object of a file without its XML, because there can be hundreds of thousands.
 
-    It is judged once its picture is known to be of the video, so ``corners`` may be the error about them.
+    It is checked once its picture is known to be of the video, so ``corners`` may hold the error about them.
     """
 
     line: int
@@ -55,13 +55,13 @@ class _Object(NamedTuple):
     ignore: bool
     score: float
     about: tuple[str, str, str]
-    """What it says of its track: state, source, note."""
+    """State, source and note of its track."""
     said: dict[str, str] | None
     """Attributes of its label."""
 
 
 class _Picture(NamedTuple):
-    """What a file says, without the objects' XML; ``size`` is width and height, 0 where it has none."""
+    """The content of a file without the objects' XML; ``size`` is width and height, 0 if missing."""
 
     file: str
     filename: str
@@ -75,7 +75,7 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
     """Read a folder or file.
 
     Raises:
-        ImportFormatError: a broken rule.
+        ImportFormatError: a file breaks a rule.
     """
     validator = ImportValidator(target)
     folder, files = _files(path, target.store)
@@ -102,7 +102,7 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
             edges = ((x1 - offset) * wide, (y1 - offset) * high, x2 * wide, y2 * high)
             uid = found.uid
             known = uid in validator
-            # A box without a name waits until all are known.
+            # Boxes without a track name are linked when all are known.
             take = partial(validator.box, uid) if uid else loose.add
             kept = take(
                 frame,
@@ -129,7 +129,7 @@ def annotations_in(path: Path) -> Path:
 
 
 def _files(path: Path, store: SmallFileStore | None) -> tuple[Path, list[str]]:
-    """A folder, and the names of the XML files in it and below, sorted; plain names, since there can be 100,000."""
+    """A folder and the sorted names of XML files below it; plain strings, because there can be 100,000."""
     if path.is_file():
         return path.parent, [path.name]
     folder = annotations_in(path)
@@ -137,7 +137,7 @@ def _files(path: Path, store: SmallFileStore | None) -> tuple[Path, list[str]]:
 
 
 def _read_file(path: str, store: SmallFileStore | None, shared: _Shared) -> _Picture:
-    """What a file says; equal texts about tracks are kept once, in ``shared``."""
+    """Read a file; equal texts about tracks are stored once, in ``shared``."""
     name = sys.intern(path.rpartition("/")[2])
     small = small_elements(content_of(path, store, SMALL + 1), "annotation", _WANTED)
     if small is not None:
@@ -147,7 +147,7 @@ def _read_file(path: str, store: SmallFileStore | None, shared: _Shared) -> _Pic
                 return picture
         except ImportFormatError:
             pass
-    # Once more, with the line of every element.
+    # Read again, with the line of every element.
     return _picture_of(elements(_on_disk(path, store), "annotation", _WANTED), name, shared)
 
 
@@ -173,7 +173,7 @@ def _picture_of(nodes: Iterable[XmlNode], file: str, shared: _Shared) -> _Pictur
 
 
 def _offset(path: Path, found: list[_Picture], validator: ImportValidator) -> int:
-    """1 where corners count from 1, else 0: as said, as our manifest tells, else by the numbers of all files."""
+    """1 if corners count from 1, else 0: by the switch, by our manifest, or by the numbers of all files."""
     asked = validator.target.switches.get("coordinates", "auto")
     known = [(each, one, one.corners) for each in found for one in each.objects if isinstance(one.corners, tuple)]
     zero = next(((each, one) for each, one, corners in known if min(corners[:2]) < 1), None)
@@ -184,7 +184,7 @@ def _offset(path: Path, found: list[_Picture], validator: ImportValidator) -> in
             raise refuse(
                 zero[0].file,
                 zero[1].line,
-                "a corner below 1 cannot count from 1 as the VOC devkit does. Import with coordinates=cvat.",
+                "a corner below 1 cannot count from 1 as in the VOC devkit. Import with coordinates=cvat.",
             )
         return 1
     if asked == "cvat" or not known:
@@ -241,7 +241,7 @@ def _object(node: XmlNode, file: str, shared: _Shared) -> _Object:
     ours = ours_in(said)
     about = ours.get("state", "open").strip(), ours.get("source", "").strip() or "imported", ours.get("note", "")
     others = said_in(said, _OWN)
-    # flags of VOC's own that say something
+    # VOC's own flags that are informative
     if node.value("truncated") in _TRUE:
         others.setdefault("truncated", "true")
     if node.value("pose") not in _NO_POSE:

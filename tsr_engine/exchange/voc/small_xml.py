@@ -1,6 +1,6 @@
-"""Reads XML files of a few kilobytes at once: a data set can have one for each of 100,000 pictures.
+"""Reads XML files of a few kilobytes quickly: a data set can have one for each of 100,000 pictures.
 
-Python's C code builds the tree, without a function call for each element, in a quarter of the time. The tree has no
+Python's C code builds the tree without a function call per element, in a quarter of the time. The tree has no
 line numbers, so a reader that refuses something reads the file again with ``tsr_engine.exchange.xml.elements``.
 """
 
@@ -20,7 +20,7 @@ from tsr_engine.exchange.xml import DEPTH
 __all__ = ["SMALL", "SmallNode", "XmlNode", "small_elements"]
 
 SMALL: Final = 1 << 16
-"""Most bytes of a file that is read in one go."""
+"""Largest file that is read at once, bytes."""
 
 
 class XmlNode(Protocol):
@@ -28,24 +28,24 @@ class XmlNode(Protocol):
 
     @property
     def tag(self) -> str:
-        """Its name."""
+        """Name of the element."""
 
     @property
     def line(self) -> int:
-        """Where it begins, from 1; of an element inside a ``SmallNode`` that of the outer one."""
+        """Line where it begins, from 1; inside a ``SmallNode`` the line of the outer element."""
 
     @property
     def text(self) -> str:
-        """Text directly inside, stripped."""
+        """Stripped text directly inside."""
 
     def child(self, tag: str) -> XmlNode | None:
-        """The first element of that name directly inside."""
+        """The first child element with that name."""
 
     def value(self, tag: str) -> str:
-        """Its text; empty where there is none."""
+        """The child's stripped text; empty if there is no child."""
 
     def table(self, row: str, key: str, value: str) -> dict[str, str]:
-        """The text of one element inside each row, by that of another; the value with its white space."""
+        """Map the text of one element inside each row to that of another; the value keeps its white space."""
 
 
 class SmallNode:
@@ -59,26 +59,26 @@ class SmallNode:
 
     @property
     def tag(self) -> str:
-        """Its name."""
+        """Name of the element."""
         return self._element.tag
 
     @property
     def text(self) -> str:
-        """Text directly inside, stripped."""
+        """Stripped text directly inside."""
         return _raw(self._element).strip()
 
     def child(self, tag: str) -> SmallNode | None:
-        """The first element of that name directly inside."""
+        """The first child element with that name."""
         found = self._element.find(tag)
         return None if found is None else SmallNode(found, self.line)
 
     def value(self, tag: str) -> str:
-        """Its text, stripped; empty where there is none."""
+        """The child's stripped text; empty if there is no child."""
         found = self._element.find(tag)
         return "" if found is None else _raw(found).strip()
 
     def table(self, row: str, key: str, value: str) -> dict[str, str]:
-        """The text of one element inside each row, by that of another; the value with its white space."""
+        """Map the text of one element inside each row to that of another; the value keeps its white space."""
         out: dict[str, str] = {}
         for entry in self._element:
             if entry.tag == row:
@@ -89,16 +89,16 @@ class SmallNode:
 
 
 def small_elements(content: bytes, root: str, wanted: Iterable[str]) -> list[SmallNode] | None:
-    """The wanted elements directly inside the outermost one, with their lines.
+    """The wanted children of the outermost element, with their lines.
 
     Args:
         content: the file, or its first ``SMALL + 1`` bytes.
-        root: what the outermost element must be called.
-        wanted: names of elements.
+        root: required name of the outermost element.
+        wanted: names of children.
 
     Returns:
-        None: the file is large, broken, or made in a way in which lines cannot be counted like this; ``elements``
-        reads it, or says what is wrong.
+        None: the file is large or broken, or its lines cannot be counted this way; ``elements``
+        reads it or reports the error.
     """
     if len(content) > SMALL or content.count(b"\r") != content.count(b"\r\n"):
         return None

@@ -67,9 +67,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
 
 
 def _write_label_map(out: OutputSink, labels: list[str]) -> list[Skipped]:
-    """CVAT's and Datumaro's list of names; its fields are parted by colons, so names with one cannot be in it."""
+    """CVAT's and Datumaro's list of names; colons separate its fields, so a name with a colon cannot be written."""
     if any(":" in name or "\n" in name or name.startswith("#") for name in labels):
-        return [Skipped("labelmap.txt", "A class name has a colon, which parts the fields of that file.")]
+        return [Skipped("labelmap.txt", "A class name has a colon, which separates the fields of that file.")]
     lines = ["# label:color_rgb:parts:actions\n", *(f"{name}:::\n" for name in labels)]
     out.put("labelmap.txt", "".join(lines).encode())
     return []
@@ -89,7 +89,7 @@ def _corners(part: PictureList, devkit: bool) -> list[str]:
 
 
 def _top(video: DatasetVideo) -> str:
-    """What stands between the name of a picture and its objects."""
+    """The text between the name of a picture and its objects."""
     return (
         "</filename>\n<source><database>Unknown</database><annotation>Unknown</annotation><image>Unknown</image>"
         f"</source>\n<size><width>{video.width}</width><height>{video.height}</height><depth>3</depth></size>"
@@ -159,7 +159,7 @@ def _sniff(path: Path) -> bool:
 FORMAT = Format(
     name="voc",
     title="Pascal VOC",
-    summary="An XML file a picture; corners as CVAT writes them or as the VOC devkit does.",
+    summary="One XML file per picture; corners as in CVAT or as in the VOC devkit.",
     write=_write,
     read=read_voc,
     sniff=_sniff,

@@ -1,5 +1,5 @@
-"""YOLO as Ultralytics reads it: a text file a picture, ``class cx cy w h`` in parts of the picture.
+"""YOLO as Ultralytics reads it: one text file per picture, ``class cx cy w h`` in relative coordinates.
 
-A sixth column would make Ultralytics drop the picture. So ``tracks.csv`` beside the label files names the track of each
-of their lines. Source: docs.ultralytics.com, datasets/detect; ``ultralytics/data/utils.py``.
+A sixth column makes Ultralytics drop the picture, so ``tracks.csv`` beside the label files names the track of each
+line. Source: docs.ultralytics.com, datasets/detect; ``ultralytics/data/utils.py``.
 """

@@ -15,28 +15,28 @@ from tsr_engine.exchange.reading import read_text, refuse
 __all__ = ["MAX_YAML_BYTES", "names_of", "quoted_name"]
 
 MAX_YAML_BYTES: Final = 1 << 20
-"""Largest file that is read; 30,000 names take less."""
+"""Largest file that is read, bytes; 30,000 names take less."""
 _UNPRINTABLE = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 _SURROGATE = re.compile("[\ud800-\udfff]")
 _LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""Both are safe: no tag of a file makes an object. The one in C is there in every wheel and quicker."""
+"""Both loaders are safe: no tag creates an object. The one in C is in every wheel and faster."""
 _PLAIN: Final = "tag:yaml.org,2002:"
 _NUMBER = re.compile(r"\d{1,6}")
 
 
 def quoted_name(name: str) -> str:
-    """A name as a double-quoted scalar of YAML."""
+    """Write a name as a double-quoted YAML scalar."""
     text = json.dumps(_SURROGATE.sub("\ufffd", name), ensure_ascii=False)
     return _UNPRINTABLE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 def names_of(path: Path) -> dict[int, str] | None:
-    """Class names by number; None: there is no ``names``.
+    """Read class names by number; None: there is no ``names``.
 
-    Names are taken as they are written: ``no`` and ``1.50`` are texts, not a truth value and a number.
+    Names are read as text: ``no`` and ``1.50`` are not a truth value and a number.
 
     Raises:
-        ImportFormatError: no YAML, or ``names`` is neither a list nor a map of names; says the line.
+        ImportFormatError: not YAML, or ``names`` is neither a list nor a map of names; names the line.
     """
     file = path.name
     text = read_text(path, limit=MAX_YAML_BYTES)
@@ -45,11 +45,11 @@ def names_of(path: Path) -> dict[int, str] | None:
     except yaml.MarkedYAMLError as error:
         line = None if error.problem_mark is None else error.problem_mark.line + 1
         raise refuse(
-            file, line, f"is no YAML: {error.problem}. Quote names that hold marks like ':', or export it again."
+            file, line, f"is not YAML: {error.problem}. Quote names that hold marks like ':', or export it again."
         ) from None
     except yaml.YAMLError as error:
         reason = str(error).splitlines()[0]
-        raise refuse(file, None, f"is no YAML: {reason}. Export it again.") from None
+        raise refuse(file, None, f"is not YAML: {reason}. Export it again.") from None
     except RecursionError:
         raise refuse(file, None, "is nested too deeply. Export it again.") from None
     if root is None:
@@ -81,7 +81,7 @@ def _names(node: yaml.Node, file: str) -> dict[int, str]:
             raise _refused(file, key, f"a name must be written '0: stop', by the number of its class. Got {_got(key)}.")
         place = int(key.value)
         if place in out:
-            raise _refused(file, key, f"class {place} is there twice. Give each class its own number.")
+            raise _refused(file, key, f"class {place} occurs twice. Give each class its own number.")
         out[place] = _name(value, file)
     return out
 

@@ -1,8 +1,8 @@
 """Reads YOLO: label files, class names, tracks from ``tracks.csv`` or from a sixth column.
 
 The meaning of a sixth column is decided once for all files: a confidence if a number has a fraction, or if a picture
-has the same number twice; else a track id. Rows with both (``class cx cy w h confidence id``) and polygons are read
-too; see :mod:`~.shapes`.
+has the same number twice; else a track id. Rows with both (``class cx cy w h confidence id``) and polygons are
+read too; see :mod:`~.shapes`.
 """
 
 from __future__ import annotations
@@ -37,23 +37,23 @@ __all__ = ["SIDE", "SIDE_OWN", "YAML_FILES", "is_label_file", "label_files", "re
 SIDE = "tracks.csv"
 SIDE_OWN = ("file", "line", "row")
 YAML_FILES = ("data.yaml", "dataset.yaml", "data.yml")
-"""The usual names of the file that names the classes."""
+"""Usual names of the file with the class names."""
 _LISTS = ("train.txt", "val.txt", "valid.txt", "test.txt", "images.txt")
-"""Lists of pictures: of darknet and CVAT, and of FiftyOne."""
+"""Lists of pictures in darknet, CVAT and FiftyOne."""
 _NO_LABELS = frozenset({*_LISTS, "classes.txt", "readme.txt", "labels.txt"})
 _NOTES = ("readme.", "autosplit_")
-"""What other text files of Roboflow and Ultralytics begin with."""
+"""Prefixes of other text files of Roboflow and Ultralytics."""
 _SUBSETS = frozenset({"train", "val", "valid", "test"})
 _SAVE_TXT = Custom(
     1,
-    "Ultralytics' save_txt writes NAME_1.txt for the first frame of a video",
+    "Ultralytics' save_txt names the file of a video's first frame NAME_1.txt",
     before=r"(?!(?:frames?|img|images?|pictures?)_\Z).*[^\W_]_",
 )
 
 
 def label_files(path: Path, store: SmallFileStore | None = None) -> list[str]:
-    """Names of the label files of a folder, relative to it, sorted; those below ``labels`` if there is one."""
-    # Plain names: a folder can hold 100,000 of these.
+    """Names of the label files of a folder, relative to it, sorted; only those below ``labels`` if that exists."""
+    # Plain strings, because a folder can hold 100,000 files.
     named = [(name, name.split("/")) for name in names_below(path, store)]
     found = [(n, parts) for n, parts in named if n.endswith(".txt") and _may_be_labels(parts[-1].lower())]
     inside = [name for name, parts in found if not {"labels", "obj_train_data"}.isdisjoint(parts[:-1])]
@@ -61,7 +61,7 @@ def label_files(path: Path, store: SmallFileStore | None = None) -> list[str]:
 
 
 def is_label_file(path: Path) -> bool:
-    """Whether a text file holds rows of a class, four parts of the picture, and at most two numbers more."""
+    """Whether a text file has rows of a class, four relative coordinates, and at most two more numbers."""
     with path.open("rb") as stream:
         rows = [row for row in stream.readlines(1 << 12) if row.strip()]
     for row in rows:
@@ -86,7 +86,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     """Read a folder.
 
     Raises:
-        ImportFormatError: a broken rule.
+        ImportFormatError: a row breaks a rule.
     """
     if path.is_file():
         raise refuse(path.name, None, "is one file; YOLO is a folder with data.yaml and labels. Pack the folder.")
@@ -97,7 +97,9 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     names, named_by = _class_names(path)
     if names is not None and _are_benchmark_numbers(names):
         names = dict(enumerate(benchmark_keys()))
-        validator.repair(f"{named_by}: calls {len(names)} classes by their numbers; they were taken as those of GTSRB.")
+        validator.repair(
+            f"{named_by}: {len(names)} classes have their numbers as names, which were taken as those of GTSRB."
+        )
     more = [picture for name in _LISTS for picture in names_in(path / name)]
     frames = frames_of_pictures([_listed(name) for name in files], validator, path, more)
     found: list[YoloLine] = []
@@ -113,7 +115,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     tell_open_ends(ends, validator)
     rows = boxed(found, validator)
     if names is None and rows:
-        validator.repair(f"{path.name}: names no classes (data.yaml); its numbers were taken as those of the tool.")
+        validator.repair(f"{path.name}: has no class names (data.yaml); class numbers were taken as those of the tool.")
     loose = LooseBoxes(validator, path.name)
     if any(row.rest for row in rows):
         _take_with_columns(rows, validator, loose)
@@ -132,7 +134,7 @@ def _listed(name: str) -> Listed:
 
 
 def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
-    """Names by number, and the file that says them; None: none does."""
+    """Names by number, and the file that has them; None: no file has them."""
     for file in (*(place / name for place in (path, path.parent) for name in YAML_FILES), *_other_yaml(path)):
         found = names_of(file) if file.is_file() else None
         if found is not None:
@@ -147,14 +149,14 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
 
 
 def _are_benchmark_numbers(names: dict[int, str]) -> bool:
-    """Whether the classes of a file are called 0 to 42, as those of GTSRB often are."""
+    """Whether the classes of a file are called 0 to 42, as is common for GTSRB."""
     return len(names) == len(benchmark_keys()) and all(
         text.isdecimal() and int(text) == number for number, text in names.items()
     )
 
 
 def _other_yaml(path: Path) -> list[Path]:
-    """The only other file that can name the classes: Ultralytics lets people call it as they like."""
+    """The only other YAML file with class names: Ultralytics allows any name."""
     files = [file for file in seen_in(path) if file.suffix in (".yaml", ".yml") and file.name not in YAML_FILES]
     return files if len(files) == 1 else []
 
@@ -180,7 +182,7 @@ def _lines(
 
 
 def _values(cells: list[str], file: str, line: int) -> tuple[float, ...]:
-    """The numbers of a row: the class, four or more of the box, others."""
+    """The numbers of a row: the class, at least four of the box, and others."""
     row = " ".join(cells)[:60]
     try:
         values = tuple(real_number(cell) for cell in cells)
@@ -194,7 +196,7 @@ def _values(cells: list[str], file: str, line: int) -> tuple[float, ...]:
 
 
 def _take_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: LooseBoxes) -> None:
-    """Rows with columns behind the box: a track id, a confidence, or both."""
+    """Take rows with columns after the box: a track id, a confidence, or both."""
     asked = validator.target.switches.get("column6", "auto")
     sixth = [row for row in rows if len(row.rest) == 1]
     kind, why = (asked, "as you said") if asked != "auto" else _what_sixth_is(sixth)
@@ -222,10 +224,10 @@ def _take_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: L
 
 
 def _what_sixth_is(rows: list[YoloRow]) -> tuple[str, str]:
-    """``track`` or ``confidence``, over all files, and why.
+    """Decide over all files between ``track`` and ``confidence``; return it with the reason.
 
     Raises:
-        ImportFormatError: it can be neither.
+        ImportFormatError: neither is possible.
     """
     whole = all(row.rest[0] == int(row.rest[0]) for row in rows)
     wrong = next((row for row in rows if row.rest[0] < 0 or (row.rest[0] > 1 and not whole)), None)
@@ -245,7 +247,7 @@ def _what_sixth_is(rows: list[YoloRow]) -> tuple[str, str]:
 
 
 def _take_with_side(rows: list[YoloRow], path: Path, validator: ImportValidator, loose: LooseBoxes) -> None:
-    """Rows with the tracks that the side file names: by their text, else by their place in the file."""
+    """Take rows whose tracks the side file names: by their text, else by their line."""
     side: dict[str, list[SideRow]] = {}
     for named in read_side(path, SIDE_OWN):
         side.setdefault(named.own["file"], []).append(named)
@@ -255,7 +257,7 @@ def _take_with_side(rows: list[YoloRow], path: Path, validator: ImportValidator,
     for file, own in by_file.items():
         for row, entry in _matched(own, side.get(file, []), validator):
             if entry is None:
-                validator.count(f"Boxes that {path.name} does not name", row.file, row.line)
+                validator.count(f"Boxes without a row in {path.name}", row.file, row.line)
                 loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
                 continue
             known = entry.uid in validator
@@ -288,11 +290,11 @@ def _matched(
         out.append((row, waiting.popleft() if waiting else None))
     left = [entry for waiting in by_text.values() for entry in waiting]
     changed = [place for place, (_, entry) in enumerate(out) if entry is None]
-    # Boxes that somebody has moved keep their line as long as none was added or deleted.
+    # Moved boxes keep their line if none was added or deleted.
     if changed and len(rows) == len(side):
         left.sort(key=lambda entry: entry.line)
         for place, kept in zip(changed, left, strict=True):
             row = out[place][0]
-            validator.count("Boxes that were changed since the export kept the track of their line", row.file, row.line)
+            validator.count("Boxes changed since the export kept the track of their line", row.file, row.line)
             out[place] = (row, kept)
     return out

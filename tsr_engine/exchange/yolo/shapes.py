@@ -1,7 +1,7 @@
-"""Turns rows of YOLO label files into boxes, by the numbers after the class.
+"""Converts rows of YOLO label files to boxes by the number of values after the class.
 
-Four numbers are a box, five a box with a sixth column, more than six a polygon. Six may be a triangle or a box with
-confidence and track id. This is decided once for all files, since annotations do not mix the two.
+Four numbers are a box, five a box with a sixth column, more than six a polygon. Six are a triangle or a box with
+confidence and track id; this is decided once for all files, since annotations do not mix the two.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from tsr_engine.exchange.reading import refuse
 __all__ = ["YoloLine", "YoloRow", "boxed"]
 
 _LEAST, _MOST = -0.01, 1.01
-"""What Ultralytics lets pass as a part of the picture: rounding, which is cut at the edge."""
+"""Largest relative coordinate that Ultralytics accepts; the excess is rounding, clipped at the edge."""
 _LEAST_OF_BOX = (_LEAST, _LEAST, -inf, -inf)
-"""A box of negative size is none, which the validator says."""
+"""Smallest value that is read; the validator reports boxes of negative size."""
 _EITHER = 6
-"""Numbers behind the class that may be either."""
+"""Track ids that may be relative coordinates too."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """The place of a row, its text and its class.
+    """A row's place, text and class.
 
     Attributes:
         file: label file, relative to the folder.
@@ -47,10 +47,10 @@ class _Place:
 
 @dataclass(frozen=True, slots=True)
 class YoloLine(_Place):
-    """One row as it stands there.
+    """A row as in the file.
 
     Attributes:
-        values: finite numbers behind the class, four or more.
+        values: finite numbers after the class, four or more.
     """
 
     values: tuple[float, ...]
@@ -58,11 +58,11 @@ class YoloLine(_Place):
 
 @dataclass(frozen=True, slots=True)
 class YoloRow(_Place):
-    """One box.
+    """A box.
 
     Attributes:
         edges: ``x1, y1, x2, y2`` in px.
-        rest: columns behind the box: none, one that is to be reported, or confidence and track id.
+        rest: columns after the box: none, one to be reported, or confidence and track id.
     """
 
     edges: tuple[float, float, float, float]
@@ -70,10 +70,10 @@ class YoloRow(_Place):
 
 
 def boxed(lines: Sequence[YoloLine], validator: ImportValidator) -> list[YoloRow]:
-    """The boxes of all rows, in their order; tells what rows of six numbers were taken as.
+    """Return the boxes of all rows in order; report the meaning of rows of six numbers.
 
     Raises:
-        ImportFormatError: a row is neither box nor polygon, or rows of six numbers cannot all be the same.
+        ImportFormatError: a row is neither box nor polygon, or rows of six numbers have no common meaning.
     """
     triangles = _takes_triangles(lines, validator)
     return [_row(line, triangles, validator) for line in lines]
@@ -93,12 +93,12 @@ def _takes_triangles(lines: Sequence[YoloLine], validator: ImportValidator) -> b
 
 
 def _what_six_are(six: Sequence[YoloLine], longer: bool) -> tuple[bool, str]:
-    """Whether they are triangles, and why; ``longer``: other rows have more corners.
+    """Whether rows are triangles, with the reason; ``longer``: other rows have more corners.
 
     Raises:
-        ImportFormatError: they can be neither.
+        ImportFormatError: neither meaning is possible.
     """
-    # A corner is a part of the picture and a track id a whole number: only 0 and 1 are both.
+    # Corners are relative coordinates and track ids whole numbers: only 0 and 1 are both.
     part = next((line for line in six if line.values[5] != int(line.values[5])), None)
     whole = next((line for line in six if line.values[5] == int(line.values[5]) and line.values[5] > 1), None)
     if part is not None and whole is not None:

@@ -57,17 +57,17 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     skipped = []
     if left_out:
         skipped.append(
-            Skipped(f"{left_out} boxes to ignore", "YOLO has no such mark; their places count as background there.")
+            Skipped(f"{left_out} boxes to ignore", "YOLO has no such mark; these places count as background."),
         )
     return skipped, {"origin": 0, "decimals": _DECIMALS, "columns": 5, "tracks": SIDE, "pictures": pictures}
 
 
 def _write_yaml(out: OutputSink, subsets: list[str], labels: list[str]) -> None:
-    """Write no ``path``: without it Ultralytics starts at the file's folder; a dot would be the current folder."""
+    """Write no ``path``: Ultralytics then starts at the file's folder; a dot would be the current folder."""
     val = "val" if "val" in subsets else subsets[-1]
     lines = [f"train: images/{'train' if 'train' in subsets else subsets[0]}\n"]
     if val == "train":
-        lines.append("# Not split: the validation pictures are those of the training.\n")
+        lines.append("# Not split: val lists the training pictures.\n")
     lines.append(f"val: images/{val}\n")
     if "test" in subsets:
         lines.append("test: images/test\n")
@@ -81,7 +81,7 @@ def _lines(part: PictureList, labels: ClassMap) -> list[str]:
     rows, video = part.rows, part.video
     size = np.array([video.width, video.height], dtype=np.float64)
     low, high = rows.table.boxes[:, :2] / size, rows.table.boxes[:, 2:] / size
-    # A side that would be written as 0 is no box to any reader.
+    # A side that would be written as 0 is not a box to any reader.
     sides = np.maximum(high - low, 10.0**-_DECIMALS)
     values = np.concatenate([(low + high) / 2, sides], axis=1).tolist()
     return [
@@ -102,18 +102,18 @@ def _sniff(path: Path) -> bool:
 FORMAT = Format(
     name="yolo",
     title="YOLO (Ultralytics)",
-    summary="A text file a picture in parts of the picture, ready to train; tracks in a file beside.",
+    summary="One text file per picture with relative coordinates, ready for training; tracks in a CSV beside.",
     write=_write,
     read=read_yolo,
     sniff=_sniff,
     export_switches=(
-        Switch("image", ("jpg", "png"), "Format of the pictures, where they go out."),
+        Switch("image", ("jpg", "png"), "Format of the exported pictures."),
         Switch("ignored", ("leave-out", "box"), "Boxes to ignore: left out, or written like all others."),
     ),
     import_switches=(
         *PICTURE_SWITCHES,
         LINK_SWITCH,
-        Switch("column6", ("auto", "track", "confidence"), "What a sixth column is; auto: decided over all files."),
+        Switch("column6", ("auto", "track", "confidence"), "Meaning of a sixth column; auto: decided over all files."),
     ),
     ignores=False,
     docs="yolo.md",
