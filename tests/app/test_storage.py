@@ -93,7 +93,7 @@ def test_a_damaged_database_is_a_sentence_that_names_the_copies(tmp_path: Path, 
     with pytest.raises(StorageError) as refused:
         database.migrate(tmp_path / "backups")
     assert str(refused.value) == (
-        f"The database {file} is damaged or none of tsr: file is not a database. Move it away and put back a copy from "
+        f"The database {file} is damaged or not one of tsr: file is not a database. Move it away and restore a copy from "
         f"{tmp_path / 'backups'}, or name another data folder with --home."
     )
     assert file.read_bytes() == content
