@@ -30,11 +30,13 @@ _LOADED: Final = (
     "app.bundles.checking",
     "app.videos.decoding",
 )
-"""What cages need, each with all that it imports; a function does once what takes longest at the first time."""
+"""Modules that cages need, loaded with all their imports; ``module:function`` also calls a function whose first call is
+slow.
+"""
 
 
 def main() -> None:
-    """Fork until the socket is closed."""
+    """Fork a cage for each request until the socket is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the server ends us
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     own = os.getpid()
@@ -44,7 +46,7 @@ def main() -> None:
         if function:
             getattr(loaded, function)()
     gc.collect()
-    gc.freeze()  # nobody collects it, so that its pages stay shared
+    gc.freeze()  # never collected, so its pages stay shared
     with socket.socket(fileno=os.dup(0)) as orders:
         while True:
             said, ends, _, _ = socket.recv_fds(orders, 1, 1)
@@ -58,7 +60,7 @@ def main() -> None:
 
 
 def _serve(parent: int, end: socket.socket) -> None:
-    """Be one cage, to the end of the process."""
+    """Run as one cage until the process ends."""
     code = 1
     try:
         if die_with_parent(parent):

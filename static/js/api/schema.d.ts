@@ -1274,7 +1274,7 @@ export interface components {
             id: string;
             kind: string;
             run_id: string | null;
-            /** @description Of the file. */
+            /** @description Size of the file, bytes. */
             name: string;
             state: string;
             error: string | null;
@@ -1286,7 +1286,7 @@ export interface components {
             /** @description Bytes. */
             size: number | null;
             sha256: string;
-            /** @description Of an export: title, counts, skipped, skipped_count, videos, split. */
+            /** @description For an export: title, counts, skipped, skipped_count, videos, split. */
             summary: {
                 [key: string]: unknown;
             };
