@@ -19,12 +19,12 @@ export interface components {
             /** @description Ask for what came before this number; None: this is all. */
             more: number | null;
         };
-        /** @description Make this frame a key frame with the box on screen. */
+        /** @description Make this frame a key frame with the displayed box. */
         AddKey: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -76,12 +76,12 @@ export interface components {
              */
             pictogram?: string;
         };
-        /** @description A remark pinned to this frame. */
+        /** @description Add a note to this frame. */
         AddNote: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -111,7 +111,7 @@ export interface components {
             type: "adopt";
             set: string;
         };
-        /** @description What became of the edits of another run. */
+        /** @description Result of carrying the edits of another run over. */
         Adopted: {
             kept: string[];
             not_needed: string[];
@@ -126,12 +126,12 @@ export interface components {
             low: number;
             high: number;
         };
-        /** @description Everything that people have changed in a run. */
+        /** @description All corrections of a run. */
         Annotation: {
-            /** @description Of the newest operation. */
+            /** @description Number of the newest operation. */
             seq: number;
             docs: components["schemas"]["TrackDoc"][];
-            /** @description What Ctrl+Z would take back for this author. */
+            /** @description The operation that Ctrl+Z undoes for this author. */
             undo: components["schemas"]["Target"] | null;
             redo: components["schemas"]["Target"] | null;
         };
@@ -321,15 +321,15 @@ export interface components {
             };
             cells: components["schemas"]["Cell"][];
         };
-        /** @description A new track with its first box. */
+        /** @description Add a track with its first box. */
         CreateTrack: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             class_id?: number | null;
-            /** @description Key of the label that ``class_id`` is meant to be: the video may use another label set by now. */
+            /** @description Key of the label ``class_id``, because the video may use another label set by now. */
             label_key?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -352,12 +352,12 @@ export interface components {
             view?: string | null;
             mode?: ("volume" | "prior" | "drive") | null;
         };
-        /** @description Nothing from this frame on. */
+        /** @description Delete the track from this frame on. */
         DeleteFrom: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -365,12 +365,12 @@ export interface components {
              */
             name: "delete_from";
         };
-        /** @description Nothing at all. */
+        /** @description Delete the whole track. */
         DeleteTrack: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -378,12 +378,12 @@ export interface components {
              */
             name: "delete_track";
         };
-        /** @description One thing that became another. */
+        /** @description One property before and after. */
         Difference: {
             /** @description ``label``, ``review``, ``boxes``, ``notes`` ...: see :func:`differences`. */
             what: string;
             before: unknown;
-            /** @description Of boxes, notes and attributes: those alone that differ. */
+            /** @description For boxes, notes and attributes: only those that differ. */
             after: unknown;
             /**
              * @description How many further ones differ.
@@ -421,9 +421,9 @@ export interface components {
          * @description The corrections of an earlier run.
          *
          *     Attributes:
-         *         run_id: that run.
-         *         tracks: tracks of which people have said something there.
-         *         seq: number of its newest operation, so that a page knows which state it was informed of.
+         *         run_id: the earlier run.
+         *         tracks: number of corrected tracks in it.
+         *         seq: number of its newest operation, which identifies its state for the page.
          */
         Earlier: {
             run_id: string;
@@ -434,22 +434,22 @@ export interface components {
         EarlierCorrections: {
             found: components["schemas"]["Earlier"] | null;
         };
-        /** @description The answer to one operation; ``docs`` are the touched ones. */
+        /** @description The answer to one operation; ``docs`` are the touched documents. */
         EditAnswer: {
-            /** @description Of the newest operation. */
+            /** @description Number of the newest operation. */
             seq: number;
             docs: components["schemas"]["TrackDoc"][];
-            /** @description What Ctrl+Z would take back for this author. */
+            /** @description The operation that Ctrl+Z undoes for this author. */
             undo: components["schemas"]["Target"] | null;
             redo: components["schemas"]["Target"] | null;
             op_id: string;
         };
         /** @description Another text. */
         EditNote: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -622,12 +622,12 @@ export interface components {
             gtsdb?: string | null;
             gtsrb?: string | null;
         };
-        /** @description The boxes between the first and the last frame given lie on lines between these; one of them is an anchor. */
+        /** @description Set followed boxes; frames between them are interpolated, and at least one of the boxes is an anchor. */
         Follow: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -681,7 +681,7 @@ export interface components {
             /** @description Ask for what comes after this number next time. */
             next: number;
         };
-        /** @description One box of a track that was followed. */
+        /** @description One box of a followed track. */
         FollowedBox: {
             frame: number;
             box: [
@@ -691,7 +691,7 @@ export interface components {
                 number
             ];
             /**
-             * @description A person has put the box here; all others were followed from such boxes.
+             * @description A person has set this box; the other boxes are followed from such boxes.
              * @default false
              */
             anchor?: boolean;
@@ -797,7 +797,7 @@ export interface components {
             author: string;
             /** @description ISO 8601, UTC, by the clock of the server that stored it; the order is that of ``seq``. */
             time: string;
-            /** @description Of the command, or ``undo`` and ``redo``. */
+            /** @description Kind of the command, or ``undo`` and ``redo``. */
             name: string;
             frame: number | null;
             differences: components["schemas"]["Difference"][];
@@ -861,12 +861,12 @@ export interface components {
             repaired: string[];
             skipped: components["schemas"]["SkippedView"][];
         };
-        /** @description Straight lines between the key frames of a range; ``value`` false: the engine's boxes again. */
+        /** @description Interpolate linearly between the key frames of a range; ``value`` false: show the engine's boxes again. */
         Interpolate: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -888,7 +888,7 @@ export interface components {
             /** @enum {string} */
             review: "open" | "accepted" | "rejected" | "needs_work";
         };
-        /** @description What a person has said about one frame, and about those up to the next key frame. */
+        /** @description A person's values for one frame and the frames up to the next key frame. */
         KeyFrame: {
             /** @description Null: the box is the engine's. */
             box: [
@@ -912,14 +912,14 @@ export interface components {
              * @default false
              */
             interpolate: boolean;
-            /** @description Of this box only; null: the track's; -1: none of the classes. */
+            /** @description Label of this box only; null: the track's; -1: none of the classes. */
             class_id: number | null;
             /**
-             * @description The box was followed from a person's boxes in other frames; following anew may replace it.
+             * @description The box was followed from a person's boxes in other frames; a new follow may replace it.
              * @default false
              */
             followed: boolean;
-            /** @description Those that a person has set for these frames alone; the others are the track's. */
+            /** @description Attributes that differ from the track's in these frames. */
             attributes?: {
                 [key: string]: boolean | number | string;
             };
@@ -1062,12 +1062,12 @@ export interface components {
             id: number;
             name: string;
         };
-        /** @description Others become part of the track; where both have a frame, the track's own counts. */
+        /** @description Merge other tracks into the track; in frames of both, the track's own box is kept. */
         Merge: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1471,7 +1471,7 @@ export interface components {
             /** @description Ground truth to put in; unset: that of the video, where there is exactly one. */
             truth?: string | null;
         };
-        /** @description Carry out again what was taken back. */
+        /** @description Redo an operation that was undone. */
         Redo: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1494,15 +1494,15 @@ export interface components {
             type: "relabel";
             label: string;
         };
-        /** @description Label of the box in this frame alone, null: the track's again; ``box`` is the one on screen. */
+        /** @description Set the label of the box in this frame only; null: the track's label again. ``box`` is the displayed box. */
         RelabelBox: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             class_id: number | null;
-            /** @description Key of the label that ``class_id`` is meant to be: the video may use another label set by now. */
+            /** @description Key of the label ``class_id``, because the video may use another label set by now. */
             label_key?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1516,15 +1516,15 @@ export interface components {
                 number
             ] | null;
         };
-        /** @description Label of the whole track; null: the engine's again, -1: none of the classes. */
+        /** @description Set the label of the whole track; null: the engine's label again, -1: none of the classes. */
         RelabelTrack: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             class_id: number | null;
-            /** @description Key of the label that ``class_id`` is meant to be: the video may use another label set by now. */
+            /** @description Key of the label ``class_id``, because the video may use another label set by now. */
             label_key?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1532,12 +1532,12 @@ export interface components {
              */
             name: "relabel_track";
         };
-        /** @description Forget what was said at this frame. */
+        /** @description Remove the key frame at this frame. */
         RemoveKey: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1545,12 +1545,12 @@ export interface components {
              */
             name: "remove_key";
         };
-        /** @description Away with it. */
+        /** @description Remove a note. */
         RemoveNote: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1563,12 +1563,12 @@ export interface components {
         RemovedRuns: {
             removed: string[];
         };
-        /** @description A deleted track is there again, as it was. */
+        /** @description Restore a deleted track. */
         RestoreTrack: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1600,12 +1600,12 @@ export interface components {
             /** @description Tracks that nobody has decided about yet. */
             left: number;
         };
-        /** @description The same verdict on the track and on others: one operation, so that one undo takes it back. */
+        /** @description Set the same verdict on the track and on others, in one operation that one undo reverts. */
         ReviewTracks: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1714,7 +1714,7 @@ export interface components {
             disputes: components["schemas"]["Dispute"][];
             disputed: number;
         };
-        /** @description A piece of an engine track. */
+        /** @description A part of an engine track. */
         Segment: {
             track: number;
             first: number;
@@ -1737,16 +1737,16 @@ export interface components {
             presets: string[];
         };
         /**
-         * @description An attribute of the whole track, or from this frame on until it changes the next time.
+         * @description Set an attribute of the whole track, or from this frame on until its next change.
          *
-         *     ``value`` null takes it away: from the whole track, or from this frame on, where the track's own counts then.
-         *     ``box`` is the one on screen.
+         *     ``value`` null removes it: from the whole track, or from this frame on, where the track's value then applies.
+         *     ``box`` is the displayed box.
          */
         SetAttribute: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1764,12 +1764,12 @@ export interface components {
                 number
             ] | null;
         };
-        /** @description Draw, move or resize: the frame becomes a key frame with this box. */
+        /** @description Draw, move or resize a box: the frame becomes a key frame with this box. */
         SetBox: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1783,12 +1783,12 @@ export interface components {
                 number
             ];
         };
-        /** @description The track is a region that nobody counts: it may be a sign, and no training learns from it. */
+        /** @description Mark the track as a region to ignore: it may be a sign, is not counted, and training does not use it. */
         SetIgnore: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1797,12 +1797,12 @@ export interface components {
             name: "ignore";
             value: boolean;
         };
-        /** @description What was tracked is no traffic sign. */
+        /** @description Mark that the track is no traffic sign. */
         SetNotASign: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1811,12 +1811,12 @@ export interface components {
             name: "set_not_a_sign";
             value: boolean;
         };
-        /** @description Hidden (or not) from here to the next key frame; ``box`` is the one on screen. */
+        /** @description Mark as occluded (or not) from here to the next key frame; ``box`` is the displayed box. */
         SetOccluded: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1831,12 +1831,12 @@ export interface components {
                 number
             ] | null;
         };
-        /** @description Out of sight (or back) from here to the next key frame; ``box`` is the one on screen. */
+        /** @description Mark as out of sight (or back) from here to the next key frame; ``box`` is the displayed box. */
         SetOutside: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1861,12 +1861,12 @@ export interface components {
             id: number;
             png: string | null;
         };
-        /** @description The verdict on the track. */
+        /** @description Set the verdict on the track. */
         SetReview: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1925,16 +1925,16 @@ export interface components {
             reason: string;
         };
         /**
-         * @description From this frame on it is another track.
+         * @description Split the track: from this frame on it is another track.
          *
-         *     ``class_id`` is what the page takes the engine's class of the track to be, for a half without a piece of the
-         *     engine's; the server asks the evidence instead.
+         *     ``class_id`` is the engine's class of the track according to the page, for a half without a segment of the engine's;
+         *     the server reads it from the evidence instead.
          */
         Split: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2078,7 +2078,7 @@ export interface components {
             repaired: string[];
             skipped: string[];
         };
-        /** @description The operation that Ctrl+Z or Ctrl+Shift+Z would be about. */
+        /** @description The operation that Ctrl+Z or Ctrl+Shift+Z applies to. */
         Target: {
             op_id: string;
             name: string;
@@ -2137,7 +2137,7 @@ export interface components {
             /** @description False while the run goes on. */
             complete: boolean;
         };
-        /** @description One track as people have left it. A track that nobody touched has none. */
+        /** @description A person's corrections of one track. An untouched track has no document. */
         TrackDoc: {
             /** @description `m7`: the engine's track 7; `h...`: made by a person. */
             key: string;
@@ -2146,7 +2146,7 @@ export interface components {
              * @default 0
              */
             revision: number;
-            /** @description Null: the engine's class stands; -1: none of the classes, as a person says. */
+            /** @description Null: the engine's class applies; -1: a person says that it is none of the classes. */
             class_id: number | null;
             /**
              * @default open
@@ -2154,12 +2154,12 @@ export interface components {
              */
             review: "open" | "accepted" | "rejected" | "needs_work";
             /**
-             * @description As older versions marked a false positive.
+             * @description How older versions marked a false positive.
              * @default false
              */
             not_a_sign: boolean;
             /**
-             * @description Pieces of engine tracks, in order of frames, disjoint.
+             * @description Parts of engine tracks, in order of frames, disjoint.
              * @default []
              */
             segments: components["schemas"]["Segment"][];
@@ -2175,12 +2175,12 @@ export interface components {
              */
             gone: boolean;
             merged_into: string | null;
-            /** @description Of the whole track, but for the key frames that have their own. */
+            /** @description Attributes of the whole track; those of key frames have precedence. */
             attributes?: {
                 [key: string]: boolean | number | string;
             };
             /**
-             * @description A region that nobody counts: exports mark it where their format can, and no training learns from it.
+             * @description A region to ignore: exports mark it if their format can, and training does not use it.
              * @default false
              */
             ignore?: boolean;
@@ -2191,11 +2191,11 @@ export interface components {
             kind: string;
             text: string;
         };
-        /** @description The newest operations first. */
+        /** @description Operations, newest first. */
         TrackHistory: {
             key: string;
             happened: components["schemas"]["Happened"][];
-            /** @description Ask for what came before this number; None: this is all. */
+            /** @description Request rows before this number for older operations; None: there are none. */
             more: number | null;
         };
         /** @description One track frame by frame, one column a property. Null: the step did not take place. */
@@ -2268,7 +2268,7 @@ export interface components {
             /** @description Name of the run that it goes before; null: after all that wait. */
             before?: string | null;
         };
-        /** @description Take an operation back. */
+        /** @description Undo an operation. */
         Undo: {
             /**
              * @description discriminator enum property added by openapi-typescript
