@@ -483,7 +483,7 @@ export interface components {
             met: boolean;
             got: string;
         };
-        /** @description What the gate saw of one prediction. */
+        /** @description The gate's data for one prediction. */
         Explanation: {
             symmetry: components["schemas"]["SymmetryView"];
             hash: components["schemas"]["HashView"];
@@ -599,18 +599,18 @@ export interface components {
             /** @description How large the error is in each place, where the places are in its order. */
             errors: number[] | null;
         };
-        /** @description One track with verdicts that turn over. */
+        /** @description One track with verdicts that change. */
         FlippedTrack: {
             id: number;
             flips: number;
-            /** @description The first frame of them. */
+            /** @description First frame with a changed verdict. */
             frame: number;
         };
-        /** @description Answer for one tau. The verdicts stand on the run's own boxes: what a replay would make of them is not told. */
+        /** @description Answer for one tau. Verdicts are those on the run's own boxes; a replay may give other boxes. */
         Flips: {
             tau: number;
             run_tau: number;
-            /** @description All that count. */
+            /** @description Number of all verdicts. */
             verdicts: number;
             to_confident: number;
             to_rejected: number;
@@ -802,7 +802,7 @@ export interface components {
             frame: number | null;
             differences: components["schemas"]["Difference"][];
         };
-        /** @description 64 bits each as 16 hexadecimal digits, first bit highest, row by row. */
+        /** @description 64 bits each, as 16 hexadecimal digits, first bit highest, row by row. */
         HashView: {
             crop: string;
             mean: string;
@@ -996,7 +996,7 @@ export interface components {
             /** @description Id of the label that stands for it. */
             merged_into: number | null;
         };
-        /** @description The sources of each track over time: one entry a run of equal source, by track, then by frame. */
+        /** @description The sources of each track over time: one entry per run of equal source, by track, then by frame. */
         LaneColumns: {
             track: number[];
             first: number[];
@@ -1297,7 +1297,7 @@ export interface components {
         Outputs: {
             outputs: components["schemas"]["OutputView"][];
         };
-        /** @description What the layers of one frame show. */
+        /** @description Contents of the layers of one frame. */
         Overlay: {
             frame: number;
             detections: components["schemas"]["OverlayDetection"][];
@@ -1316,12 +1316,12 @@ export interface components {
             score: number;
             track: number | null;
         };
-        /** @description The verdict on that prediction. */
+        /** @description The gate's verdict on the prediction. */
         OverlayGate: {
             l_positive: number;
             confident: boolean;
         };
-        /** @description Where the motion model expected the sign, and how surely. */
+        /** @description The box that the motion model expected, and its uncertainty. */
         OverlayPrediction: {
             box: [
                 number,
@@ -1336,7 +1336,7 @@ export interface components {
                 number
             ];
         };
-        /** @description What the online detector found instead. */
+        /** @description The online detector's result in place of a rejected prediction. */
         OverlayRelocalisation: {
             search: [
                 number,
@@ -1373,12 +1373,12 @@ export interface components {
                 number,
                 number
             ];
-            /** @description Label of the video's set; None: never read; -1: the set lacks what the engine calls it. */
+            /** @description Label of the video's set; None: not classified; -1: the set lacks the engine's class. */
             class_id: number | null;
-            /** @description What the engine calls it, where the set lacks that. */
+            /** @description The engine's name of it, if the set lacks it. */
             word: string | null;
             share: number | null;
-            /** @description Sigma of cx, cy, w, h, px. */
+            /** @description Standard deviation of cx, cy, w, h, px. */
             prediction: components["schemas"]["OverlayPrediction"] | null;
             gate: components["schemas"]["OverlayGate"] | null;
             relocalisation: components["schemas"]["OverlayRelocalisation"] | null;
@@ -1996,14 +1996,14 @@ export interface components {
         };
         /** @description The mirror axis and the pairs of features behind it, in px of the crop of the prediction. */
         SymmetryView: {
-            /** @description Where the axis enters and leaves the sign; None: no axis was found. */
+            /** @description Ends of the axis within the sign; None: no axis was found. */
             axis: [
                 number,
                 number,
                 number,
                 number
             ] | null;
-            /** @description ``x1, y1, x2, y2, weight``; a feature on the axis is its own partner. */
+            /** @description ``x1, y1, x2, y2, weight``; a feature on the axis matches itself. */
             matches: [
                 number,
                 number,
@@ -2085,35 +2085,35 @@ export interface components {
             frame: number | null;
             keys: string[];
         };
-        /** @description The confirmed tracks of a run: one column a property, one entry a track. */
+        /** @description The confirmed tracks of a run: one column per property, one entry per track. */
         TrackColumns: {
             id: number[];
             first: number[];
             last: number[];
             frames: number[];
-            /** @description Frames with a detection. */
+            /** @description Number of frames with a detection. */
             detected: number[];
-            /** @description Frame in which the sign is seen best, largest of the sharp views that the picture does not cut. */
+            /** @description Frame in which the sign is seen best: the largest sharp view that is not cut off by the picture. */
             clearest: number[];
-            /** @description Box in the first frame, px: a large one says that the sign was there before. */
+            /** @description Box in the first frame, px; a large one means that the sign was visible before. */
             first_box: ([
                 number,
                 number,
                 number,
                 number
             ] | null)[];
-            /** @description And in the last. */
+            /** @description Box in the last frame, px. */
             last_box: ([
                 number,
                 number,
                 number,
                 number
             ] | null)[];
-            /** @description Label of the video's set; None: never read; -1: the set lacks what the engine calls it. */
+            /** @description Label of the video's set; None: not classified; -1: the set lacks the engine's class. */
             class_id: (number | null)[];
-            /** @description What the engine calls it, where the set lacks that. */
+            /** @description The engine's name of it, if the set lacks it. */
             word: (string | null)[];
-            /** @description Of the fused class in all votes. */
+            /** @description Share of the fused class in all votes. */
             share: (number | null)[];
             runner_up: (number | null)[];
             runner_up_word: (string | null)[];
@@ -2122,16 +2122,16 @@ export interface components {
             score: number[];
             /** @description Longest side, px. */
             side: number[];
-            /** @description Frames with a rejected prediction. */
+            /** @description Number of frames with a rejected prediction. */
             rejected: number[];
             relocalised: number[];
-            /** @description How likely a person changes the track; None: an imported run tells nothing of that. */
+            /** @description Probability that a person changes the track; None: unknown, because the run was imported. */
             uncertainty: (number | null)[];
             /** @description The same under its former name. */
             doubt: (number | null)[];
-            /** @description What the queue sorts by: the uncertainty, with what people had said when this was asked for. */
+            /** @description Sort key of the queue: the uncertainty, with people's corrections at the time of the request. */
             rank: number[];
-            /** @description Plain sentences why. */
+            /** @description Reasons for the uncertainty, as sentences. */
             reasons: string[][];
             tau: number;
             /** @description False while the run goes on. */
@@ -2185,7 +2185,7 @@ export interface components {
              */
             ignore?: boolean;
         };
-        /** @description Something that happened, in a sentence. */
+        /** @description One event, as a sentence. */
         TrackEvent: {
             frame: number;
             kind: string;
@@ -2198,7 +2198,7 @@ export interface components {
             /** @description Request rows before this number for older operations; None: there are none. */
             more: number | null;
         };
-        /** @description One track frame by frame, one column a property. Null: the step did not take place. */
+        /** @description One track frame by frame, one column per property. Null: the step did not take place. */
         TrackLane: {
             id: number;
             frame: number[];
@@ -2226,17 +2226,17 @@ export interface components {
             scale: (number | null)[];
             /** @description W_t. */
             weight: (number | null)[];
-            /** @description Labels with the most votes, the winner first; -1: the video's set lacks what the engine calls it. */
+            /** @description Labels with the most votes, the winner first; -1: the video's set lacks the engine's class. */
             classes: number[];
-            /** @description What the engine calls each of them, where the set lacks that. */
+            /** @description The engine's name of each of them that the set lacks. */
             words: (string | null)[];
             /** @description Fused share of each of `classes`, 0..1. */
             votes: (number[] | null)[];
             /** @description P(c | x_t) of each of `classes`. */
             probabilities: (number[] | null)[];
-            /** @description Label of each frame's crop alone, as in ``classes``. */
+            /** @description Label from each frame's crop alone, as in ``classes``. */
             top: (number | null)[];
-            /** @description What the engine calls it, where the set lacks that. */
+            /** @description The engine's name of it, if the set lacks it. */
             top_word: (string | null)[];
             top_probability: (number | null)[];
             /** @description Samples learned. */
@@ -2244,7 +2244,7 @@ export interface components {
             unlearned: number[];
             events: components["schemas"]["TrackEvent"][];
             tau: number;
-            /** @description The run's parameter: a smaller symmetry_magnitude counts as this in `symmetry`. */
+            /** @description The run's parameter: smaller values of symmetry_magnitude count as this in `symmetry`. */
             symmetry_floor: number;
         };
         /** @description What an action has done. */
