@@ -502,7 +502,7 @@ export interface components {
         };
         /** @description What to export, and how. */
         ExportRequest: {
-            /** @description Of different videos. */
+            /** @description Runs of different videos. */
             runs: string[];
             format: string;
             /**
@@ -511,8 +511,8 @@ export interface components {
              */
             pictures?: "none" | "annotated" | "all";
             /**
-             * @description Review states that go out. ``edited``: open tracks that a person has edited. ``rejected`` ones go out in the
-             *     manifest, as what looks like a sign and is none.
+             * @description Review states to export. ``edited``: open tracks that a person has edited. ``rejected``: listed in the manifest
+             *     as hard negatives.
              * @default [
              *       "edited",
              *       "accepted",
@@ -520,23 +520,23 @@ export interface components {
              *     ]
              */
             states?: ("open" | "edited" | "accepted" | "rejected" | "needs_work")[];
-            /** @description Keys or numbers of labels, -1: not in the set; null: all. */
+            /** @description Keys or numbers of labels to export, -1: not in the set; null: all. */
             labels?: (string | number)[] | null;
-            /** @description The same by number, as in version 0.1. */
+            /** @description Labels by number, as in version 0.1. */
             classes?: number[] | null;
             /**
-             * @description What becomes of signs that have no label of the set: left out, regions to ignore, or a class of their own.
+             * @description Treatment of signs without a label of the set: left out, regions to ignore, or a class of their own.
              * @default leave-out
              * @enum {string}
              */
             not_in_set?: "leave-out" | "ignore" | "class";
             /**
-             * @description Labels that the files declare: all that the set offers, or those that go out.
+             * @description Labels that the files declare: all of the set, or only exported ones.
              * @default all
              * @enum {string}
              */
             class_map?: "all" | "used";
-            /** @description Boxes whose shorter side is below stay here, px. */
+            /** @description Minimum shorter side of a box, px; smaller boxes are left out. */
             min_side?: number | null;
             /** @default 0 */
             first?: number;
@@ -549,7 +549,7 @@ export interface components {
              */
             split_by?: "sign" | "video";
             /**
-             * @description Give each side of the split every label that enough signs have.
+             * @description Give each side of the split every label with enough signs.
              * @default false
              */
             balance_labels?: boolean;
@@ -561,12 +561,12 @@ export interface components {
             switches?: {
                 [key: string]: string;
             };
-            /** @description Keys of the only tracks that go out, by run; of a run that is not named nothing does. Null: all. */
+            /** @description Keys of the tracks to export, by run; a run without an entry exports none. Null: all tracks. */
             tracks?: {
                 [key: string]: string[];
             } | null;
             /**
-             * @description File name without suffix; empty: made up.
+             * @description File name without suffix; empty: made from the request.
              * @default
              */
             name?: string;
@@ -705,9 +705,9 @@ export interface components {
             can_export: boolean;
             can_import: boolean;
             needs_pictures: boolean;
-            /** @description It has a mark for regions to ignore. */
+            /** @description It can mark regions to ignore. */
             ignores: boolean;
-            /** @description It marks key frames: the bound of thinning matters. */
+            /** @description It marks key frames, so that the limit of thinning matters. */
             key_frames: boolean;
             export_switches: components["schemas"]["SwitchView"][];
             import_switches: components["schemas"]["SwitchView"][];
@@ -826,27 +826,27 @@ export interface components {
             type: "ignore";
             value: boolean;
         };
-        /** @description What an import is doing now. */
+        /** @description Progress of an import. */
         ImportProgress: {
             /** @enum {string} */
             step: "waiting" | "reading" | "storing";
-            /** @description Boxes that have been read so far. */
+            /** @description Number of boxes read so far. */
             boxes: number;
-            /** @description Since its file has come. */
+            /** @description Seconds since its file was received. */
             seconds: number;
         };
         /**
-         * @description What an import did.
+         * @description The result of an import.
          *
          *     Attributes:
-         *         kind: as what it came in.
-         *         id: the truth or run; for an annotation the run that it was laid onto.
-         *         tracks: tracks that came in; of an annotation, those that are new or show something else now.
-         *         boxes: their boxes.
-         *         same: tracks of an annotation that the run showed already.
-         *         edit: number of an annotation in the run's log, or of a run's marks (hidden, judged, notes) in its own; one undo
-         *             takes all of it back. None: there is nothing to take back.
-         *         repaired: what was put right, one sentence each.
+         *         kind: import as this kind.
+         *         id: the ground truth or run; for an annotation the corrected run.
+         *         tracks: number of imported tracks; for an annotation, of new and changed ones.
+         *         boxes: number of their boxes.
+         *         same: number of tracks of an annotation that the run already showed.
+         *         edit: number of the operation in the run's log: the annotation, or an imported run's marks (hidden, verdicts,
+         *             notes); one undo reverts it. None: there is nothing to undo.
+         *         repaired: repairs, one sentence each.
          *         skipped: what was left out.
          */
         ImportResult: {
@@ -1919,7 +1919,7 @@ export interface components {
             /** @description False: a proxy says who it is, or a token does. */
             can_sign_out: boolean;
         };
-        /** @description Something that did not come in. */
+        /** @description Something that was not imported. */
         SkippedView: {
             what: string;
             reason: string;
@@ -1988,10 +1988,10 @@ export interface components {
         /** @description An option of one format. */
         SwitchView: {
             name: string;
-            /** @description The first is the default. */
+            /** @description Possible values, the default first. */
             values: string[];
             help: string;
-            /** @description Any other text counts as well. */
+            /** @description Other texts are allowed too. */
             free: boolean;
         };
         /** @description The mirror axis and the pairs of features behind it, in px of the crop of the prediction. */
@@ -2060,15 +2060,15 @@ export interface components {
             author?: string | null;
         };
         /**
-         * @description What became of the signs.
+         * @description Result of copying the signs.
          *
          *     Attributes:
-         *         changed: tracks of the run that show something else now.
-         *         made: new tracks.
-         *         same: signs that the run showed already.
-         *         op_id: name of the operation, for an undo; None: nothing has changed.
-         *         repaired: what was changed on the way, one sentence each.
-         *         skipped: what was left out, and why, one sentence each.
+         *         changed: number of tracks of the run that changed.
+         *         made: number of new tracks.
+         *         same: number of signs that the run already showed.
+         *         op_id: id of the operation, for an undo; None: nothing has changed.
+         *         repaired: repairs, one sentence each.
+         *         skipped: what was left out and why, one sentence each.
          */
         TakenOver: {
             changed: number;

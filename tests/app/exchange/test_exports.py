@@ -143,9 +143,7 @@ def test_boxes_where_the_run_has_not_looked_are_counted(desk: Desk) -> None:
     output = desk.export(format="tracks-csv")
     (reported,) = output["summary"]["skipped"]
     assert reported["what"] == "drive.mp4: 12 boxes of 2 tracks"
-    assert reported["reason"].startswith(
-        "They lie outside of frames 0 to 39, which are all that the run has looked at."
-    )
+    assert reported["reason"].startswith("They lie outside of frames 0 to 39, the only ones that the run has tracked.")
     assert output["summary"]["counts"]["boxes"] == whole["summary"]["counts"]["boxes"] + 4 + 1
 
 
