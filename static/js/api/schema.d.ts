@@ -654,7 +654,7 @@ export interface components {
             reason: string;
             sentence: string;
         };
-        /** @description A sign that the server follows. Nobody has its proposals until a person accepts them. */
+        /** @description A sign that the server follows. Its proposals are no data until a person accepts them. */
         FollowView: {
             id: string;
             run_id: string;
@@ -667,7 +667,7 @@ export interface components {
             /** @enum {string} */
             state: "queued" | "running" | "complete" | "failed" | "cancelled";
             error: string | null;
-            /** @description frame, x1, y1, x2, y2, confidence, source; a later one of a frame replaces the earlier one. */
+            /** @description frame, x1, y1, x2, y2, confidence, source; a later proposal for a frame replaces the earlier one. */
             proposals: [
                 number,
                 number,
@@ -678,7 +678,7 @@ export interface components {
                 "anchor" | "detected" | "matched" | "predicted"
             ][];
             endings: components["schemas"]["FollowEnding"][];
-            /** @description Ask for what comes after this number next time. */
+            /** @description Request the proposals after this number next time. */
             next: number;
         };
         /** @description One box of a followed track. */
