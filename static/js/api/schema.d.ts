@@ -38,7 +38,7 @@ export interface components {
                 number
             ];
         };
-        /** @description One more label; its key is made from the name where none is sent. */
+        /** @description Add a label; its key is made from the name if none is sent. */
         AddLabel: {
             /** @default  */
             short?: string;
@@ -102,7 +102,7 @@ export interface components {
             from_run: string;
             author?: string | null;
         };
-        /** @description Add the labels of another set that are missing. */
+        /** @description Add the missing labels of another set. */
         AdoptSet: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -162,14 +162,14 @@ export interface components {
         Assignments: {
             assignments: components["schemas"]["AssignmentView"][];
         };
-        /** @description A question about a sign beside its label; see ``Attribute`` in ``tsr_engine.labels.model``. */
+        /** @description A further property of a sign; see ``Attribute`` in ``tsr_engine.labels.model``. */
         AttributeView: {
             name: string;
             /** @enum {string} */
             kind: "checkbox" | "select" | "number" | "text";
-            /** @description The answer may change from frame to frame. */
+            /** @description Whether the value may change from frame to frame. */
             mutable: boolean;
-            /** @description Answers of a select. */
+            /** @description Values of a select. */
             values: string[];
             low: number | null;
             high: number | null;
@@ -196,16 +196,16 @@ export interface components {
             /** @description By the person who has drawn it anew. */
             second: components["schemas"]["BoxAgreement"][];
         };
-        /** @description What came of a file of labels. */
+        /** @description Result of importing a file of labels. */
         Brought: {
             version: number;
             sentence: string;
-            /** @description The set was made from the file. */
+            /** @description Whether the set was made from the file. */
             created: boolean;
             added: components["schemas"]["LabelView"][];
             known: components["schemas"]["KnownLabel"][];
             refused: components["schemas"]["RefusedLabel"][];
-            /** @description What the file says and a set cannot hold. */
+            /** @description Contents of the file that a set cannot hold. */
             reported: string[];
         };
         /** @description A folder. */
@@ -281,7 +281,7 @@ export interface components {
             partners: (string | null)[];
             pairs: components["schemas"]["Pair"][];
         };
-        /** @description What a change gave. */
+        /** @description Result of a change. */
         Change: {
             version: number;
             label: components["schemas"]["LabelView"] | null;
@@ -808,7 +808,7 @@ export interface components {
             mean: string;
             distance: number;
         };
-        /** @description Offer the label no more. */
+        /** @description Stop offering the label. */
         HideLabel: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -926,7 +926,7 @@ export interface components {
         };
         /** @description A label of a file that the set has. */
         KnownLabel: {
-            /** @description In the file. */
+            /** @description Name in the file. */
             name: string;
             id: number;
             key: string;
@@ -941,16 +941,16 @@ export interface components {
             key: string;
             name: string;
             version: number;
-            /** @description How many labels it has; hidden and merged ones too. */
+            /** @description Number of labels, hidden and merged ones included. */
             labels: number;
-            /** @description Videos use it that name none. */
+            /** @description Whether videos that name no set use it. */
             default: boolean;
-            /** @description It ships with tsr; the library may have changed it since. */
+            /** @description Whether it ships with tsr; the library may have changed it since. */
             shipped: boolean;
         };
-        /** @description Where a label is used. */
+        /** @description Use of a label. */
         LabelUse: {
-            /** @description Tracks of all runs that a person has given the label, without deleted ones. */
+            /** @description Number of tracks of all runs to which a person has given the label, without deleted ones. */
             tracks: number;
             /** @description Their videos. */
             videos: number;
@@ -959,7 +959,7 @@ export interface components {
         LabelVersion: {
             version: number;
             author: string;
-            /** @description None: it is as it came with tsr. */
+            /** @description None: the version that ships with tsr. */
             created: string | null;
             sentence: string;
             undoes: number | null;
@@ -969,7 +969,7 @@ export interface components {
             id: number;
             key: string;
             name: string;
-            /** @description Empty: the first 12 characters of the name stand for it. */
+            /** @description Short name; empty: the first 12 characters of the name are used. */
             short: string;
             aliases: string[];
             /** @description Address of the pictogram; null: it has none. */
@@ -980,20 +980,20 @@ export interface components {
             category: "prohibitory" | "mandatory" | "danger" | "priority" | "information" | "direction" | "additional" | "other";
             attributes: components["schemas"]["AttributeView"][];
             size_mm: number | null;
-            /** @description Key of the label that its mirror image is. */
+            /** @description Key of the label of its mirror image. */
             mirror: string | null;
             /**
-             * @description What a retraining makes of it.
+             * @description Use in retraining: sign, background or ignore.
              * @enum {string}
              */
             teach: "sign" | "background" | "ignore";
             /** @description `#rrggbb`. */
             colour: string | null;
-            /** @description 1 to 9. */
+            /** @description Digit key, 1 to 9. */
             pinned: number | null;
-            /** @description Not offered any more. */
+            /** @description Whether it is no longer offered. */
             hidden: boolean;
-            /** @description Id of the label that stands for it. */
+            /** @description Id of the label that replaces it. */
             merged_into: number | null;
         };
         /** @description The sources of each track over time: one entry per run of equal source, by track, then by frame. */
@@ -1076,7 +1076,7 @@ export interface components {
             name: "merge";
             others: string[];
         };
-        /** @description From now on ``into`` stands for ``id``. */
+        /** @description Replace the label ``id`` by ``into`` from now on. */
         MergeLabels: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1480,7 +1480,7 @@ export interface components {
             name: "redo";
             op_id: string;
         };
-        /** @description A name of a file that no label can have. */
+        /** @description A name of a file that is not allowed as a label. */
         RefusedLabel: {
             name: string;
             reason: string;
@@ -1577,9 +1577,9 @@ export interface components {
             name: "restore_track";
         };
         /**
-         * @description How much of the newest complete run people have judged, counted as the queue does.
+         * @description Progress of the review of the newest complete run, counted as in the queue.
          *
-         *     ``tracks`` are those that are there: without deleted and merged ones, with those that people made. ``reviewed`` are
+         *     ``tracks`` counts existing tracks: without deleted and merged ones, with those that people made. ``reviewed`` counts
          *     the accepted and rejected ones of them.
          */
         ReviewProgress: {
@@ -1851,7 +1851,7 @@ export interface components {
                 number
             ] | null;
         };
-        /** @description A picture for the label: PNG, at most 512 px and 256 KB; null takes it away. */
+        /** @description Set the picture of the label: PNG, at most 512 px and 256 KB; null removes it. */
         SetPicture: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2018,7 +2018,7 @@ export interface components {
                 number
             ];
         };
-        /** @description When each frame of a video is shown, and where its decoder can start. */
+        /** @description The presentation time of each frame of a video, and the frames at which decoding can start. */
         TableAnswer: {
             frames: number;
             /** @description Numerator, denominator: pts * n / d = seconds. */
@@ -2027,7 +2027,7 @@ export interface components {
                 number
             ];
             first_pts: number;
-            /** @description Runs of equal pts steps: [step, how often]. */
+            /** @description Runs of equal pts steps: [step, count]. */
             steps: [
                 number,
                 number
@@ -2037,7 +2037,7 @@ export interface components {
             /** @description Ordinals of damaged frames. */
             corrupt: number[];
         };
-        /** @description Tags that videos get and lose. */
+        /** @description Tags to add to videos and to remove from them. */
         TagRequest: {
             videos: string[];
             /** @default [] */
@@ -2277,7 +2277,7 @@ export interface components {
             name: "undo";
             op_id: string;
         };
-        /** @description Take the change of a version back. */
+        /** @description Undo the change that made a version. */
         UndoChange: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2298,7 +2298,7 @@ export interface components {
             video_name: string;
             message: string;
         };
-        /** @description Other values for the fields that are sent; null takes a value away. */
+        /** @description Change the fields that are sent; null removes a value. */
         UpdateLabel: {
             /** @default  */
             short?: string;
@@ -2349,12 +2349,12 @@ export interface components {
             size: number;
             state: string;
             error: string | null;
-            /** @description The file is not there (any more). */
+            /** @description Whether the file is missing. */
             missing: boolean;
             sample: boolean;
             width: number | null;
             height: number | null;
-            /** @description Width of a pixel by its height: pictures are shown so, boxes are in stored pixels. */
+            /** @description Width of a pixel by its height, for display; boxes are in stored pixels. */
             pixel_ratio: number;
             frames: number | null;
             /** @description S. */
@@ -2370,7 +2370,7 @@ export interface components {
             /** @description Number of runs. */
             runs: number;
             latest_run: string | null;
-            /** @description Of the latest complete run: tracks that are there, and those accepted or rejected. */
+            /** @description Review of the latest complete run: existing tracks, and accepted or rejected ones. */
             review: components["schemas"]["ReviewProgress"];
         };
         /** @description All videos. */
