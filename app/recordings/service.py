@@ -15,7 +15,7 @@ __all__ = ["JOB", "MOST_FRAMES", "RecordingService"]
 
 JOB = "recording"
 MOST_FRAMES = 20_000
-"""A viewer holds a recording in memory; beyond this, pages become unusable."""
+"""Maximum number of frames: the viewer holds a recording in memory, and larger ones make pages unusable."""
 
 
 class RecordingService:
@@ -43,14 +43,14 @@ class RecordingService:
             run_id: the run.
             first: first frame.
             stop: frame after the last.
-            name: of the recording; unset: made from video and frames.
-            frame: the frame that it is about.
-            track: key of the track that it is about.
-            truth: id of the ground truth to put in; unset: the only one of the video, if there is exactly one.
+            name: name of the recording; unset: made from video and frames.
+            frame: frame to show first.
+            track: key of the track to select.
+            truth: id of the ground truth to include; unset: the video's, if it has exactly one.
 
         Raises:
             NotFound: no such run.
-            Conflict: the run has stored nothing.
+            Conflict: the run has no results.
             Invalid: the range is empty, too long, or not within the frames of the run.
         """
         check_frames(self._evidence, run_id, first, stop, "recording", MOST_FRAMES)

@@ -12,11 +12,11 @@ export interface components {
             action: components["schemas"]["Judge"] | components["schemas"]["Ignore"] | components["schemas"]["Relabel"];
             tracks: components["schemas"]["WantedTrack"][];
         };
-        /** @description A person's operations, the newest first. */
+        /** @description A person's operations, newest first. */
         Activity: {
             worker: components["schemas"]["Worker"];
             done: components["schemas"]["Done"][];
-            /** @description Ask for what came before this number; None: this is all. */
+            /** @description Request rows before this number for older operations; None: there are none. */
             more: number | null;
         };
         /** @description Make this frame a key frame with the displayed box. */
@@ -117,7 +117,7 @@ export interface components {
             not_needed: string[];
             conflicts: components["schemas"]["AdoptConflict"][];
         };
-        /** @description How often second answers are the first ones. */
+        /** @description How often second answers equal the first. */
         Agreement: {
             name: string;
             looked: number;
@@ -175,25 +175,25 @@ export interface components {
             high: number | null;
             default: boolean | number | string | null;
         };
-        /** @description How well boxes of two people lie on each other. */
+        /** @description Overlap of boxes of two people. */
         BoxAgreement: {
             name: string;
             tracks: number;
-            /** @description In which two people have drawn a box of such a track. */
+            /** @description Number of frames in which two people have drawn a box of such a track. */
             frames: number;
-            /** @description Mean over the tracks, of each the mean over its frames; 0 to 1. */
+            /** @description Mean over the tracks of the mean IoU over a track's frames; in [0, 1]. */
             iou: number;
             /** @description Lower end of the 95 % interval of that mean. */
             low: number;
             high: number;
         };
-        /** @description The same for the whole library and its parts. */
+        /** @description Overlap in the whole library and its parts. */
         BoxAgreements: {
             whole: components["schemas"]["BoxAgreement"];
             labels: components["schemas"]["BoxAgreement"][];
-            /** @description By the person whose box stood first. */
+            /** @description By the person who drew the first box. */
             first: components["schemas"]["BoxAgreement"][];
-            /** @description By the person who has drawn it anew. */
+            /** @description By the person who drew the second box. */
             second: components["schemas"]["BoxAgreement"][];
         };
         /** @description Result of importing a file of labels. */
@@ -391,7 +391,7 @@ export interface components {
              */
             more: number;
         };
-        /** @description A track of which two people say different things, and that nobody has changed since. */
+        /** @description A track with different answers of two people that nobody has changed since. */
         Dispute: {
             run_id: string;
             video_id: string;
@@ -409,9 +409,9 @@ export interface components {
             time: string;
             name: string;
             frame: number | null;
-            /** @description Keys; the first few of many. */
+            /** @description Keys of its tracks; only the first few of many. */
             tracks: string[];
-            /** @description How many tracks. */
+            /** @description Number of its tracks. */
             count: number;
             run_id: string;
             video_id: string;
@@ -490,14 +490,14 @@ export interface components {
             l_positive: number;
             tau: number;
         };
-        /** @description What has happened to the reviews that an export holds. */
+        /** @description Changes of the reviews in an export since it was made. */
         ExportAge: {
             id: string;
-            /** @description Edits that were made since. */
+            /** @description Number of edits made since. */
             edits: number;
-            /** @description Edits that it holds and that were taken back since. */
+            /** @description Number of its edits that were undone since. */
             undone: number;
-            /** @description Videos whose run is not there any more. */
+            /** @description Number of its videos whose run was removed. */
             gone: string[];
         };
         /** @description What to export, and how. */
@@ -754,12 +754,12 @@ export interface components {
             edited: string | null;
             notes: boolean;
         };
-        /** @description How many tracks were given to somebody. */
+        /** @description Number of tracks that were assigned. */
         Given: {
             given: number;
-            /** @description Tracks of the library that others have accepted. */
+            /** @description Number of tracks of the library that others have accepted. */
             accepted: number;
-            /** @description Runs whose tracks or newest edits are not among them yet. */
+            /** @description Number of runs whose tracks or newest edits are not included yet. */
             unread: number;
         };
         /** @description One sign in one frame. */
@@ -931,7 +931,7 @@ export interface components {
             id: number;
             key: string;
         };
-        /** @description A label that can be the answer. */
+        /** @description A label that can be chosen. */
         LabelChoice: {
             id: number;
             name: string;
@@ -1027,7 +1027,7 @@ export interface components {
             keys: string[];
             time: string;
         };
-        /** @description A sign to look at, without anything that the first person has said of it. */
+        /** @description A sign to look at, without the first person's answer. */
         Look: {
             id: number;
             run_id: string;
@@ -1088,7 +1088,7 @@ export interface components {
         };
         /** @description One version of the model files. */
         ModelView: {
-            /** @description `shipped`: those of the engine. */
+            /** @description Id; `shipped`: the engine's models. */
             id: string;
             name: string;
             state: string;
@@ -1110,9 +1110,9 @@ export interface components {
             active: boolean;
             created: string;
             finished: string | null;
-            /** @description How many labels it reads. */
+            /** @description Number of labels that it can classify. */
             labels: number;
-            /** @description Names of the signs in the library's label set that it does not read. */
+            /** @description Names of labels of the library's set that it cannot classify. */
             lacks: string[];
         };
         /** @description Versions, the newest first; the shipped one is the last. */
@@ -1156,7 +1156,7 @@ export interface components {
             last?: number | null;
             author?: string | null;
         };
-        /** @description What a version is to be made from. */
+        /** @description Sources of a new version. */
         NewModel: {
             /** @default  */
             name?: string;
@@ -1171,12 +1171,12 @@ export interface components {
              */
             parts?: ("detector" | "prior" | "lambda" | "classifier" | "online")[];
             /**
-             * @description Runs of different videos: their corrections as they are when the making begins.
+             * @description Runs of different videos; their corrections are read when training starts.
              * @default []
              */
             reviews?: string[];
             /**
-             * @description Ids of outputs.
+             * @description Ids of exports.
              * @default []
              */
             exports?: string[];
@@ -1251,7 +1251,7 @@ export interface components {
             /** @default  */
             name?: string;
         };
-        /** @description What somebody is to look at next. */
+        /** @description The next sign for a person to look at. */
         NextLook: {
             look: components["schemas"]["Look"] | null;
             left: number;
@@ -1387,22 +1387,22 @@ export interface components {
         Overlays: {
             overlays: components["schemas"]["Overlay"][];
         };
-        /** @description The runs that stand for the videos, as the search knows them, and the work of the last 30 days. */
+        /** @description The current runs of the videos in the search's tables, and the work of the last 30 days. */
         Overview: {
             videos: number;
-            /** @description Those that are there; regions that nobody counts are left out. */
+            /** @description Number of tracks, without deleted ones and regions to ignore. */
             tracks: number;
             reviewed: number;
             rejected: number;
             notes: number;
-            /** @description Runs whose tracks or newest edits are not in these figures: not read yet, or unreadable. */
+            /** @description Number of runs whose tracks or newest edits are missing in these figures: not read yet, or unreadable. */
             unread: number;
-            /** @description Tracks that two people have decided. */
+            /** @description Number of tracks with verdicts of two people. */
             decided_twice: number;
-            /** @description Those of them on which they say the same. */
+            /** @description Number of them with equal verdicts. */
             agreed: number;
             people: components["schemas"]["Worker"][];
-            /** @description A sentence where times of the log cannot be right. */
+            /** @description A sentence if times in the log are wrong. */
             clocks: string | null;
         };
         /** @description The box that a place is about, and what the other side has there: its partner, else what overlaps it most. */
@@ -1455,7 +1455,7 @@ export interface components {
             /** @enum {string} */
             role: "viewer" | "annotator" | "reviewer" | "admin";
             created: string;
-            /** @description Those that are not done. */
+            /** @description Number of assignments that are not done. */
             assignments: number;
         };
         /** @description What to record. */
@@ -1586,18 +1586,18 @@ export interface components {
             tracks: number;
             reviewed: number;
         };
-        /** @description The present review of a video: that of its newest run on which people have said something. */
+        /** @description The current review of a video: that of its newest run with corrections. */
         ReviewSource: {
             run: string;
             run_name: string;
             video: string;
             video_name: string;
-            /** @description Number of the newest edit; 0: it has none, its documents came in otherwise. */
+            /** @description Number of the newest edit; 0: there is none, its documents were imported. */
             edit_revision: number;
             accepted: number;
-            /** @description False positives: they teach background. */
+            /** @description False positives, which training uses as background. */
             rejected: number;
-            /** @description Tracks that nobody has decided about yet. */
+            /** @description Undecided tracks. */
             left: number;
         };
         /** @description Set the same verdict on the track and on others, in one operation that one undo reverts. */
@@ -1626,7 +1626,7 @@ export interface components {
             state: string;
             error: string | null;
             preset: string;
-            /** @description What differs from the preset. */
+            /** @description Parameters that differ from the preset. */
             parameters: {
                 [key: string]: unknown;
             };
@@ -1634,7 +1634,7 @@ export interface components {
             stop: number | null;
             frames_done: number;
             frames_total: number | null;
-            /** @description Frames a second. */
+            /** @description Frames per second. */
             rate: number | null;
             /** @description S. */
             remaining: number | null;
@@ -1698,19 +1698,19 @@ export interface components {
             /** @description -1: none of the set; None: it is no sign. */
             label: number | null;
         };
-        /** @description What second opinions have found. */
+        /** @description Results of second opinions. */
         SecondOpinions: {
-            /** @description Given out and not answered. */
+            /** @description Number of looks that are assigned and not answered. */
             open: number;
             whole: components["schemas"]["Agreement"];
             labels: components["schemas"]["Agreement"][];
-            /** @description By the person who accepted. */
+            /** @description By the person who accepted the track. */
             first: components["schemas"]["Agreement"][];
-            /** @description By the person who looked again. */
+            /** @description By the person who gave the second answer. */
             second: components["schemas"]["Agreement"][];
-            /** @description Of tracks that two people have drawn boxes of, whether or not they were given out. */
+            /** @description Overlap of boxes of tracks that two people have drawn, with or without a second opinion. */
             boxes: components["schemas"]["BoxAgreements"];
-            /** @description The first of them. */
+            /** @description The first disputes. */
             disputes: components["schemas"]["Dispute"][];
             disputed: number;
         };
@@ -1944,7 +1944,7 @@ export interface components {
             new_key: string;
             class_id?: number | null;
         };
-        /** @description A run that has just been queued. */
+        /** @description A new run in the queue. */
         StartedRun: {
             id: string;
             video_id: string;
@@ -1954,7 +1954,7 @@ export interface components {
             state: string;
             error: string | null;
             preset: string;
-            /** @description What differs from the preset. */
+            /** @description Parameters that differ from the preset. */
             parameters: {
                 [key: string]: unknown;
             };
@@ -1962,7 +1962,7 @@ export interface components {
             stop: number | null;
             frames_done: number;
             frames_total: number | null;
-            /** @description Frames a second. */
+            /** @description Frames per second. */
             rate: number | null;
             /** @description S. */
             remaining: number | null;
@@ -1982,7 +1982,7 @@ export interface components {
             };
             created: string;
             finished: string | null;
-            /** @description One sentence for each parameter that was given by an old name. */
+            /** @description One sentence for each parameter with an old name. */
             warnings: string[];
         };
         /** @description An option of one format. */
@@ -2258,7 +2258,7 @@ export interface components {
             /** @description The changed tracks as they are now; without those that are deleted or not read yet. */
             tracks: components["schemas"]["FoundTrack"][];
         };
-        /** @description All of them. */
+        /** @description All sources. */
         TrainingSources: {
             reviews: components["schemas"]["ReviewSource"][];
             exports: components["schemas"]["ExportAge"][];
@@ -2383,20 +2383,20 @@ export interface components {
             key: string;
             revision: number;
         };
-        /** @description How the work of a person goes; the figures are of the last 30 days. */
+        /** @description The work of a person in the last 30 days. */
         Worker: {
             name: string;
-            /** @description None: an author without an account, as from before there were people. */
+            /** @description None: an author without an account, for example from before the library had people. */
             role: ("viewer" | "annotator" | "reviewer" | "admin") | null;
-            /** @description Tracks accepted or rejected. */
+            /** @description Number of tracks accepted or rejected. */
             decided: number;
-            /** @description Those of them that were rejected. */
+            /** @description Number of tracks rejected. */
             rejected: number;
-            /** @description Time between operations, five minutes of a break. */
+            /** @description Time between operations; of a longer break five minutes. */
             hours: number;
-            /** @description Assignments that are not done. */
+            /** @description Number of assignments that are not done. */
             assigned: number;
-            /** @description Assignments that wait for a reviewer. */
+            /** @description Number of assignments that wait for a reviewer. */
             in_review: number;
         };
         /** @description One operation of one person. */

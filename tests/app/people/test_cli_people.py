@@ -79,11 +79,11 @@ def test_people_come_change_and_go(tsr: Command) -> None:
     [
         (("add", "Ada", "--role", "boss"), "Expected one of the roles viewer, annotator, reviewer, admin, got 'boss'."),
         (("add", " ", "--role", "admin"), "printable characters"),
-        (("role", "Eve", "admin"), "There is nobody called 'Eve' here."),
-        (("remove", "Eve"), "There is nobody called 'Eve' here."),
-        (("rotate", "Eve"), "There is nobody called 'Eve' here."),
-        (("token", "Eve"), "There is nobody called 'Eve' here."),
-        (("revoke", "Eve"), "There is nobody called 'Eve' here."),
+        (("role", "Eve", "admin"), "There is no person 'Eve' here."),
+        (("remove", "Eve"), "There is no person 'Eve' here."),
+        (("rotate", "Eve"), "There is no person 'Eve' here."),
+        (("token", "Eve"), "There is no person 'Eve' here."),
+        (("revoke", "Eve"), "There is no person 'Eve' here."),
     ],
 )
 def test_what_cannot_be_is_one_sentence(tsr: Command, words: tuple[str, ...], sentence: str) -> None:
