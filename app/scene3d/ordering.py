@@ -18,7 +18,7 @@ JOB = "scene"
 
 
 class SceneService:
-    """Checks and queues."""
+    """Checks requests for scenes and queues their jobs."""
 
     def __init__(self, database: Database, evidence: EvidenceService, outputs: OutputService) -> None:
         self._database = database
@@ -26,16 +26,17 @@ class SceneService:
         self._outputs = outputs
 
     def start(self, run_id: str, options: Mapping[str, object], name: str = "") -> OutputView:
-        """Queue a scene.
+        """Queue the export of a scene.
 
         Args:
             run_id: the run.
-            options: ``mode``, and further fields of :class:`app.scene3d.view_state.ViewState`; None: as the run begins.
-            name: of the file; unset: made from video, run and mode.
+            options: ``mode``, and further fields of :class:`app.scene3d.view_state.ViewState`; None: the default of the
+                run.
+            name: name of the file; unset: made from video, run and mode.
 
         Raises:
             NotFound: no such run.
-            Conflict: it has stored nothing yet.
+            Conflict: it has no results yet.
         """
         with self._evidence.reading(self._evidence.place(run_id)):
             pass
