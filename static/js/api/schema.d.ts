@@ -727,7 +727,7 @@ export interface components {
             id: number;
             name: string;
         };
-        /** @description One track, with the frame and the box to show it by. */
+        /** @description One track, with the frame and the box to show. */
         FoundTrack: {
             run: string;
             run_name: string;
@@ -735,7 +735,7 @@ export interface components {
             video_name: string;
             tags: string[];
             key: string;
-            /** @description None: none of the set's labels, or never read. */
+            /** @description None: none of the set's labels, or not classified. */
             label: components["schemas"]["FoundLabel"] | null;
             state: string;
             uncertainty: number;
@@ -817,7 +817,7 @@ export interface components {
             type: "hide";
             id: number;
         };
-        /** @description Make them regions that nobody counts, or let them count again. */
+        /** @description Mark the tracks as regions to ignore, or remove that mark. */
         Ignore: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -878,7 +878,7 @@ export interface components {
             /** @default true */
             value?: boolean;
         };
-        /** @description Give a verdict. */
+        /** @description Set a verdict. */
         Judge: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1045,9 +1045,9 @@ export interface components {
          * @description Videos with such tracks.
          *
          *     Attributes:
-         *         videos: id of the video -> how many of its tracks.
-         *         left: videos that are not counted yet; ask again.
-         *         unreadable: videos whose tracks cannot be read here.
+         *         videos: video id -> number of such tracks.
+         *         left: number of videos that are not counted yet; ask again.
+         *         unreadable: number of videos whose tracks cannot be read here.
          */
         Matches: {
             videos: {
@@ -1056,7 +1056,7 @@ export interface components {
             left: number;
             unreadable: number;
         };
-        /** @description A label that a word of the request stands for. */
+        /** @description A label that a word of the request means. */
         MeantLabel: {
             set: string;
             id: number;
@@ -1264,7 +1264,7 @@ export interface components {
             author: string;
             time: string;
         };
-        /** @description What one run's log holds of an action. */
+        /** @description An action's operation in the log of one run. */
         "Operation-Output": {
             run: string;
             op_id: string;
@@ -1485,7 +1485,7 @@ export interface components {
             name: string;
             reason: string;
         };
-        /** @description Give a label, by key, name or alias; each video has its own set. */
+        /** @description Set a label by key, name or alias; each video has its own set. */
         Relabel: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1676,20 +1676,20 @@ export interface components {
             id: "volume" | "prior" | "drive";
             title: string;
         };
-        /** @description A page of what was found. */
+        /** @description One page of results. */
         SearchAnswer: {
             tracks: components["schemas"]["FoundTrack"][];
             /** @description Cursor of the next page; None: there is none. */
             next: string | null;
-            /** @description Tracks that were found; at most 10,000 are counted. */
+            /** @description Number of found tracks; at most 10,000 are counted. */
             total: number;
-            /** @description There are more than that. */
+            /** @description Whether there are more than that. */
             more: boolean;
-            /** @description What the words of ``label`` were taken for. */
+            /** @description Labels that the words of ``label`` mean. */
             labels: components["schemas"]["MeantLabel"][];
-            /** @description Runs whose tracks or newest edits are not in the answer yet. */
+            /** @description Number of runs whose tracks or newest edits are missing in the answer. */
             unread: number;
-            /** @description The first runs whose tracks are not known, with the reason. */
+            /** @description The first unreadable runs, with the reason. */
             unreadable: components["schemas"]["Unreadable"][];
             unreadable_count: number;
         };
@@ -2247,15 +2247,15 @@ export interface components {
             /** @description The run's parameter: smaller values of symmetry_magnitude count as this in `symmetry`. */
             symmetry_floor: number;
         };
-        /** @description What an action has done. */
+        /** @description Result of an action. */
         TracksDone: {
             changed: number;
-            /** @description For an undo. */
+            /** @description Operations, for an undo. */
             operations: components["schemas"]["Operation-Output"][];
             stayed: number;
-            /** @description Which tracks stayed as they were, and why; the first of them. */
+            /** @description The first tracks that were not changed, with reasons. */
             sentences: string[];
-            /** @description The changed tracks as they are now; without those that are deleted or not read yet. */
+            /** @description Current state of the changed tracks, without those that are deleted or not in the tables yet. */
             tracks: components["schemas"]["FoundTrack"][];
         };
         /** @description All sources. */
@@ -2291,7 +2291,7 @@ export interface components {
             author?: string | null;
             operations: components["schemas"]["app__search__actions__Operation"][];
         };
-        /** @description A run whose tracks the search cannot know. */
+        /** @description A run whose tracks the search cannot read. */
         Unreadable: {
             run: string;
             run_name: string;
@@ -2377,7 +2377,7 @@ export interface components {
         Videos: {
             videos: components["schemas"]["VideoView"][];
         };
-        /** @description A track as the person has seen it. */
+        /** @description A track in the revision that the person has seen. */
         WantedTrack: {
             run: string;
             key: string;
@@ -2405,7 +2405,7 @@ export interface components {
             author: string;
             command: components["schemas"]["CreateTrack"] | components["schemas"]["SetBox"] | components["schemas"]["RelabelTrack"] | components["schemas"]["RelabelBox"] | components["schemas"]["Merge"] | components["schemas"]["Split"] | components["schemas"]["DeleteFrom"] | components["schemas"]["DeleteTrack"] | components["schemas"]["RestoreTrack"] | components["schemas"]["AddKey"] | components["schemas"]["RemoveKey"] | components["schemas"]["Interpolate"] | components["schemas"]["Follow"] | components["schemas"]["SetOccluded"] | components["schemas"]["SetOutside"] | components["schemas"]["SetNotASign"] | components["schemas"]["SetIgnore"] | components["schemas"]["SetAttribute"] | components["schemas"]["SetReview"] | components["schemas"]["ReviewTracks"] | components["schemas"]["AddNote"] | components["schemas"]["EditNote"] | components["schemas"]["RemoveNote"] | components["schemas"]["Undo"] | components["schemas"]["Redo"];
         };
-        /** @description What one run's log holds of an action. */
+        /** @description An action's operation in the log of one run. */
         app__search__actions__Operation: {
             run: string;
             op_id: string;
