@@ -243,21 +243,21 @@ export interface components {
             /** @description Error of Eq. 7 that a corrected box may have; unset: 0.25. */
             max_eq7?: number | null;
         };
-        /** @description What came in. */
+        /** @description Contents of an imported bundle. */
         BundleReportView: {
             note: string;
             video_name: string;
             first: number;
             stop: number;
-            /** @description Frame of the original video that the clip's frame 0 is. */
+            /** @description Frame of the original video that is the clip's frame 0. */
             offset: number;
-            /** @description Where to look first, in the clip: what did not come true, else the first frame that is judged. */
+            /** @description Frame of the clip to look at first: of the first expectation that failed, else the first frame that is judged. */
             frame: number;
-            /** @description Which track to look at there. */
+            /** @description Track to look at in that frame. */
             track: string | null;
             expected: components["schemas"]["ExpectedView"][];
             corrections: number;
-            /** @description Pictures that decode to other bits here than where the bundle was made. */
+            /** @description Pictures that decode to other bits here than on the machine that made the bundle. */
             other_pictures: number;
             skipped: string[];
             engine_version: string;
@@ -268,11 +268,11 @@ export interface components {
             name?: string;
             author?: string | null;
         };
-        /** @description Boxes of one reference label that the candidate calls another. */
+        /** @description Boxes of one reference label to which the candidate gives another label. */
         Cell: {
             /** @description None: nothing there; -1: a sign of none of the set's labels; below: see ``words`` of the matrix. */
             reference: number | null;
-            /** @description None: missed; -1: found, and called none of the set's labels. */
+            /** @description None: missed; -1: found, with none of the set's labels. */
             candidate: number | null;
             count: number;
             frames: number[];
@@ -295,7 +295,7 @@ export interface components {
         /** @description The figures of a candidate against a reference, over the frames that both have. */
         Comparison: {
             video_id: string;
-            /** @description Of the video's picture, px. */
+            /** @description Size of the video's picture, px. */
             width: number;
             height: number;
             reference: string;
@@ -313,9 +313,9 @@ export interface components {
         };
         /** @description Matched boxes by label; missed ones have no candidate label, false ones no reference label. */
         Confusion: {
-            /** @description Labels that occur, those below 0 behind all others. */
+            /** @description Labels that occur, those below 0 last. */
             classes: number[];
-            /** @description What models call signs that the label set has no label for, by a number below -1 that stands for it here. */
+            /** @description Words of models that the label set has no label for, by the number below -1 that replaces them here. */
             words: {
                 [key: string]: string;
             };
@@ -476,7 +476,7 @@ export interface components {
         ExpectedFollow: {
             frame: number;
         };
-        /** @description One expectation, and what became of it when the bundle was made. */
+        /** @description One expectation, and its result when the bundle was made. */
         ExpectedView: {
             id: string;
             expected: string;
@@ -574,8 +574,8 @@ export interface components {
         /**
          * @description One number and the places that it comes from.
          *
-         *     A place is a stretch of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``, which the other side
-         *     calls ``partners[i]`` in the first of them; None where it has nothing there.
+         *     A place is a range of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``. ``partners[i]`` is the
+         *     other side's track in the first of them; None: there is none.
          */
         Figure: {
             /** @description None: there is nothing to measure. */
@@ -589,14 +589,14 @@ export interface components {
             lasts: number[];
             tracks: string[];
             partners: (string | null)[];
-            /** @description Number of places, also where the lists are cut. */
+            /** @description Number of places, even if the lists are cut. */
             places: number;
             /**
              * @description Both boxes in the first frame of each place.
              * @default []
              */
             pairs: components["schemas"]["Pair"][];
-            /** @description How large the error is in each place, where the places are in its order. */
+            /** @description Error of each place; set if the places are ordered by it. */
             errors: number[] | null;
         };
         /** @description One track with verdicts that change. */
@@ -1405,7 +1405,7 @@ export interface components {
             /** @description A sentence if times in the log are wrong. */
             clocks: string | null;
         };
-        /** @description The box that a place is about, and what the other side has there: its partner, else what overlaps it most. */
+        /** @description The box of a place, and the other side's box there: its partner, or else the box that overlaps it most. */
         Pair: {
             box: [
                 number,
@@ -1415,7 +1415,7 @@ export interface components {
             ];
             /** @description -1: a sign of none of the set's labels; below: see ``words`` of the matrix. */
             label: number;
-            /** @description Track of the other side; None: it has nothing that overlaps the box. */
+            /** @description Track of the other side; None: none of its boxes overlaps. */
             other: string | null;
             other_box: [
                 number,
@@ -1424,7 +1424,7 @@ export interface components {
                 number
             ] | null;
             other_label: number | null;
-            /** @description Intersection over union of the two, in [0, 1]; 0 where there is no other. */
+            /** @description Intersection over union of the two, in [0, 1]; 0 if there is no other box. */
             iou: number;
         };
         /** @description One parameter of the engine. */
@@ -1900,11 +1900,11 @@ export interface components {
             kind: string;
             tracks: number;
             boxes: number;
-            /** @description What tracks that people have made are called, by key; the engine's are called by their number. */
+            /** @description Names of tracks that people have made, by key; the engine's are named by their number. */
             names: {
                 [key: string]: string;
             };
-            /** @description A run, compared as the engine left it, on which people have said something. */
+            /** @description True: a run compared without its corrections, although people have corrected it. */
             edited: boolean;
         };
         /** @description What a person signs in with. */
