@@ -1,4 +1,4 @@
-"""``tsr bundle``: packs a problem into one file for somebody else."""
+"""``tsr bundle``: packs a problem into one file for other people."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 
@@ -108,7 +108,7 @@ def bundle(
     else:
         console = out_console()
         console.print(
-            f"{out}: frames {summary['first']} to {summary['stop'] - 1} with {summary['lead_in']} that lead in, "
+            f"{out}: frames {summary['first']} to {summary['stop'] - 1} and {summary['lead_in']} lead-in frames, "
             f"{report.size / 2**20:.1f} MiB.",
             soft_wrap=True,
             markup=False,
@@ -117,7 +117,7 @@ def bundle(
             mark = "right" if one.met else "WRONG"
             console.print(f"{mark}: {one.expected} {one.got}", soft_wrap=True, markup=False)
         if not report.findings:
-            console.print("Nothing is expected: a replay holds the old output against the new one.", soft_wrap=True)
+            console.print("Without expectations, a replay compares the old output with the new one.", soft_wrap=True)
     for warning in report.warnings:
         say(f"warning: {warning}")
 

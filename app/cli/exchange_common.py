@@ -21,12 +21,12 @@ OptionOption = Annotated[
 
 
 def counted(number: int, one: str, many: str = "") -> str:
-    """A number of things, in words."""
+    """Format a number of things in words, such as ``3 boxes``; ``many`` defaults to ``one`` with an s."""
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
 def print_lines(lines: list[str], most: int = 12) -> None:
-    """The first lines of a list, and how many more there are."""
+    """Print the first lines of a list, and how many more there are."""
     console = out_console()
     for line in lines[:most]:
         console.print(line, soft_wrap=True, markup=False)
@@ -35,10 +35,10 @@ def print_lines(lines: list[str], most: int = 12) -> None:
 
 
 def pairs(option: str, texts: list[str]) -> dict[str, str]:
-    """The values of a repeatable option NAME=VALUE.
+    """Parse the values of a repeatable option NAME=VALUE.
 
     Raises:
-        UsageError: one of them is written otherwise.
+        UsageError: a value has another form.
     """
     found: dict[str, str] = {}
     for text in texts:
