@@ -267,4 +267,4 @@ Command = Annotated[
     | RemoveNote,
     Field(discriminator="name"),
 ]
-"""One operation; ``name`` says which."""
+"""One command; ``name`` is its kind."""

@@ -135,7 +135,7 @@ export interface components {
             undo: components["schemas"]["Target"] | null;
             redo: components["schemas"]["Target"] | null;
         };
-        /** @description What is to be different; what is left out stays. */
+        /** @description Fields to change; omitted fields stay. */
         AssignmentChange: {
             revision: number;
             state?: ("assigned" | "in_review" | "returned" | "done") | null;
@@ -229,14 +229,14 @@ export interface components {
             run: components["schemas"]["RunView"];
             report: components["schemas"]["BundleReportView"];
         };
-        /** @description What to pack. */
+        /** @description Frames to pack, and what the bundle is about. */
         BundleOrder: {
             first: number;
             stop: number;
             /** @default  */
             note?: string;
             /**
-             * @description Tracks that it is about; empty: all that were corrected.
+             * @description Keys of the tracks with the problem; empty: all corrected tracks.
              * @default []
              */
             tracks?: string[];
@@ -262,7 +262,7 @@ export interface components {
             skipped: string[];
             engine_version: string;
         };
-        /** @description Who draws, and what the run is to be called. */
+        /** @description Author and name of a run that is drawn by hand. */
         ByHand: {
             /** @default Drawn by hand */
             name?: string;
@@ -343,7 +343,7 @@ export interface components {
                 number
             ];
         };
-        /** @description What the review screen looks at; what is left out stays as it is. */
+        /** @description State of the review screen; omitted fields stay as they are. */
         Cursor: {
             frame: number;
             /** @description key of the selected track; null: none */
@@ -430,7 +430,7 @@ export interface components {
             tracks: number;
             seq: number;
         };
-        /** @description What could be carried over from an earlier run. */
+        /** @description Corrections of an earlier run that can be carried over. */
         EarlierCorrections: {
             found: components["schemas"]["Earlier"] | null;
         };
@@ -472,7 +472,7 @@ export interface components {
                 [key: string]: unknown;
             } | null;
         };
-        /** @description What somebody may be about to follow. */
+        /** @description A box that a person may follow soon. */
         ExpectedFollow: {
             frame: number;
         };
@@ -717,7 +717,7 @@ export interface components {
         Formats: {
             formats: components["schemas"]["FormatView"][];
         };
-        /** @description The follow of an author in a run. */
+        /** @description The open follow of an author in a run, if any. */
         FoundFollow: {
             found: components["schemas"]["FollowView"] | null;
         };
@@ -781,7 +781,7 @@ export interface components {
         GroundTruthBoxes: {
             boxes: components["schemas"]["GroundTruthBox"][];
         };
-        /** @description One truth of a video. */
+        /** @description One ground truth of a video. */
         GroundTruthView: {
             id: string;
             name: string;
@@ -1120,11 +1120,11 @@ export interface components {
             models: components["schemas"]["ModelView"][];
             active: string | null;
         };
-        /** @description How many open views have been informed. */
+        /** @description Number of open views that were updated. */
         Moved: {
             views: number;
         };
-        /** @description What is given to whom. */
+        /** @description Videos or frames to assign, and the person. */
         NewAssignments: {
             videos: string[];
             person: string;
@@ -1146,7 +1146,7 @@ export interface components {
             high?: number | null;
             default?: boolean | number | string | null;
         };
-        /** @description What to follow. */
+        /** @description Boxes to follow from. */
         NewFollow: {
             key: string;
             anchors: components["schemas"]["FollowAnchor"][];
@@ -1186,11 +1186,11 @@ export interface components {
             /** @description Version to start from; null: the active one. */
             parent?: string | null;
         };
-        /** @description What a run is to be called. */
+        /** @description The new name of a run. */
         NewName: {
             name: string;
         };
-        /** @description What to run. */
+        /** @description Configuration of a run. */
         NewRun: {
             /** @default default */
             preset?: string;
@@ -1204,7 +1204,7 @@ export interface components {
             /** @default  */
             name?: string;
         };
-        /** @description One scene to be packed into a file. */
+        /** @description A scene to export as a file. */
         NewScene: {
             /**
              * @default volume
@@ -1234,16 +1234,16 @@ export interface components {
             /** @default  */
             name?: string;
         };
-        /** @description Who is to look at which share of the accepted tracks. */
+        /** @description A person, and the share of the accepted tracks to look at. */
         NewSecondOpinions: {
             person: string;
             share: number;
         };
-        /** @description A file of the server's machine. */
+        /** @description A file on the server's machine. */
         NewVideo: {
             path: string;
         };
-        /** @description What to change, against the run that is replayed. */
+        /** @description Parameters to change, compared with the run that is replayed. */
         NewWhatIf: {
             parameters: {
                 [key: string]: boolean | number | string | number[] | null;
@@ -1458,17 +1458,17 @@ export interface components {
             /** @description Number of assignments that are not done. */
             assignments: number;
         };
-        /** @description What to record. */
+        /** @description Frames and contents of a recording. */
         RecordingOrder: {
             first: number;
             stop: number;
             /** @default  */
             name?: string;
-            /** @description The frame that it is about. */
+            /** @description The frame to show first. */
             frame?: number | null;
-            /** @description The track that it is about. */
+            /** @description The track to select. */
             track?: string | null;
-            /** @description Ground truth to put in; unset: that of the video, where there is exactly one. */
+            /** @description Ground truth to include; unset: the video's, if it has exactly one. */
             truth?: string | null;
         };
         /** @description Redo an operation that was undone. */
@@ -1559,7 +1559,7 @@ export interface components {
             name: "remove_note";
             note_id: string;
         };
-        /** @description Names of the runs that are gone. */
+        /** @description Ids of the runs that were removed. */
         RemovedRuns: {
             removed: string[];
         };
@@ -1664,7 +1664,7 @@ export interface components {
             video_id: string;
             run_id: string | null;
         };
-        /** @description Where a view of the run is opened. */
+        /** @description Address of a view of the run. */
         Scene3d: {
             url: string;
             view: string;
@@ -1693,7 +1693,7 @@ export interface components {
             unreadable: components["schemas"]["Unreadable"][];
             unreadable_count: number;
         };
-        /** @description What a sign is. */
+        /** @description The second person's label of a sign. */
         SecondAnswer: {
             /** @description -1: none of the set; None: it is no sign. */
             label: number | null;
@@ -1721,14 +1721,14 @@ export interface components {
             /** @description Inclusive. */
             last: number;
         };
-        /** @description What the page starts from. */
+        /** @description State that the page starts from. */
         SessionAnswer: {
             version: string;
             /** @description Name that edits carry unless the page sets another. */
             author: string;
-            /** @description None: the library has no people, and one user. */
+            /** @description None: the library has no people, but one user. */
             person: components["schemas"]["SignedIn"] | null;
-            /** @description Folders that videos may be added from. */
+            /** @description Folders from which videos may be added. */
             roots: string[];
             /** @description Largest upload. */
             upload_bytes: number;
@@ -1907,7 +1907,7 @@ export interface components {
             /** @description True: a run compared without its corrections, although people have corrected it. */
             edited: boolean;
         };
-        /** @description What a person signs in with. */
+        /** @description Credentials of a person. */
         SignIn: {
             token: string;
         };
@@ -1916,7 +1916,7 @@ export interface components {
             name: string;
             /** @enum {string} */
             role: "viewer" | "annotator" | "reviewer" | "admin";
-            /** @description False: a proxy says who it is, or a token does. */
+            /** @description False: a proxy or a token identifies the person. */
             can_sign_out: boolean;
         };
         /** @description Something that was not imported. */
@@ -2045,12 +2045,12 @@ export interface components {
             /** @default [] */
             remove?: string[];
         };
-        /** @description What a change of tags did. */
+        /** @description Result of a change of tags. */
         Tagged: {
-            /** @description Videos that have other tags now. */
+            /** @description Videos whose tags changed. */
             changed: number;
         };
-        /** @description Signs of a ground truth that a run shall show: by their numbers, or all of a label. */
+        /** @description Signs of a ground truth to copy to a run: by number, or all of a label. */
         TakeOver: {
             truth: string;
             /** @default [] */
@@ -2263,9 +2263,9 @@ export interface components {
             reviews: components["schemas"]["ReviewSource"][];
             exports: components["schemas"]["ExportAge"][];
         };
-        /** @description When a run that waits is to begin. */
+        /** @description New place of a waiting run in the queue. */
         Turn: {
-            /** @description Name of the run that it goes before; null: after all that wait. */
+            /** @description Run that it goes before; null: after all waiting runs. */
             before?: string | null;
         };
         /** @description Undo an operation. */
@@ -2286,7 +2286,7 @@ export interface components {
             type: "undo";
             version: number;
         };
-        /** @description Operations that are taken back. */
+        /** @description Operations to undo. */
         UndoRequest: {
             author?: string | null;
             operations: components["schemas"]["app__search__actions__Operation"][];
@@ -2331,11 +2331,11 @@ export interface components {
             id: number;
             name?: string | null;
         };
-        /** @description The set that is used from now on. */
+        /** @description The set to use from now on. */
         UseSet: {
             set: string;
         };
-        /** @description The set that the video uses from now on; null: the library's default. */
+        /** @description The set that the video is to use; null: the library's default. */
         UseSetInVideo: {
             set: string | null;
         };
