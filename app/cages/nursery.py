@@ -1,9 +1,9 @@
 """The process that cages are forked from: it loads everything once, so a cage starts within milliseconds.
 
-``python -m app.cages.nursery`` reads a socket as its standard input. Each byte brings one end of a conversation. The
-process forked for it sends its number, receives its task, confines itself and does the task. The nursery has a single
-thread that lives as long as the process: the kernel kills the cages when the nursery ends, and the nursery ends when
-the server, or the kernel for it, closes the socket.
+``python -m app.cages.nursery`` reads a socket as its standard input. Each byte brings one end of a connection. The
+process forked for it sends its process id, receives its task, confines itself and does the task. The nursery has a
+single thread that lives as long as the process: the kernel kills the cages when the nursery ends, and the nursery ends
+when the server, or the kernel for it, closes the socket.
 """
 
 from __future__ import annotations

@@ -162,7 +162,7 @@ class BulkEdits:
             for key, revision in expected.items():
                 doc = present.get(key)
                 if doc is None or doc.gone:
-                    stayed[key] = "it is not there any more"
+                    stayed[key] = "it no longer exists"
                 elif doc.revision != revision:
                     who = last_said(session, run_id, author, {key: revision}).get(key)
                     stayed[key] = "it was changed meanwhile" + (f" by {who.author}" if who else "")

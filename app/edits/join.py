@@ -59,9 +59,9 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
 
 
 def _anchored(doc: TrackDoc) -> TrackDoc:
-    """The same track with a box at both ends of each line, so that a line can lose its neighbours.
+    """The same track with a box at both ends of each line, so that lines can be cut.
 
-    Key frames before the first box start no line, because boxes of the other track may come before them.
+    Key frames before the first box start no line, because boxes of the other track may precede them.
     """
     added: dict[str, KeyFrame] = {}
     frames = doc.frames()

@@ -136,7 +136,11 @@ class CagedImports:
         return replace(limits, nice=0, writable=stored_in(self._settings.home, database))
 
     def begin_by_hand(self, video_id: str, name: str, author: str) -> ImportResult:
-        """Make a run without tracks, in another process for a long video; see ``ImportService.begin_by_hand``."""
+        """Make a run without tracks, in another process for a long video; see ``ImportService.begin_by_hand``.
+
+        Raises:
+            Busy: the other process failed, or the server ends.
+        """
         onto = self._imports.check(video_id, "run", None)
         if onto.facts.frames <= SHORT:
             return self._imports.begin_by_hand(video_id, name, author, onto)

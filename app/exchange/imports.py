@@ -143,7 +143,11 @@ class ImportService:
     def store(
         self, video_id: str, onto: Onto, incoming: Incoming, kind: ImportKind, run_id: str | None, dataset: Dataset
     ) -> ImportResult:
-        """Store the result of ``read_incoming``. Arguments and errors as for ``bring_in``."""
+        """Store the result of ``read_incoming``. Arguments and errors as for ``bring_in``.
+
+        Raises:
+            Busy: other people keep changing the label set.
+        """
         tracks = list(dataset.videos[0].tracks())
         author = incoming.author or self._settings.author
         for _ in range(_TRIES):

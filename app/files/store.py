@@ -284,6 +284,9 @@ def files_of(source: Path) -> dict[str, Path]:
 
     Returns:
         Name relative to the source (empty for a file) -> the file.
+
+    Raises:
+        FileNotFoundError: the source does not exist.
     """
     if source.is_file():
         return {"": source}

@@ -29,7 +29,11 @@ _TELL = 0.08
 
 
 def follow_track(task: TaskContext) -> None:
-    """Follow from the anchors; an interrupted follow starts over, because it takes only seconds."""
+    """Follow from the anchors; an interrupted follow starts over, because it takes only seconds.
+
+    Raises:
+        Stopped: the job was asked to stop, or the follow was dropped.
+    """
     with task.database.read() as session:
         asked = _still_wanted(session.get(Follow, task.job.subject))
         run = session.get_one(Run, asked.run_id)

@@ -1,4 +1,4 @@
-"""Notifies the standby worker at once of a new job, or of a job that a person may be about to ask for.
+"""Notifies the standby worker at once of a new job, or of a job that a person may request soon.
 
 The notification is a line through a pipe: empty for a new job, else a kind of job to prepare for.
 """

@@ -171,6 +171,7 @@ class LabelService:
         Raises:
             NotFound: no such set.
             ApiError: ``make`` raised it.
+            Busy: other people keep changing the set.
         """
         for _ in range(_TRIES):
             try:
@@ -194,6 +195,9 @@ class LabelService:
         Args:
             key: key of the set.
             make: stores the version and returns it; None: the set already exists.
+
+        Raises:
+            Busy: other people keep making a set with that key.
         """
         for _ in range(_TRIES):
             try:

@@ -1,4 +1,4 @@
-"""Folders of outputs. A folder counts only if its row says ``complete``; other content is left from broken work."""
+"""Folders of outputs. A folder counts only if its row says ``complete``; other content is left from unfinished work."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 Neither order is safe by itself: a row without files is wrong, and files without a row are never found. A note is
 therefore written to disk before the first file moves, and removed after the commit. The next start compares the note
-with the database. The working process holds a lock on its note, so a second server on the same folder leaves it
-alone.
+with the database. The working process holds a lock on its note, so a second server on the same folder does not touch
+it.
 """
 
 from __future__ import annotations

@@ -74,9 +74,9 @@ def sqlite_file(url: str | URL) -> Path | None:
 class Database:
     """Sessions on one database.
 
-    Reading sessions see one state and block nobody. Writing sessions take SQLite's write lock at once, so they wait for
-    each other instead of failing half way. SQLite's lock is not fair: one of many threads could wait for seconds and
-    then fail. So the threads of one process first queue up here.
+    Reading sessions see one state and never block others. Writing sessions take SQLite's write lock at once, so they
+    wait for each other instead of failing half way. SQLite's lock is not fair: one of many threads could wait for
+    seconds and then fail. So the threads of one process first queue up here.
     """
 
     def __init__(self, url: str | URL, here: str | None = None, shared: str | None = None) -> None:

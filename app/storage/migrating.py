@@ -79,7 +79,11 @@ def _refused(engine: Engine, backup: Path | None, cause: BaseException | None) -
 
 
 def copy_beside(engine: Engine, folder: Path) -> None:
-    """Copy the file of a SQLite database to a folder."""
+    """Copy the file of a SQLite database to a folder.
+
+    Raises:
+        StorageError: there is no room for the copy.
+    """
     name = engine.url.database
     assert name is not None
     folder.mkdir(parents=True, exist_ok=True)

@@ -71,7 +71,7 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
         export_reviews: writes the current reviews of runs to a file; see :func:`app.exchange.reviews.export_reviews`.
 
     Raises:
-        Stopped: the job was asked to stop.
+        Stopped: the job was asked to stop, or its subject was removed.
         ModelError, InputError: the parent version or an export was removed meanwhile.
     """
     home = task.settings.home

@@ -127,6 +127,9 @@ class FrameServer:
         """Return a small, soft picture at once; None if decoding the frame is fast, or there is no copy for that yet.
 
         The thread does not move, because the person is still scrubbing.
+
+        Raises:
+            FrameServerClosedError: the frame server was closed.
         """
         if (self._id, ordinal, width, encoding) in self._cache:
             return None

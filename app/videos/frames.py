@@ -176,7 +176,12 @@ class FrameService:
         return frame_server
 
     def load(self, video_id: str) -> FrameServer:
-        """Open a video of the library; the caller owns the result."""
+        """Open a video of the library; the caller owns the result.
+
+        Raises:
+            NotFound: no such video, or its file is missing.
+            Conflict: the video is not imported, or its file was replaced or cannot be read.
+        """
         with self._database.read() as session:
             query = select(VideoRow).where(VideoRow.id == video_id).options(undefer(VideoRow.frame_table))
             row = session.scalars(query).first()

@@ -38,6 +38,10 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
     Args:
         task: the job.
         sample_ready: called in the transaction that makes a sample drive ready.
+
+    Raises:
+        VideoError: the file cannot be decoded, or changed while it was read.
+        Stopped: the job was asked to stop, or its subject was removed.
     """
     with task.database.read() as session:
         video = session.get_one(Video, task.job.subject)

@@ -35,7 +35,7 @@ def run_whatif(task: TaskContext) -> None:
     """Replay; an interrupted what-if starts over, because it takes only seconds.
 
     Raises:
-        Stopped: the job was asked to stop.
+        Stopped: the job was asked to stop, or its subject was removed.
     """
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
