@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import Conflict, Invalid
 from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.outputs.view import OutputView
 from app.storage.database import Database
-from app.storage.models import Run, TrackDocument, Video
+from app.storage.models import TrackDocument, Video
+from app.storage.of_run import require_run
 from app.videos.words import in_words
 from tsr_engine.bundle.layout import MOST_FRAMES
 
@@ -56,9 +57,7 @@ class BundleService:
         """
         check_frames(self._evidence, run_id, first, stop, "bundle", MOST_FRAMES)
         with self._database.write() as session:
-            run = session.get(Run, run_id)
-            if run is None:
-                raise NotFound(f"There is no run {run_id[:40]!r} any more.")
+            run = require_run(session, run_id)
             if run.kind == "imported":
                 raise Conflict(
                     f"{run.name} was made by another program, so the engine cannot replay it.", code="not_replayable"

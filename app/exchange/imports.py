@@ -9,11 +9,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from sqlalchemy import select
-from sqlalchemy.orm import Session, undefer
+from sqlalchemy.orm import Session
 
 from app.edits.bulk import BulkEdits
-from app.errors import Busy, Invalid, NotFound
+from app.errors import Busy, Invalid
 from app.events import EventBus
 from app.exchange.annotate_run import annotate_run
 from app.exchange.as_run import write_run
@@ -30,7 +29,8 @@ from app.runs.view import publish_run
 from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
-from app.storage.models import Run, Video
+from app.storage.models import Run
+from app.storage.of_video import require_video
 from app.storage.places import require_here
 from app.videos.table import unpack
 from tsr_engine.evidence.schema import LOCK_FILE
@@ -127,10 +127,7 @@ class ImportService:
     def check(self, video_id: str, kind: ImportKind, run_id: str | None) -> Onto:
         """Check the target of an import before its file is read. Arguments and errors as for ``bring_in``."""
         with self._database.read() as session:
-            query = select(Video).where(Video.id == video_id).options(undefer(Video.frame_table))
-            video = session.scalars(query).first()
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            video = require_video(session, video_id, table=True)
             require_here(session, video.place, video.name)
             facts = video_facts(video, self._settings)
             assert video.frame_table is not None
@@ -261,8 +258,7 @@ class ImportService:
             said = marks(tracks, track_numbers((track.uid for track in tracks), least=0), author)
             edit = None
             with placing(home, run_id) as work, self._database.write() as session:
-                if session.get(Video, video_id) is None:
-                    raise NotFound(f"There is no video {video_id[:80]!r} any more.")
+                require_video(session, video_id)
                 begin(session)
                 session.add(run)
                 publish_run(session, self._events, run)
@@ -312,7 +308,6 @@ def _result(
 
 
 def _command(incoming: Incoming) -> dict[str, str]:
-    """The log entry of an import."""
     return {"name": "import", "file": incoming.path.name, "format": incoming.format or "found out"}
 
 

@@ -13,7 +13,8 @@ from sqlalchemy.orm import Session, undefer
 from app.errors import Invalid, NotFound
 from app.storage.database import Database
 from app.storage.ground_truth_rows import Rows, pack, parse, unpack
-from app.storage.models import GroundTruth, Video
+from app.storage.models import GroundTruth
+from app.storage.of_video import require_video
 from tsr_engine.evaluation.tracking_rows import truth_table
 from tsr_engine.track_table import TrackTable
 
@@ -37,9 +38,7 @@ class GroundTruthService:
             Invalid: a line breaks a rule; the message names the first one and the rule.
         """
         with self._database.read() as session:
-            video = session.get(Video, video_id)
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            video = require_video(session, video_id)
             frames = video.frames if video.state == "ready" else None
         return self.put_rows(video_id, name, parse(content, frames))
 
@@ -59,8 +58,7 @@ class GroundTruthService:
         """
         truth = GroundTruth(id=uuid.uuid4().hex, video_id=video_id, name=name, boxes=pack(rows), count=len(rows))
         with self._database.write() as session:
-            if session.get(Video, video_id) is None:
-                raise NotFound(f"There is no video {video_id[:80]!r} any more.")
+            require_video(session, video_id)
             if begin is not None:
                 begin(session)
             session.execute(delete(GroundTruth).where(GroundTruth.video_id == video_id, GroundTruth.name == name))
@@ -74,8 +72,7 @@ class GroundTruthService:
             NotFound: no such video.
         """
         with self._database.read() as session:
-            if session.get(Video, video_id) is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            require_video(session, video_id)
             return session.scalars(
                 select(GroundTruth).where(GroundTruth.video_id == video_id).order_by(GroundTruth.name)
             ).all()
@@ -90,7 +87,7 @@ class GroundTruthService:
             query = select(GroundTruth).where(GroundTruth.id == truth_id).options(undefer(GroundTruth.boxes))
             truth = session.scalars(query).first()
             if truth is None:
-                raise NotFound(f"There is no truth {truth_id[:40]!r}.")
+                raise NotFound(f"There is no ground truth {truth_id[:40]!r}.")
             return truth.video_id, truth.name, unpack(truth.boxes)
 
     def window(self, truth_id: str, first: int, last: int) -> Rows:
@@ -121,5 +118,5 @@ class GroundTruthService:
         with self._database.write() as session:
             truth = session.get(GroundTruth, truth_id)
             if truth is None:
-                raise NotFound(f"There is no truth {truth_id[:40]!r}.")
+                raise NotFound(f"There is no ground truth {truth_id[:40]!r}.")
             session.delete(truth)

@@ -10,7 +10,8 @@ from sqlalchemy import ColumnElement, Select, bindparam, func, select
 from sqlalchemy.orm import Session
 
 from app.errors import NotFound
-from app.storage.models import LabelSetDefault, LabelSetVersion, Run, Video
+from app.storage.models import LabelSetDefault, LabelSetVersion, Run
+from app.storage.of_video import require_video
 from tsr_engine.labels.changes import Changed
 from tsr_engine.labels.files import DEFAULT, SHIPPED, dump_set, parse_set, shipped_set
 from tsr_engine.labels.model import LabelSet
@@ -94,9 +95,7 @@ def labels_of_video(session: Session, video_id: str) -> LabelSet:
     Raises:
         NotFound: there is no such video.
     """
-    video = session.get(Video, video_id)
-    if video is None:
-        raise NotFound(f"There is no video {video_id[:80]!r}.")
+    video = require_video(session, video_id)
     return newest(session, video.label_set) if video.label_set else _newest_default(session)
 
 

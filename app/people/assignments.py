@@ -28,6 +28,7 @@ from app.people.service import person_named
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Assignment, Person, Video
+from app.storage.of_video import require_video
 
 __all__ = ["AssignmentService", "AssignmentView", "State", "require_worker"]
 
@@ -119,9 +120,7 @@ class AssignmentService:
             require_worker(chosen)
             made = []
             for video_id in dict.fromkeys(video_ids):
-                video = session.get(Video, video_id)
-                if video is None:
-                    raise NotFound(f"There is no video {video_id[:80]!r}.")
+                video = require_video(session, video_id)
                 _require_frames(video, first, stop)
                 self._refuse_twice(session, chosen, video, first, stop)
                 row = Assignment(

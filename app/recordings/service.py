@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from app.errors import NotFound
 from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.outputs.view import OutputView
 from app.storage.database import Database
-from app.storage.models import Run, Video
+from app.storage.models import Video
+from app.storage.of_run import require_run
 
 __all__ = ["JOB", "MOST_FRAMES", "RecordingService"]
 
@@ -55,9 +55,7 @@ class RecordingService:
         """
         check_frames(self._evidence, run_id, first, stop, "recording", MOST_FRAMES)
         with self._database.write() as session:
-            run = session.get(Run, run_id)
-            if run is None:
-                raise NotFound(f"There is no run {run_id[:40]!r} any more.")
+            run = require_run(session, run_id)
             video = session.get_one(Video, run.video_id)
             options = {"first": first, "stop": stop, "name": name, "frame": frame, "track": track, "truth": truth}
             output = self._outputs.queue(

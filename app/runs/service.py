@@ -10,7 +10,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import Conflict, Invalid
 from app.events import EventBus
 from app.files.shared import shared_files
 from app.jobs.outcome import cancel_subject
@@ -21,6 +21,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
 from app.storage.of_run import require_run
+from app.storage.of_video import require_video
 from app.storage.places import Servers, lies_here, require_here
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
@@ -54,8 +55,7 @@ class RunService:
             NotFound: no such video.
         """
         with self._database.read() as session:
-            if session.get(Video, video_id) is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            require_video(session, video_id)
             return list(session.scalars(select(Run).where(Run.video_id == video_id).order_by(Run.order.desc(), Run.id)))
 
     def line(self) -> list[Run]:
@@ -114,9 +114,7 @@ class RunService:
         changed = asked_parameters(parameters or {})
         params_of(preset, changed)
         with self._database.write() as session:
-            video = session.get(Video, video_id)
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            video = require_video(session, video_id)
             if video.state != "ready":
                 raise Conflict(
                     f"{video.name} is {video.state}. Only an imported video can be tracked.", code="not_ready"

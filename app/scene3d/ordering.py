@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from app.errors import NotFound
 from app.evidence.service import EvidenceService
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.outputs.view import OutputView
 from app.storage.database import Database
-from app.storage.models import Run, Video
+from app.storage.models import Video
+from app.storage.of_run import require_run
 
 __all__ = ["JOB", "SceneService"]
 
@@ -41,9 +41,7 @@ class SceneService:
         with self._evidence.reading(self._evidence.place(run_id)):
             pass
         with self._database.write() as session:
-            run = session.get(Run, run_id)
-            if run is None:
-                raise NotFound(f"There is no run {run_id[:40]!r} any more.")
+            run = require_run(session, run_id)
             video = session.get_one(Video, run.video_id)
             usual = f"{file_stem(video.name, 'video')}_{file_stem(run.name, 'run')}_{options['mode']}"
             file = f"{file_stem(name, usual)}.html"

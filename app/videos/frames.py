@@ -9,14 +9,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeVar
 
-from sqlalchemy import select
-from sqlalchemy.orm import undefer
-
 from app.errors import ApiError, Conflict, NotFound
 from app.files.shared import present
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Video as VideoRow
+from app.storage.of_video import require_video
 from app.storage.places import require_here
 from app.videos.decoding import Opener, open_here
 from app.videos.encoded import EncodedCache
@@ -183,10 +180,7 @@ class FrameService:
             Conflict: the video is not imported, or its file was replaced or cannot be read.
         """
         with self._database.read() as session:
-            query = select(VideoRow).where(VideoRow.id == video_id).options(undefer(VideoRow.frame_table))
-            row = session.scalars(query).first()
-            if row is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            row = require_video(session, video_id, table=True)
             require_here(session, row.place, row.name)
         if row.state != "ready" or row.frame_table is None:
             raise Conflict(f"{row.name} is {row.state}, so its frames cannot be shown yet.", code="not_ready")

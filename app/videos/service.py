@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic_core import to_json
 from sqlalchemy import select
-from sqlalchemy.orm import Session, undefer
+from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound, UnsupportedMedia
 from app.events import EventBus
@@ -17,6 +17,7 @@ from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
+from app.storage.of_video import require_video
 from app.storage.places import Servers, here_of, require_here
 from app.videos.opened import check_file, library_file, open_allowed, own_file, roots_of
 from app.videos.previews import preview_path
@@ -64,18 +65,7 @@ class VideoService(SampleDrives):
             NotFound: no such video.
         """
         with self._database.read() as session:
-            return video_view(session, self.get(session, video_id))
-
-    def get(self, session: Session, video_id: str) -> Video:
-        """Return one row.
-
-        Raises:
-            NotFound: no such video.
-        """
-        video = session.get(Video, video_id)
-        if video is None:
-            raise NotFound(f"There is no video {video_id[:80]!r}.")
-        return video
+            return video_view(session, require_video(session, video_id))
 
     def thumbnail(self, video_id: str) -> Path:
         """Return the path of a video's thumbnail; it need not exist.
@@ -117,10 +107,7 @@ class VideoService(SampleDrives):
             Conflict: it is not imported yet.
         """
         with self._database.read() as session:
-            query = select(Video).where(Video.id == video_id).options(undefer(Video.frame_table))
-            video = session.scalars(query).first()
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            video = require_video(session, video_id, table=True)
             if video.frame_table is None:
                 raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")
             return unpack(video.frame_table)
@@ -234,7 +221,7 @@ class VideoService(SampleDrives):
 
     def _remove(self, video_id: str) -> Sequence[str]:
         with self._database.write() as session:
-            video = self.get(session, video_id)
+            video = require_video(session, video_id)
             self._refuse_elsewhere(session, video)
             runs = list(session.scalars(select(Run).where(Run.video_id == video_id)))
             subjects = [video_id, *(run.id for run in runs)]
