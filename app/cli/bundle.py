@@ -67,9 +67,8 @@ def bundle(
     """
     from app.bundles.request import bundle_request, report_summary
     from app.cli.named import as_command_error, named_sources, track_key
+    from app.cli.steps import counting_steps
     from tsr_engine.bundle import make_bundle
-    from tsr_engine.cli.interrupt import stop_on_interrupt
-    from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.models import read_manifest
 
     first, stop = frame_range(frames)
@@ -94,13 +93,7 @@ def bundle(
             recording=recording,
         )
         request = replace(request, network=onnx)
-    with progress_bar("packing", "steps") as show, stop_on_interrupt() as stopped:
-
-        def tell(done: int, of: int) -> None:
-            if stopped():
-                raise KeyboardInterrupt
-            show(done, of, "")
-
+    with counting_steps("packing") as tell:
         report = make_bundle(request, tell)
     summary = report_summary(report)
     if json:

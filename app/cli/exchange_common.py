@@ -10,7 +10,7 @@ import typer
 from tsr_engine.cli.common import out_console
 from tsr_engine.errors import UsageError
 
-__all__ = ["HomeOption", "OptionOption", "counted", "pairs", "print_lines"]
+__all__ = ["HomeOption", "OptionOption", "pairs", "print_lines"]
 
 HomeOption = Annotated[
     Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
@@ -18,11 +18,6 @@ HomeOption = Annotated[
 OptionOption = Annotated[
     list[str], typer.Option("--option", metavar="NAME=VALUE", help="An option of the format; repeatable.")
 ]
-
-
-def counted(number: int, one: str, many: str = "") -> str:
-    """Format a number of things in words, such as ``3 boxes``; ``many`` defaults to ``one`` with an s."""
-    return f"{number} {one if number == 1 else many or one + 's'}"
 
 
 def print_lines(lines: list[str], most: int = 12) -> None:

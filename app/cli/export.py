@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.cli.exchange_common import HomeOption, OptionOption, counted, pairs, print_lines
+from app.cli.exchange_common import HomeOption, OptionOption, pairs, print_lines
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
+from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:
@@ -130,9 +131,8 @@ def export(
     from pydantic import ValidationError
 
     from app.cli.named import as_command_error, named_sources
+    from app.cli.steps import counting_steps
     from app.exchange.export import DEFAULT_STATES, ExportRequest, check_request, export_sources, summary_of
-    from tsr_engine.cli.interrupt import stop_on_interrupt
-    from tsr_engine.cli.progress import progress_bar
 
     first, stop = frame_range(frames)
     asked: dict[str, object] = {
@@ -163,13 +163,7 @@ def export(
     if states is None and all(source.run_id is None for source in sources):
         # a bare evidence folder has no reviews
         request = request.model_copy(update={"states": ["open", *DEFAULT_STATES]})
-    with progress_bar("exporting", "steps") as show, stop_on_interrupt() as stopped, as_command_error():
-
-        def tell(done: int, of: int) -> None:
-            if stopped():
-                raise KeyboardInterrupt
-            show(done, of, "")
-
+    with counting_steps("exporting") as tell, as_command_error():
         manifest = export_sources(request, sources, out, zipped=out.suffix.lower() == ".zip", progress=tell)
     summary = summary_of(manifest)
     if json:

@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
-from app.cli.exchange_common import HomeOption, OptionOption, counted, pairs, print_lines
+from app.cli.exchange_common import HomeOption, OptionOption, pairs, print_lines
 from tsr_engine.cli.common import JsonOption, existing, out_console, print_json, say
+from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 
 __all__ = ["import_file"]

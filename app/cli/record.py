@@ -55,8 +55,7 @@ def record(
         raise UsageError(f"--out must end with .rrd, because viewers check the extension. Got '{out}'.")
     first, stop = frame_range(frames)
     from app.cli.named import named_sources
-    from tsr_engine.cli.interrupt import stop_on_interrupt
-    from tsr_engine.cli.progress import progress_bar
+    from app.cli.steps import counting_steps
     from tsr_engine.io.atomic import refuse_inputs
     from tsr_engine.io.opened_file import named
     from tsr_engine.recording import RecordingRequest, write_recording
@@ -81,13 +80,7 @@ def record(
         focus_track=focus,
         called=source.called,
     )
-    with progress_bar("recording", "steps") as show, stop_on_interrupt() as stopped:
-
-        def tell(done: int, of: int) -> None:
-            if stopped():
-                raise KeyboardInterrupt
-            show(done, of, "")
-
+    with counting_steps("recording") as tell:
         report = write_recording(request, tell)
     if picture and source.video.path is None:
         say("warning: the video is missing, so the recording has no picture. Name it with --video.")
