@@ -22,8 +22,8 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.errors import Elsewhere
 from app.storage.database import Database
+from app.storage.id_lock import IdLock
 from app.storage.models import ModelVersion, Output, Run, Server, Video
-from app.storage.number_lock import NumberLock
 from app.storage.ticking import ticking
 
 __all__ = ["Servers", "adopt_files", "here_of", "is_here", "lies_here", "require_here", "shared_by"]
@@ -118,7 +118,7 @@ class Servers:
     def __init__(self, database: Database, home: Path) -> None:
         self._database = database
         self._name = f"{socket.gethostname()}:{home}"
-        self._number = NumberLock(database)
+        self._id_lock = IdLock(database)
         self._lock = threading.Lock()
         self._seen: dict[str, tuple[int, float]] = {}
         self._shared: set[str] = set()
@@ -129,7 +129,7 @@ class Servers:
         Raises:
             StorageError: another server has the id.
         """
-        self._number.take()
+        self._id_lock.take()
 
     def know_shared(self, name: str) -> None:
         """Store the address of the shared files for other servers."""
@@ -141,7 +141,7 @@ class Servers:
 
     def leave(self) -> None:
         """Release the id."""
-        self._number.free()
+        self._id_lock.free()
 
     @contextmanager
     def beating(self) -> Iterator[None]:
@@ -179,6 +179,6 @@ class Servers:
 
     def _try_to_beat(self) -> None:
         with suppress(SQLAlchemyError):  # the next heartbeat may succeed again
-            if not self._number.keep():
+            if not self._id_lock.keep():
                 _log.error("Another server uses the id of this data folder: one is a copy of the other. Stop one.")
             self.beat()
