@@ -22,7 +22,7 @@ class LogOnce:
         self._what = what
         self._reported: str | None = None
 
-    def came(self, error: Exception) -> None:
+    def failed(self, error: Exception) -> None:
         """Log an error unless it was logged last; unexpected ones with their traceback."""
         text = str(error.orig) if isinstance(error, DBAPIError) else str(error)
         if text != self._reported:
@@ -30,7 +30,7 @@ class LogOnce:
             expected = isinstance(error, DBAPIError | OSError)
             self._log.warning("%s: %s. It is tried again.", self._what, text, exc_info=None if expected else error)
 
-    def gone(self) -> None:
+    def recovered(self) -> None:
         """Log that the operation works again."""
         if self._reported is not None:
             self._reported = None

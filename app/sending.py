@@ -62,7 +62,7 @@ class _Thing:
     name: str
     path: Path
     own: bool
-    """It lies in the data folder, so that it can make room there."""
+    """Whether it lies in the data folder, so that removing it makes room there."""
 
 
 class Sending:
@@ -109,7 +109,7 @@ class Sending:
         except _Left:
             return
         except (SQLAlchemyError, OSError, FilesAwayError) as error:
-            self._log_once.came(error)
+            self._log_once.failed(error)
 
     def send(self) -> None:
         """Copy all finished files that lie only on this server."""
@@ -117,7 +117,7 @@ class Sending:
         self._later = {key: until for key, until in self._later.items() if until > now}
         if not self._later:
             self._trouble = None
-            self._log_once.gone()
+            self._log_once.recovered()
         for table, state in _STATES.items():
             with self._database.read() as session:
                 query = select(table.id).where(table.place == self._database.here, table.state == state)
@@ -140,7 +140,7 @@ class Sending:
             try:
                 there = self._files.store.holds(one.name)  # the shared copy is about to be the only one
             except FilesAwayError as error:
-                self._log_once.came(error)
+                self._log_once.failed(error)
                 continue
             if there:
                 self._files.drop(one)
@@ -158,11 +158,11 @@ class Sending:
         except FilesAwayError as error:
             self._later[key] = time.monotonic() + AGAIN
             self._trouble = f"{error} Finished files stay on this server until then."
-            self._log_once.came(error)
+            self._log_once.failed(error)
             return False
         except (OSError, VideoError) as error:  # the local files are damaged
             self._later[key] = time.monotonic() + AGAIN
-            self._log_once.came(error)
+            self._log_once.failed(error)
         return True
 
     def _send(self, table: type[_Row], row: _Row) -> None:

@@ -81,13 +81,13 @@ class EventStream:
         for page in self._pages:
             page.put_nowait(None)
 
-    async def follow(self, last: int | None, still: Callable[[], Awaitable[bool]]) -> AsyncIterator[str]:
+    async def follow(self, last: int | None, has_access: Callable[[], Awaitable[bool]]) -> AsyncIterator[str]:
         """Yield server-sent events after a number.
 
         Args:
             last: the number; unset: from now on.
-            still: whether the listener still has access; called when accounts have changed and every few seconds. The
-                stream ends when it returns false.
+            has_access: whether the listener still has access; called when accounts have changed and every few seconds.
+                The stream ends when it returns false.
         """
         page: asyncio.Queue[str | None] = asyncio.Queue()
         # compare with the database: the reading task is up to one turn behind it
@@ -110,17 +110,17 @@ class EventStream:
                     if event.seq > seen:
                         seen = event.seq
                         yield _text(event)
-            if not await still():  # accounts may have changed before the queue existed
+            if not await has_access():  # accounts may have changed before the queue existed
                 return
             while not self._stopped:
                 try:
                     text = await asyncio.wait_for(page.get(), _BEAT)
                 except TimeoutError:
-                    if not await still():
+                    if not await has_access():
                         return
                     yield ": still here\n\n"
                     continue
-                if text is None or (text == _PEOPLE and not await still()):
+                if text is None or (text == _PEOPLE and not await has_access()):
                     return
                 if text == _PEOPLE:
                     continue
@@ -160,10 +160,10 @@ class EventStream:
                 if self._turns % 2000 == 0:
                     await asyncio.to_thread(self._prune)
             except SQLAlchemyError as error:
-                log_once.came(error)
+                log_once.failed(error)
                 await asyncio.sleep(1.0)
                 continue
-            log_once.gone()
+            log_once.recovered()
             for event in found:
                 if event.kind == "people":
                     self._on_people()

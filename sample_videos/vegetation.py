@@ -93,7 +93,6 @@ def _leaves(
 def _wood(
     rng: np.random.Generator, weather: Weather, bgra: NDArray[np.uint8], w: float, base: float, top: float, thick: float
 ) -> None:
-    """A trunk with branches."""
     sun = _sun_in_picture(weather)
     for k in range(int(thick)):
         x = w / 2 - thick / 2 + k

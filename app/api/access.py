@@ -25,22 +25,22 @@ class Who:
     """The caller of a route, and the author name that their changes carry."""
 
     identity: Identity
-    otherwise: str
+    default_author: str
 
-    def author(self, said: str | None) -> str:
+    def author(self, requested: str | None) -> str:
         """Return the name that a change carries.
 
         Args:
-            said: the name in the request.
+            requested: the name in the request.
 
         Raises:
             Refused: the name belongs to another person.
         """
-        return self.identity.author(said, self.otherwise)
+        return self.identity.author(requested, self.default_author)
 
-    def reader(self, said: str | None) -> str:
+    def reader(self, requested: str | None) -> str:
         """Return the person whose operations the caller may read."""
-        return self.identity.reader(said, self.otherwise)
+        return self.identity.reader(requested, self.default_author)
 
 
 def operation_of(route: Route) -> str:

@@ -36,8 +36,8 @@ async def follow_events(
         raise Invalid("Last-Event-ID must be the number of an event.", field="last-event-id")
     running = cast(Running, request.app.state.running)
 
-    async def still() -> bool:
-        return await context.access.still(who.identity)
+    async def has_access() -> bool:
+        return await context.access.has_access(who.identity)
 
-    stream = running.stream.follow(None if last is None else int(last), still)
+    stream = running.stream.follow(None if last is None else int(last), has_access)
     return StreamingResponse(stream, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})

@@ -65,7 +65,7 @@ async def received(request: Request, context: Context, name: str) -> AsyncIterat
         yield path, work
     finally:
         with anyio.CancelScope(shield=True):
-            await anyio.to_thread.run_sync(_remove, part)
+            await anyio.to_thread.run_sync(shutil.rmtree, part, True)  # ignores errors
 
 
 async def while_there(request: Request, work: Callable[[Callable[[], bool]], T]) -> T:
@@ -135,7 +135,3 @@ async def receive(request: Request, path: Path, most: int, look: Callable[[bytes
 def _settle(file: BinaryIO) -> None:
     file.flush()
     os.fsync(file.fileno())
-
-
-def _remove(folder: Path) -> None:
-    shutil.rmtree(folder, ignore_errors=True)

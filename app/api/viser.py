@@ -134,7 +134,7 @@ async def _first_done(*parts: Coroutine[object, object, None]) -> None:
 async def while_let_in(socket: WebSocket) -> None:
     """Return when the person who opened the view loses access to it."""
     access = cast(Context, socket.app.state.context).access
-    while await access.still(identity_of(socket)):
+    while await access.has_access(identity_of(socket)):
         await asyncio.sleep(LOOK)
 
 

@@ -37,7 +37,7 @@ def check_bundle(talk: Talk, path: Path, folder: Path, limits: VideoLimits) -> J
         most = resource.getrlimit(resource.RLIMIT_CPU)[1]
         computing = int(used + seconds) if most == resource.RLIM_INFINITY else min(int(used + seconds), most)
         resource.setrlimit(resource.RLIMIT_CPU, (computing, computing))
-        talk.say({"frames": frames.stop - frames.start})
+        talk.send({"frames": frames.stop - frames.start})
 
     try:
         return make_ready(path, folder, limits, afford)

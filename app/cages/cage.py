@@ -164,7 +164,7 @@ class Cages:
             cage.close()
             raise CagesClosed("the server ends")
         try:
-            talk.say({"function": function}, pickle.dumps((limits, arguments)))
+            talk.send({"function": function}, pickle.dumps((limits, arguments)))
         except Ended:
             self.end(cage)
             raise CageError("the process that was started for it ended at once; try again") from None
@@ -208,7 +208,7 @@ class Cages:
         try:
             while True:
                 if stop() or self._closed:
-                    raise CagesClosed("nobody waits for it any more")
+                    raise CagesClosed("the client has disconnected, or the server ends")
                 if not looking.poll(_LOOK_MS):
                     continue
                 said, _ = cage.talk.receive()
@@ -219,7 +219,7 @@ class Cages:
                 tell(said)
         except Ended:
             if self._closed or stop():
-                raise CagesClosed("nobody waits for it any more") from None
+                raise CagesClosed("the client has disconnected, or the server ends") from None
             if limits.wall and time.monotonic() - began > limits.wall:
                 raise CageError(f"it took more than the {limits.wall:.0f} s that it may take") from None
             if limits.computing and time.monotonic() - began > 0.9 * limits.computing:

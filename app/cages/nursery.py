@@ -66,7 +66,7 @@ def _serve(parent: int, end: socket.socket) -> None:
         if die_with_parent(parent):
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
             talk = Talk(end)
-            talk.say({"number": os.getpid()})
+            talk.send({"number": os.getpid()})
             task, content = talk.receive()
             limits, arguments = pickle.loads(content)  # noqa: S301 - the server's own words
             _do(talk, str(task["function"]), limits, arguments)
@@ -89,9 +89,9 @@ def _do(talk: Talk, name: str, limits: Limits, arguments: tuple[object, ...]) ->
     except Ended:
         raise
     except Exception as error:
-        talk.say({"failed": report(error)})
+        talk.send({"failed": report(error)})
         return
-    talk.say({"found": found})
+    talk.send({"found": found})
 
 
 if __name__ == "__main__":

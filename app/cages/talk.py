@@ -35,19 +35,19 @@ class Talk:
         """The file descriptor, for ``select`` and the like."""
         return self._end.fileno()
 
-    def patience(self, seconds: float) -> None:
+    def set_timeout(self, seconds: float) -> None:
         """Set the seconds to wait for each piece of a message; then the connection counts as ended."""
         self._end.settimeout(seconds)
 
-    def say(self, text: JsonObject, content: bytes | memoryview = b"") -> None:
+    def send(self, text: JsonObject, content: bytes | memoryview = b"") -> None:
         """Send a message.
 
         Raises:
             Ended: the other side has closed the connection.
         """
-        said = json.dumps(text).encode()
+        encoded = json.dumps(text).encode()
         try:
-            self._end.sendall(_LENGTHS.pack(len(said), len(content)) + said)
+            self._end.sendall(_LENGTHS.pack(len(encoded), len(content)) + encoded)
             if len(content):
                 self._end.sendall(content)
         except OSError:

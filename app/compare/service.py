@@ -37,7 +37,7 @@ class SideView(Model):
     names: dict[str, str]
     """Names of tracks that people have made, by key; the engine's are named by their number."""
     edited: bool
-    """True: a run compared without its corrections, although people have corrected it."""
+    """Whether the side is a run without its corrections, although people have corrected it."""
 
 
 class Comparison(Model):

@@ -103,7 +103,7 @@ class CagedImports:
             read = "app.exchange.caged:read_apart"
             self._cages.run(read, incoming, onto, packed, limits=limits, stop=ended, tell=note)
             if ended():
-                raise CagesClosed("nobody waits for it any more")
+                raise CagesClosed("the client has disconnected, or the server ends")
             underway.step = "storing"  # no cancelling from here on: it may already be stored
             if packed.stat().st_size <= _SMALL and (kind != "run" or onto.facts.frames <= SHORT):
                 dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
@@ -157,7 +157,7 @@ class CagedImports:
 
 def read_apart(talk: Talk, incoming: Incoming, onto: Onto, packed: Path) -> int:
     """Run in the first cage: read the file to arrays."""
-    return write_packed(packed, read_incoming(incoming, onto, lambda boxes: talk.say({"boxes": boxes})))
+    return write_packed(packed, read_incoming(incoming, onto, lambda boxes: talk.send({"boxes": boxes})))
 
 
 def store_apart(

@@ -60,8 +60,6 @@ class Kept:
 
 
 class _Fetch:
-    """One fetch in progress."""
-
     def __init__(self) -> None:
         self.over = threading.Event()
         self.error: Exception | None = None

@@ -33,9 +33,9 @@ _RENEW = 4.0
 _LOOK = 0.025
 """Seconds between queries of the database while a page waits for proposals."""
 _SOON = 0.008
-"""The same until the first one, for which a person waits ..."""
+"""Shorter interval until the first proposal, because a person waits for it, seconds."""
 _SOON_FOR = 1.0
-"""... for so many seconds: one that comes later stands in line."""
+"""Seconds for which the shorter interval is used."""
 
 
 class FollowService:

@@ -31,11 +31,11 @@ from app.storage.models import Job
 __all__ = ["Supervisor", "as_environment"]
 
 _TURN = 0.25
-_PATIENCE = 4.0
+_CANCEL_SECONDS = 4.0
 """Seconds that a cancelled worker gets until it is asked to leave, and again until it is killed."""
-_FAREWELL = 0.6
+_STOP_SECONDS = 0.6
 """Seconds that workers get when the server ends, so that Ctrl-C takes at most two."""
-_LAST_BREATH = 0.5
+_EXIT_SECONDS = 0.5
 """Seconds that the kernel may take to end a process whose lock is already free."""
 _REMEMBERED = 256
 """Number of dead workers whose cause of death is remembered."""
@@ -122,7 +122,7 @@ class Supervisor:
             self._thread.join()
         for worker in self._workers:
             worker.terminate()
-        until = time.monotonic() + _FAREWELL
+        until = time.monotonic() + _STOP_SECONDS
         for worker in self._workers:
             try:
                 worker.wait(max(0.05, until - time.monotonic()))
@@ -157,11 +157,11 @@ class Supervisor:
             try:
                 self.turn()
             except (SQLAlchemyError, OSError) as error:
-                self._log_once.came(error)
+                self._log_once.failed(error)
                 self._beats.clear()  # workers that could not write a heartbeat meanwhile get another minute
                 wait(2.0)
             else:
-                self._log_once.gone()
+                self._log_once.recovered()
 
     def turn(self) -> None:
         """Clean up after dead workers, stop cancelled ones, and start missing ones."""
@@ -236,7 +236,7 @@ class Supervisor:
             # the lock is free just before the process ends, or the process lives on without the job
             if worker.pid == process:
                 with suppress(subprocess.TimeoutExpired):
-                    worker.wait(_LAST_BREATH)
+                    worker.wait(_EXIT_SECONDS)
                 self._reap()
                 break
         return "killed" if process is None else self._causes.get(process, "killed")
@@ -261,9 +261,9 @@ class Supervisor:
         """End a cancelled job that does not stop by itself, at last by force."""
         waited = time.monotonic() - self._overdue.setdefault(job.id, time.monotonic())
         process = holder(self._settings.home, job.id)
-        if waited > _PATIENCE and process in {worker.pid for worker in self._workers}:
+        if waited > _CANCEL_SECONDS and process in {worker.pid for worker in self._workers}:
             assert process is not None
-            os.kill(process, signal.SIGKILL if waited > 2 * _PATIENCE else signal.SIGTERM)
+            os.kill(process, signal.SIGKILL if waited > 2 * _CANCEL_SECONDS else signal.SIGTERM)
 
     def spawn(self, lane: Lane, *further: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[bytes]:
         """Start a worker of a lane; for ``further`` arguments and ``stdin`` see :mod:`app.jobs.worker`."""

@@ -149,11 +149,11 @@ def work(
             found = one_job()
         except (OSError, DBAPIError) as error:
             # an ended worker would be restarted at once, so wait here for free space
-            log_once.came(error)
+            log_once.failed(error)
             since = time.monotonic()
             time.sleep(AGAIN)
             continue
-        log_once.gone()
+        log_once.recovered()
         if found:
             since = time.monotonic()
         elif (step := next(ahead, None)) is not None:
@@ -232,7 +232,6 @@ def execute(task: TaskContext) -> None:
 
 
 def _failed(task: TaskContext, message: str) -> None:
-    """Report the failure of the job."""
     _insistently(task, lambda task: report_failure(task, message))
 
 
@@ -243,7 +242,7 @@ def _insistently(task: TaskContext, store: Callable[[TaskContext], None]) -> Non
         try:
             store(task)
         except DBAPIError as error:
-            log_once.came(error)
+            log_once.failed(error)
         else:
             return
         if task.leaving():

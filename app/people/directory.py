@@ -104,14 +104,14 @@ class Directory:
             person = session.scalars(select(Person).where(Person.key == name_key(name))).first()
             return None if person is None else _identity(person, None)
 
-    def still(self, identity: Identity) -> bool:
+    def has_access(self, identity: Identity) -> bool:
         """Whether a signed-in caller still has access; unchanged while the database is unavailable."""
         try:
-            return self._still(identity)
+            return self._has_access(identity)
         except (DBAPIError, PoolTimeout):
             return True
 
-    def _still(self, identity: Identity) -> bool:
+    def _has_access(self, identity: Identity) -> bool:
         if identity.person is None:
             return not identity.owner or self.is_empty()
         with self._database.ask() as session:

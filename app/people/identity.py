@@ -43,36 +43,36 @@ class Identity:
                 details={"role": self.role, "least": least},
             )
 
-    def author(self, said: str | None, otherwise: str) -> str:
+    def author(self, requested: str | None, default: str) -> str:
         """Return the name that a change carries.
 
         Args:
-            said: the name in the request; None: there is none.
-            otherwise: the default name in a library without people.
+            requested: the name in the request; None: there is none.
+            default: the default name in a library without people.
 
         Raises:
             Refused: the name belongs to another person, or nobody is signed in.
         """
         if self.owner:
-            return said or otherwise
+            return requested or default
         if self.name is None:
             raise Refused(
                 "The server's own secret belongs to no person, so it cannot change anything. Use a token of "
                 "'tsr people token'.",
                 code="no_person",
             )
-        if said is not None and said != self.name:
+        if requested is not None and requested != self.name:
             raise Refused(
-                f"This change was made by {said!r}, but {self.name!r} is signed in. It can be saved when {said!r} "
-                "signs in.",
+                f"This change was made by {requested!r}, but {self.name!r} is signed in. It can be saved when "
+                f"{requested!r} signs in.",
                 code="other_name",
             )
         return self.name
 
-    def reader(self, said: str | None, otherwise: str) -> str:
+    def reader(self, requested: str | None, default: str) -> str:
         """Return the person whose operations are read: in a library with people always the caller."""
         if self.owner:
-            return said or otherwise
+            return requested or default
         return self.name or ""
 
 

@@ -75,9 +75,9 @@ class SearchIndex:
         try:
             self.follow(_TURN)
         except (SQLAlchemyError, OSError) as error:
-            self._log_once.came(error)
+            self._log_once.failed(error)
         else:
-            self._log_once.gone()
+            self._log_once.recovered()
 
     def follow(self, seconds: float) -> int:
         """Update the tables for at most some seconds.

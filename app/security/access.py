@@ -114,9 +114,9 @@ class Access:
             self.directory.is_empty, limiter=self._limit
         )
 
-    async def still(self, identity: Identity) -> bool:
+    async def has_access(self, identity: Identity) -> bool:
         """Whether a caller who was accepted still has access."""
-        return await anyio.to_thread.run_sync(self.directory.still, identity, limiter=self._limit)
+        return await anyio.to_thread.run_sync(self.directory.has_access, identity, limiter=self._limit)
 
     def _look(self, scope: Scope) -> Identity:
         if self.directory.had_people:

@@ -129,7 +129,7 @@ class CagedDecoder:
             self.cage = cages.open("app.videos.decoding:decode_apart", source, limits, table, limits=Limits(memory_mb))
         except CageError as error:
             raise Busy(f"The video cannot be opened: {error}.", code="busy") from None
-        self.cage.talk.patience(PATIENCE)
+        self.cage.talk.set_timeout(PATIENCE)
         self._memory_mb = memory_mb
         self.position = 0
         try:
@@ -160,7 +160,7 @@ class CagedDecoder:
 
     def _asked(self, question: JsonObject) -> tuple[JsonObject, bytearray]:
         try:
-            self.cage.talk.say(question)
+            self.cage.talk.send(question)
         except Ended:
             raise VideoError("the process that decodes the video has ended") from None
         said, content = self._received()
@@ -182,20 +182,20 @@ def decode_apart(talk: Talk, source: VideoSource, limits: VideoLimits, table: Fr
     """Run in the cage: open the file, which is checked again, and answer requests until the connection ends."""
     with open_video(source, limits=limits, table=table) as video:
         decoder = LocalDecoder(video)
-        talk.say({"width": decoder.width, "height": decoder.height, "frames": decoder.frames})
+        talk.send({"width": decoder.width, "height": decoder.height, "frames": decoder.frames})
         while True:
             question, _ = talk.receive()
             try:
                 if "encoding" in question:
                     content = decoder.encoded(question["frame"], question["width"], question["encoding"])
-                    talk.say({"position": video.position}, content)
+                    talk.send({"position": video.position}, content)
                 else:
                     picture = np.ascontiguousarray(decoder.picture(question["frame"]))
-                    talk.say({"position": video.position, "shape": list(picture.shape)}, picture.data.cast("B"))
+                    talk.send({"position": video.position, "shape": list(picture.shape)}, picture.data.cast("B"))
             except Ended:
                 raise
             except Exception as error:
-                talk.say({"failed": report(error)})
+                talk.send({"failed": report(error)})
 
 
 def encode_picture(picture: Picture, width: int, encoding: Encoding) -> bytes:

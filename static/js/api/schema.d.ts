@@ -1904,7 +1904,7 @@ export interface components {
             names: {
                 [key: string]: string;
             };
-            /** @description True: a run compared without its corrections, although people have corrected it. */
+            /** @description Whether the side is a run without its corrections, although people have corrected it. */
             edited: boolean;
         };
         /** @description Credentials of a person. */

@@ -166,7 +166,7 @@ def test_an_import_becomes_truth_run_and_annotation(
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--option", "colour"], "NAME=VALUE"),
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--option", "a=b"], "no option"),
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--video", "VIDEO"], "--video names"),
-        (2, ["export", "RUN", "RUN", "--format", "cvat-video", "--out", "OUT"], "one run a video"),
+        (2, ["export", "RUN", "RUN", "--format", "cvat-video", "--out", "OUT"], "one run per video"),
         (2, ["export", "RUN", "--format", "cvat-video"], "--out"),
         (3, ["export", "elsewhere.mp4", "--format", "cvat-video", "--out", "OUT"], "There is no run"),
         (3, ["export", "f" * 64, "--format", "cvat-video", "--out", "OUT"], "is not in the data folder"),

@@ -208,7 +208,7 @@ def test_two_runs_of_one_video_are_refused(untouched: Desk) -> None:
     desk = untouched
     answer = desk.server.client.post("/api/exports", json={"runs": [desk.run_id, desk.run_id], "format": "cvat-video"})
     assert answer.status_code == 422
-    assert "one run a video" in answer.json()["error"]["message"]
+    assert "one run per video" in answer.json()["error"]["message"]
 
 
 def test_what_fails_while_it_is_made_says_why_and_leaves_nothing(desk: Desk) -> None:

@@ -110,7 +110,7 @@ def test_all_videos_or_none(made: ToyHome, team: Team) -> None:
     rolf = team.client("Rolf")
     body = {"videos": [made.video_id, "0" * 64], "person": "Anna"}
     refused(rolf.post("/api/assignments", json=body), 404, "There is no video")
-    refused(assign(rolf, made.video_id, "Eve"), 404, "nobody called 'Eve'")
+    refused(assign(rolf, made.video_id, "Eve"), 404, "no person 'Eve'")
     refused(assign(rolf, made.video_id, "Vera"), 422, "Vera is a viewer")
     assert rolf.get("/api/assignments").json() == {"assignments": []}
 

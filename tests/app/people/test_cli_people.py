@@ -51,7 +51,7 @@ def test_people_come_change_and_go(tsr: Command) -> None:
     assert "one user" in tsr("list")[1]
     link, said = tsr("add", "Ada", "--role", "admin", "--url", "https://tsr.example/")
     assert link.startswith("https://tsr.example/sign-in#tsr_")
-    assert "only now" in said
+    assert "only once" in said
     assert "From now on everybody signs in" in said
     token = link.partition("#")[2]
     assert known(tsr, token)
@@ -94,4 +94,4 @@ def test_what_cannot_be_is_one_sentence(tsr: Command, words: tuple[str, ...], se
 
 
 def test_a_first_person_who_is_no_administrator_is_warned_of(tsr: Command) -> None:
-    assert "is no administrator" in tsr("add", "Vera", "--role", "viewer")[1]
+    assert "is not an administrator" in tsr("add", "Vera", "--role", "viewer")[1]
